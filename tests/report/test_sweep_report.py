@@ -21,8 +21,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.reproduction import Reproduction
 from conrod.report.saved import plain, restore
-from conrod.report.sweep.error_tables import budget_table, shares_table
-from conrod.report.sweep.orders import orders_table
+from conrod.report.sweep.error_tables import budget_table, orders_table, shares_table
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.tables import (
     cheapest_table,
@@ -284,7 +283,7 @@ def test_the_report_is_whole_and_small(batch: Batch) -> None:
         assert links
         assert not [link for link in links if link not in batch.files and link != "data/"]
     drawings = [str(text) for name, text in batch.files.items() if name.startswith("figures/")]
-    assert len(drawings) == 3
+    assert len(drawings) == 2
     for text in drawings:
         ElementTree.fromstring(text)
     assert "taken on a machine" in " ".join(str(batch.files["saw-500rpm.md"]).split())

@@ -36,11 +36,6 @@ OUTCOME_MARKS = {slug: mark for slug, (mark, _) in OUTCOMES.items()}
 OUTCOME_COLOURS = {slug: colour for slug, (_, colour) in OUTCOMES.items()}
 
 
-def outcome_mark(outcome: str) -> str:
-    """The marker of an outcome, whoever names it; one of its own for those that other packages add."""
-    return OUTCOME_MARKS.get(outcome, "X")
-
-
 def engine_title(engine: str) -> str:
     """The engine's name as its makers write it."""
     return look_of(engine).title

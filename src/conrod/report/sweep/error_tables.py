@@ -1,4 +1,4 @@
-"""What convergence alone tells of errors, and what they are made of: shares of bands that hold, and error budgets."""
+"""Tables of a sweep on errors: order, plateau and floor; bands of convergence alone that hold them; their parts."""
 
 from __future__ import annotations
 
@@ -9,14 +9,56 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, preset_title
+from conrod.report.sweep.points import preset_curves
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
-from conrod.studies.sweep.findings import SweepStudy
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 from conrod.studies.sweep.grid_convergence import Share
 from conrod.studies.validation.refinement import PATHS
 
+# A fitted floor is one where the errors come this near to it; far below them it is nothing that a run has shown.
+NEAR_FLOOR = 20.0
 COUNTS = ("contained", "missed", "at_rounding", "unreasonable", "oscillating")
+
+
+def floor_reached(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> float | None:
+    """The fitted floor of a path that claims an order, where its errors come near to it."""
+    found = rule.orders[quantity]
+    least = min((p.error(quantity) or 0.0 for p in points if p.completed), default=0.0)
+    if found.claimed is None or found.floor is None:
+        return None
+    return found.floor if 0.0 < least <= NEAR_FLOOR * found.floor else None
+
+
+def order_words(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> str:
+    """Order, plateau and floor of one quantity, in one phrase."""
+    found = rule.orders[quantity]
+    if found.plateau is not None:
+        return f"plateau at {numbers.measured(found.plateau)}"
+    if found.claimed is None:
+        return "no order claimed"
+    floor = floor_reached(rule, points, quantity)
+    order = f"order {numbers.order(found.claimed)}"
+    return order if floor is None else f"{order}, floor {numbers.measured(floor)}"
+
+
+def orders_table(study: SweepStudy) -> Table:
+    """Order, plateau and floor of every rule."""
+    presets = {(curve.engine, curve.rule): f" (`{curve.preset}`)" for curve in preset_curves(study)}
+    rows = [
+        [
+            engine_title(rule.engine),
+            rule.name + presets.get((rule.engine, rule.name), ""),
+            rule.path,
+            *(order_words(rule, study.points_of(rule), quantity) for quantity in QUANTITIES),
+        ]
+        for rule in study.rules
+    ]
+    return table(["engine", "settings", "refined", *QUANTITIES], rows)
+
+
+# -- bands -------------------------------------------------------------------------------------------------------------
 
 
 def pooled(shares: Sequence[Share]) -> Share:

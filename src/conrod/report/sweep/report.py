@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
-
-from matplotlib.figure import Figure as Canvas
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.error_tables import budget_table, shares_table, title_of
-from conrod.report.sweep.orders import TOLERANCES, orders_figure, orders_table, principal_paths
+from conrod.report.sweep.error_tables import budget_table, orders_table, shares_table, title_of
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table, table
@@ -23,15 +20,17 @@ from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.findings import SweepStudy
 from conrod.studies.sweep.transfer import transfers
 
+FEW_TOLERANCES = (1e-3, 1e-6, 1e-9)
+
 
 def _page(part: Part[SweepStudy]) -> Page:
-    study, figures = part.findings, _figures(part.findings)
+    study, diagram = part.findings, _diagram(part.findings)
     text = rendered(
         "sweep",
         study=study,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
         findings=tables.findings(study),
-        figures=figures,
+        diagram=diagram,
         tables=tables,
         command=part.command,
         one_pass=study.one_pass,
@@ -40,20 +39,15 @@ def _page(part: Part[SweepStudy]) -> Page:
         shares=shares_table(study),
         budgets=[_budget(budget) for budget in study.budgets],
     )
-    return Page(text, tuple(figures.values()))
+    return Page(text, (diagram,) if diagram else ())
 
 
-def _figures(study: SweepStudy) -> dict[str, Figure]:
-    """The figures for which a study has data, by name."""
-    drawn: Mapping[str, tuple[str, Callable[[SweepStudy], Canvas], Any]] = {
-        "work-precision": ("Error against cost of every run", work_precision_figure, timed_points(study)),
-        "orders": ("Error against steps per revolution", orders_figure, principal_paths(study)),
-    }
-    return {
-        name: Figure(f"{study.name}-{name}", f"{alt}, {study.name}", partial(draw, study))
-        for name, (alt, draw, data) in drawn.items()
-        if data
-    }
+def _diagram(study: SweepStudy) -> Figure | None:
+    """Error against cost; None where nothing was timed."""
+    if not timed_points(study):
+        return None
+    alt = f"Error against cost of every run, {study.name}"
+    return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study))
 
 
 def _budget(budget: ErrorBudget) -> tuple[str, str, Table, list[str]]:
@@ -66,7 +60,7 @@ def _budget(budget: ErrorBudget) -> tuple[str, str, Table, list[str]]:
 def _summary(study: SweepStudy) -> dict[str, Any]:
     return {
         "findings": tables.findings(study),
-        "cheapest": tables.cheapest_rows(study, "position", TOLERANCES),
+        "cheapest": tables.cheapest_rows(study, "position", FEW_TOLERANCES),
         "engines": dict(study.engines),
         "machine": study.machine,
         "grid": study.grid,

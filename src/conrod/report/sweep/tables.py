@@ -8,7 +8,7 @@ from itertools import groupby
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, preset_title
-from conrod.report.sweep.orders import order_words
+from conrod.report.sweep.error_tables import order_words
 from conrod.report.sweep.points import (
     TOLERANCES,
     cheapest_within,
