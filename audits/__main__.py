@@ -8,9 +8,8 @@ from pathlib import Path
 from audits.judged import DOCUMENTS, PAGES, audited
 from audits.report.pages import KIND
 from conrod.report.folder import ReportFolder
-from conrod.report.kind import KINDS
+from conrod.report.kind import KINDS, Reproduction
 from conrod.report.printed_values import counts_table
-from conrod.report.reproduction import Reproduction
 from conrod.report.terminal import console, print_table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.files import Batch, folder_to_write, write_together

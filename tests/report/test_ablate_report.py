@@ -21,7 +21,7 @@ from ablations import (
 from conrod.cli.ablate import print_ablations
 from conrod.report.ablate import tables
 from conrod.report.ablate.report import KIND, merged
-from conrod.report.reproduction import Reproduction
+from conrod.report.kind import Reproduction
 from conrod.report.table import text_of
 from conrod.report.writer import report_batch
 from conrod.studies.ablate.case import COUNTED

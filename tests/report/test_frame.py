@@ -22,8 +22,7 @@ from conrod.errors import InvalidInput
 from conrod.report.figure import Figure
 from conrod.report.folder import ReportFolder
 from conrod.report.free_motion import KIND
-from conrod.report.kind import kind_named
-from conrod.report.reproduction import Reproduction
+from conrod.report.kind import Reproduction, kind_named
 from conrod.report.saved import plain, restore, shortened
 from conrod.report.table import Toned, table
 from conrod.report.template import table_text, unwrapped

@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import pytest
 from limit_walks import SCENE, detected, limit_study, of_axis, saved
 
+from conrod.report.kind import Reproduction
 from conrod.report.limits.report import KIND, merged
-from conrod.report.reproduction import Reproduction
 from conrod.report.saved import restore, shortened
 from conrod.report.writer import environment, rendered_again, report_batch
 from conrod.studies.frame.files import Batch, write_together

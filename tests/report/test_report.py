@@ -23,8 +23,7 @@ from conrod.report.charts.errors import _curve, refinement_figure
 from conrod.report.charts.panels import error_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
-from conrod.report.kind import Part
-from conrod.report.reproduction import Reproduction
+from conrod.report.kind import Part, Reproduction
 from conrod.report.validation.report import KIND
 from conrod.report.validation.tables import verdicts_table
 from conrod.report.writer import rendered_again, report_batch

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
-from conrod.report.reproduction import Reproduction
+from conrod.report.kind import Reproduction
 from conrod.report.saved import plain, restore
 from conrod.report.sweep.error_tables import budget_table, orders_table, shares_table
 from conrod.report.sweep.report import KIND

@@ -19,7 +19,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Body, Mechanism
 from conrod.report.forces import KIND
-from conrod.report.reproduction import Reproduction
+from conrod.report.kind import Reproduction
 from conrod.report.writer import report_batch
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene

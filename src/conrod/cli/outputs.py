@@ -12,8 +12,7 @@ from typing import Any, Generic, TypeVar
 from conrod.cli.options import ReportOptions, RunOptions
 from conrod.cli.say import say
 from conrod.report.folder import ReportFolder
-from conrod.report.kind import Kind
-from conrod.report.reproduction import SCENE, Reproduction
+from conrod.report.kind import SCENE, Kind, Reproduction
 from conrod.report.writer import Draw, document_text, report_batch
 from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
 

@@ -23,7 +23,8 @@ report owns, and may replace or remove.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import shlex
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
@@ -31,8 +32,11 @@ from typing import Any, Generic, TypeVar
 from conrod.errors import unknown_choice
 from conrod.report.figure import Figure
 from conrod.report.table import Table, table
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import CATALOGUE, catalogue_names
 
 F = TypeVar("F")
+SCENE = "{scene}"  # in a command, what stands for the scenes
 
 # By name, the module whose `KIND` it is: a kind is imported when a folder holds one. An application may add its own.
 KINDS: dict[str, str] = {
@@ -47,6 +51,30 @@ KINDS: dict[str, str] = {
     "recommendation": "conrod.report.recommendation",
     "sweep": "conrod.report.sweep.report",
 }
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A command of which the scenes are left open.
+
+    Attributes:
+        text: the command, quoted for a shell; the first {scene} in it stands for the scenes.
+        typed: what is typed for those scenes that do not go by their names, such as a mechanism file's path, by name.
+    """
+
+    text: str
+    typed: Mapping[str, str] = field(default_factory=dict)
+
+    def of(self, *names: str) -> str:
+        """The command for some scenes."""
+        return self.text.replace(SCENE, " ".join(shlex.quote(self.typed.get(name, name)) for name in names), 1)
+
+    def of_all(self, names: Collection[str]) -> str:
+        """The command for all scenes of a report, in the shortest way that a user would type."""
+        if set(names) == set(SCENES):
+            return self.text.replace(f"{SCENE} ", "", 1)
+        is_catalogue = not self.typed and set(names) == set(catalogue_names())
+        return self.of(*((CATALOGUE,) if is_catalogue else names))
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,6 @@ from conrod.scenes import Scene
 RIGHT = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
 MM, TRAVEL = 1e3, " of its travel"
 TOLD_TOGETHER = 4
-# Lengths that leave more than this share of what the expected ones leave explain nothing.
-NEAREST = 0.05
 # Shares beyond this are written as factors: 99.9 % too short says little.
 FEW = 0.5
 # Degrees that a crank goes through: it stands, or it does not come round.
@@ -135,17 +133,13 @@ def _frame(study: ModelStudy) -> Iterator[str]:
         f"crank zero at {_degrees(there.zero)}": said.zero,
         f"unit {there.unit_name}": said.unit,
     }
-    for how, is_given in (("given", True), ("worked out", False)):
-        if some := ", ".join(text for text, value in parts.items() if (value is not None) is is_given):
-            yield f"{how}: {some}"
+    yield ", ".join(text if given is None else f"{text} (given)" for text, given in parts.items())
     anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
     yield f"the crank's axis is at ({anchor}) {there.unit_name}; the crank angle grows {way} the hinge's coordinate"
 
 
 def _degrees(angle: float) -> str:
-    """An angle, in as many digits as it has."""
-    value = math.degrees(angle)
-    return f"{round(value)} deg" if abs(value - round(value)) < 1e-9 else f"{value:.6f} deg"
+    return f"{quantity(round(math.degrees(angle), 6), 9)} deg"
 
 
 def _wiring(study: ModelStudy) -> Iterator[str]:
@@ -225,10 +219,11 @@ def _explained(study: ModelStudy) -> Iterator[str]:
     elif identity.closest is None:
         yield "all lengths are as expected"
     else:
-        left = identity.closest.left
-        yield f"no lengths explain it: what comes nearest leaves {with_mm(left, lengths, TRAVEL)}"
-        if left < NEAREST * identity.largest:
-            yield f"nearest: {explanation(identity.closest)}"
+        nearest = identity.closest
+        yield (
+            f"no lengths explain it: what comes nearest leaves {with_mm(nearest.left, lengths, TRAVEL)} "
+            f"({explanation(nearest)})"
+        )
         yield from other_kinds(study)
 
 

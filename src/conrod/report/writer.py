@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder, document_in
-from conrod.report.kind import KINDS, Index, Kind, Page, Part, kind_named
-from conrod.report.reproduction import Reproduction
+from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named
 from conrod.report.saved import GIVEN, json_text, plain, restore, shortened
 from conrod.studies.frame.files import Batch, recover
 

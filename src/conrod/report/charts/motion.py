@@ -9,9 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
-from conrod.report import numbers
 from conrod.report.charts.canvas import legend_above, on_grid
-from conrod.report.charts.layout import edge_note
 from conrod.report.charts.styles import EXACT, completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES
@@ -24,12 +22,10 @@ COMPONENTS = "xy"
 # Samples of a turn: straight from degree to degree is less than a line's width off.
 EXACT_SAMPLES = 361
 BESIDE_BREAK = 1e-6  # [rad]
-# A run whose values leave the panel is no curve; its samples are drawn as dots.
-DOTS = {"linestyle": "none", "markersize": 2.0, "markeredgewidth": 0.6}
 ENOUGH_SAMPLES = 90
 # A component that stays this close to a constant, against the point's L, has nothing to show.
 FLAT = 1e-9
-# How far beyond the exact curve, in its span, a panel follows the engines; what lies further is named, not shown.
+# How far beyond the exact curve, in its span, a panel follows the engines.
 MARGIN, FOLLOW = 0.08, 0.30
 # Degrees from marker to marker of a curve; the curves take turns, so that no marker covers another.
 MARKER_SPACING = 40.0
@@ -84,31 +80,20 @@ def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list
     truth, unit = truth / metres, unit + SECONDS[shown.quantity]
     span = float(np.ptp(truth)) or 1.0
     low, high = float(truth.min()), float(truth.max())
-    seen = [low - MARGIN * span, high + MARGIN * span]
-    leaving = 0.0
     axes.plot(np.degrees(angle), on_grid(truth, span), label="exact", **EXACT)
+    reached = [low, high]
     for place, run in enumerate(runs):
         assert run.curves is not None
         curve = run.curves[shown.point][shown.quantity]
-        degrees, values = _one_turn(curve.angle), curve.values[:, shown.component] / metres
-        inside = (values > low - FOLLOW * span) & (values < high + FOLLOW * span)
-        if inside.all():
-            seen = [min(seen[0], values.min() - 0.03 * span), max(seen[1], values.max() + 0.03 * span)]
-            every = max(1, len(degrees) // ENOUGH_SAMPLES)
-            _draw(axes, run, degrees[::every], values[::every], span, place / len(runs))
-        else:
-            seen = [low - FOLLOW * span, high + FOLLOW * span]
-            leaving = max(leaving, float(np.abs(values).max()))
-            dots = curve_style(run) | DOTS
-            axes.plot(on_grid(degrees[inside], 360.0), on_grid(values[inside], span), **dots)
+        # A run that goes off leaves the panel.
+        values = np.clip(curve.values[:, shown.component] / metres, low - 2.0 * span, high + 2.0 * span)
+        reached += [max(float(values.min()), low - FOLLOW * span), min(float(values.max()), high + FOLLOW * span)]
+        every = max(1, len(values) // ENOUGH_SAMPLES)
+        _draw(axes, run, _one_turn(curve.angle)[::every], values[::every], span, place / len(runs))
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
-    axes.set_ylim(*on_grid(np.array(seen), 100.0 * span))
+    axes.set_ylim(*on_grid(np.array([min(reached) - MARGIN * span, max(reached) + MARGIN * span]), 100.0 * span))
     axes.set_ylabel(f"{shown.quantity} [{unit}]")
-    if leaving:
-        size = f"{numbers.measured(leaving)} {unit}"
-        text = f"small marks: samples of runs that leave this panel, up to {size}"
-        edge_note(axes, text, (0.995, 0.03), ha="right", va="bottom")
 
 
 def _draw(axes: Axes, run: ValidationResult, degrees: Array, values: Array, span: float, phase: float) -> None:

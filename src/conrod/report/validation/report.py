@@ -114,7 +114,7 @@ def _page(part: Part[SceneStudy]) -> Page:
     whole, last = _stretch(scene, runs[0].revolutions) if runs else ("", "")
     lift = follower_lift(scene.kinematics)
     full_lift = lift.full if lift else None
-    points = [(p, tables.peaks_table(study, p), tables.errors_table(study, p)) for p in scene.lengths] if runs else []
+    points = [(p, tables.errors_table(study, p)) for p in scene.lengths] if runs else []
     text = rendered(
         "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
         last=last, summary=summary_words(study.results), versions=versions_words(study.results),

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
@@ -101,25 +99,6 @@ def errors_table(study: SceneStudy, point: str) -> Table:
 
 def _sizes(size: Mapping[str, float] | None, shown: Callable[[float], str]) -> str:
     return numbers.MISSING if size is None else ", ".join(shown(size[m]) for m in MEASURES)
-
-
-def peaks_table(study: SceneStudy, point: str) -> Table:
-    """L and the exact peaks of a point, beside what velocity and acceleration are divided by."""
-    length, speed = study.scene.lengths[point], abs(study.scene.speed)
-    turn = np.linspace(*study.scene.kinematics.span, 7201)
-    exact = study.scene.motion(turn, study.scene.speed).point(point)
-
-    def row(quantity: str, unit: str, divisor: str, size: float) -> tuple[str, str, str]:
-        peak = float(np.linalg.norm(getattr(exact, quantity), axis=1).max())
-        shown = (" ".join(numbers.in_shown_unit(value, unit, 4)) for value in (size, peak))
-        return quantity, f"{divisor} = {next(shown)}", next(shown)
-
-    rows = [
-        (*row("position", "m", "L", length)[:2], "-"),
-        row("velocity", "m/s", "ω L", speed * length),
-        row("acceleration", "m/s^2", "ω² L", speed**2 * length),
-    ]
-    return table(("exact motion", "errors are divided by", "exact peak"), rows)
 
 
 def orders_table(study: SceneStudy) -> Table:
