@@ -25,7 +25,6 @@ from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
 from conrod.report.validation.report import KIND
-from conrod.report.validation.tables import verdicts_table
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES
 from conrod.studies.frame.files import check_writable_folder, write_together
@@ -422,9 +421,3 @@ def test_a_report_rendered_again_is_the_same(tmp_path: Path) -> None:
     assert contents(tmp_path) == before
     for word in (platform.node(), platform.platform()):
         assert word.encode() not in b"".join(before.values())
-
-
-def test_orders_on_the_terminal_have_two_decimals() -> None:
-    study = a_study("saw-40rpm", replace(a_result("saw-40rpm"), order=dict.fromkeys(QUANTITIES, 1.974)))
-    assert "1.97, 1.97, 1.97" in verdicts_table([study], numbers.fine_order).rows[0]
-    assert "2.0, 2.0, 2.0" in verdicts_table([study]).rows[0]

@@ -16,7 +16,6 @@ from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.report.kind import Kind
-from conrod.report.numbers import fine_order
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
@@ -131,7 +130,7 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     from conrod.report.validation.tables import added_words, verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(studies, fine_order))
+    print_table(out, verdicts_table(studies))
     print_lines(out, (f"{study.name}: {words}" for study in studies for words in added_words(study)))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
@@ -184,7 +183,7 @@ def print_forces(found: Sequence[ForceStudy]) -> None:
     from conrod.report.forces import hidden_words, tolerance_reasons, unseen_words, verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(found, fine_order))
+    print_table(out, verdicts_table(found))
     print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
     for one in found:
         unseen = [*unseen_words(one.effects), *hidden_words(one.hidden)]

@@ -89,12 +89,12 @@ def change_words(quality: str, change: float) -> str:
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def verdicts_table(found: Sequence[ForceStudy], order: Callable[[float | None], str] = numbers.order) -> Table:
-    """A row for each result: largest errors, observed orders as asked for, verdict."""
+def verdicts_table(found: Sequence[ForceStudy]) -> Table:
+    """A row for each result: largest errors, observed orders, verdict."""
     groups = [g for g in GROUPS if any(g in r.groups for one in found for r in one.results)]
     columns: dict[str, Callable[[ForceResult], str]] = {"steps/rev": lambda r: str(r.steps_per_revolution)}
     columns |= {g: partial(_judged, group=g) for g in groups}
-    columns |= {f"order of {g}": partial(_order, group=g, shown=order) for g in groups}
+    columns |= {f"order of {g}": partial(_order, group=g) for g in groups}
     return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in _lacking(r))))
 
 
@@ -102,8 +102,8 @@ def _judged(result: ForceResult, group: str) -> str:
     return numbers.measured(result.judged_error(group))
 
 
-def _order(result: ForceResult, group: str, shown: Callable[[float | None], str] = numbers.order) -> str:
-    return shown((result.order or {}).get(group))
+def _order(result: ForceResult, group: str) -> str:
+    return numbers.order((result.order or {}).get(group))
 
 
 def _lacking(result: ForceResult) -> list[str]:

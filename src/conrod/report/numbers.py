@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 # Below this every normalised error is rounding noise, different on another machine: its digits mean nothing.
 ROUNDING = 1e-12
@@ -117,11 +117,6 @@ def order(value: float | None) -> str:
     return MISSING if value is None else _plain(rounded(value, 2), 2)
 
 
-def fine_order(value: float | None) -> str:
-    """An observed order of convergence in two decimals, for a terminal."""
-    return MISSING if value is None else f"{value:.2f}"
-
-
 def duration(seconds: float | None) -> str:
     """A measured time in two significant digits, in µs, ms or s; 'n/a' where there is none."""
     if seconds is None:
@@ -145,6 +140,21 @@ def in_shown_unit(value: float, unit: str, digits: int = 6) -> tuple[str, str]:
     """A parameter's value and unit as people write them: ('32.5', 'mm') for 0.0325 m."""
     shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
     return quantity(value * factor, digits), shown or "-"
+
+
+def setting(value: Any) -> str:
+    """A setting's value, short."""
+    match value:
+        case None:
+            return "none"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return quantity(value)
+        case list() | tuple():
+            return "(" + ", ".join(map(setting, value)) + ")"
+        case _:
+            return str(value)
 
 
 def reproducible(value: float, digits: int) -> float:

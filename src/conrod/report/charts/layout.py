@@ -73,10 +73,3 @@ def steps_axis(axes: Axes, steps: Sequence[int], room: float) -> None:
         shown = steps[:: -(-len(steps) // MOST_STEPS)]
         log_axis(axes, (steps[0] / room, steps[-1] * room), shown, [str(n) for n in shown])
     axes.set_xlabel(STEPS)
-
-
-def edge_note(axes: Axes, text: str, at: tuple[float, float], **style: Any) -> None:
-    """Write a small text on a white ground, at a place in shares of the panel unless the style says otherwise."""
-    ground = {"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
-    plain: dict[str, Any] = {"xycoords": "axes fraction", "fontsize": 7.5, "color": "#444444", "zorder": 9}
-    axes.annotate(text, at, **(plain | {"bbox": ground} | style))

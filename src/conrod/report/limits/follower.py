@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid, on_log_grid
-from conrod.report.charts.layout import Layout, edge_note, preset_handles
+from conrod.report.charts.layout import Layout, preset_handles
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
 from conrod.report.limits.tables import WHO, who
 from conrod.report.table import Cell, Table, Toned, table
@@ -67,7 +67,7 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     exact = np.array(own[0].exact_lengths)
     axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **EXACT)
     axes.axvline(1.0, color="#333333", linewidth=1.0)
-    edge_note(axes, "float speed", (1.0, 0.93), xycoords=("data", "axes fraction"), ha="center")
+    axes.annotate("float speed", (1.0, 0.93), xycoords=("data", "axes fraction"), fontsize=7.5, backgroundcolor="white")
     for found in own:
         style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
         for flies in (False, True):

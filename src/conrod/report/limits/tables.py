@@ -133,22 +133,11 @@ def limits_table(study: LimitStudy) -> Table:
     return table(("axis", *WHO, *BOUNDED), rows, title=title, names=3)
 
 
-def listed_lines(study: LimitStudy) -> list[str]:
-    """Return a line for each walk over a list of values: how many ended well, and which did not; for a terminal."""
-    lines = []
-    for walk in study.walks:
-        if walk.probes and not walk.boundaries:
-            bad = [f"{probe.text} {probe.outcome}" for probe in walk.probes if not probe.good]
-            held = f"{len(walk.probes) - len(bad)} of {len(walk.probes)} within 10 %"
-            lines.append("; ".join([f"{walk.axis}, {walk.engine} {walk.preset}: {held}", *bad[:MOST_NAMED]]))
-    return lines
-
-
 def boundaries_table(walks: Sequence[Walk]) -> Table:
     """Return the boundaries of all walks of an axis; of a list of values how many ended how."""
     found = [walk for walk in walks if walk.boundaries]
     if not found:
-        return _listed_table([walk for walk in walks if walk.probes])
+        return listed_table(walks)
     rows = [(*who(walk), span_text(walk.probes), *bounded(walk), _fails_from(walk)) for walk in found]
     return _with_notes((*WHO, "from .. to", *BOUNDED, "fails from"), rows, found)
 
@@ -162,22 +151,26 @@ def _fails_from(walk: Walk) -> str:
     return ", ".join(first.values()) or NONE
 
 
-def _listed_table(walks: Sequence[Walk]) -> Table:
-    rows = []
-    for walk in walks:
+def listed_table(walks: Sequence[Walk], title: str = "") -> Table:
+    """Return, for each walk over a list of values, how many runs ended well, and how the others did."""
+    rows, found = [], [walk for walk in walks if walk.probes and not walk.boundaries]
+    for walk in found:
         ends = Counter(probe.outcome for probe in walk.probes if probe.outcome != "completed")
         counts = str(len(walk.probes)), str(sum(probe.good for probe in walk.probes))
         error = numbers.measured(largest_error(walk.probes))
-        rows.append((*who(walk), *counts, error, ", ".join(f"{n} {outcome}" for outcome, n in ends.items()) or NONE))
-    return _with_notes((*WHO, "runs", "within 10 %", LARGEST, "ended otherwise"), rows, walks)
+        ended = ", ".join(f"{n} {outcome}" for outcome, n in ends.items()) or NONE
+        rows.append((walk.axis, *who(walk), *counts, error, ended))
+    return _with_notes(("axis", *WHO, "runs", "within 10 %", LARGEST, "ended otherwise"), rows, found, title)
 
 
-def _with_notes(head: Sequence[str], rows: Sequence[Sequence[Cell]], walks: Sequence[Walk]) -> Table:
+def _with_notes(head: Sequence[str], rows: Sequence[Sequence[Cell]], walks: Sequence[Walk], title: str = "") -> Table:
     """With a column on the solver, where it was ever remarkable."""
     notes = [solver_notes(walk.probes) for walk in walks]
     if not any(notes):
-        return table(head, rows)
-    return table((*head, "its solver"), [(*row, note or NONE) for row, note in zip(rows, notes, strict=True)])
+        return table(head, rows, title=title)
+    return table(
+        (*head, "its solver"), [(*row, note or NONE) for row, note in zip(rows, notes, strict=True)], title=title
+    )
 
 
 def solver_notes(probes: Sequence[Probe]) -> str:

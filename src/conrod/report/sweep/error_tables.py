@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 from statistics import median
-from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, preset_title
@@ -106,21 +105,8 @@ def budget_table(budget: ErrorBudget) -> Table:
 
 
 def _name(part: Part) -> str:
-    changes = (f"`{key}` {setting_value(old)} to {setting_value(new)}" for key, (old, new) in part.changes.items())
+    changes = (f"`{key}` {numbers.setting(old)} to {numbers.setting(new)}" for key, (old, new) in part.changes.items())
     return f"{part.name}: {', '.join(changes)}" if part.changes else part.name
-
-
-def setting_value(value: Any) -> str:
-    """A setting's value, short."""
-    match value:
-        case None:
-            return "none"
-        case float():
-            return numbers.quantity(value, 3)
-        case list() | tuple():
-            return "(" + ", ".join(map(setting_value, value)) + ")"
-        case _:
-            return str(value)
 
 
 def _norms(part: Part) -> list[str]:

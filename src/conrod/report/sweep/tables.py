@@ -243,34 +243,11 @@ def counts_table(study: SweepStudy) -> Table:
 # -- masses, gravity and transfers -------------------------------------------------------------------------------------
 
 
-def variations_table(study: SweepStudy) -> Table:
-    """Errors of each setting with another mass or gravity, and their ratios to those as it is."""
-    rows = []
-    for sensitivity in study.sensitivities:
-        steps = str(sensitivity.settings.get("steps_per_revolution", numbers.MISSING))
-        for variation in sensitivity.variations:
-            drive = numbers.MISSING if variation.outcome != COMPLETED else numbers.measured(variation.drive)
-            drive += ": too much, no statement" if variation.drive_kept is False else ""
-            errors = [_varied(variation, quantity) for quantity in QUANTITIES]
-            name = variation_name(sensitivity, variation)
-            rows.append([engine_title(sensitivity.engine), sensitivity.preset, steps, name, *errors, drive])
-    head = ["engine", "preset", STEPS, "change", *(f"{q} error (ratio)" for q in QUANTITIES)]
-    return table([*head, "ripple of the drive"], rows)
-
-
 def variation_name(sensitivity: Sensitivity, variation: Variation) -> str:
     """The change in words; gravity as it was switched."""
     if variation.name == GRAVITY:
         return "gravity off" if sensitivity.settings.get("gravity") else "gravity on"
     return variation.name if variation.value is None else f"{variation.name} ({numbers.quantity(variation.value)} kg)"
-
-
-def _varied(variation: Variation, quantity: str) -> str:
-    if variation.errors is None:
-        return variation.outcome
-    ratio = variation.ratios.get(quantity)
-    factor = "" if ratio is None else f" (x {numbers.measured(ratio)})"
-    return f"{numbers.measured(variation.errors[quantity])}{factor}"
 
 
 def transfers_table(transfers: Sequence[Transfer]) -> Table:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
@@ -26,11 +25,11 @@ def dynamic(study: SceneStudy) -> list[ValidationResult]:
     return [r for r in study.results if r.mode == "dynamic"]
 
 
-def verdicts_table(studies: Sequence[SceneStudy], order: Callable[[float | None], str] = numbers.order) -> Table:
-    """A row for each result: largest errors over the observed points, observed orders as asked for, verdict."""
+def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
+    """A row for each result: largest errors over the observed points, observed orders, verdict."""
 
     def orders(run: ValidationResult) -> str:
-        return "" if run.order is None else ", ".join(order(run.order[q]) for q in QUANTITIES)
+        return "" if run.order is None else ", ".join(numbers.order(run.order[q]) for q in QUANTITIES)
 
     lengths = {study.name: study.scene.lengths for study in studies}
     columns: dict[str, Callable[[ValidationResult], str]] = {
@@ -60,7 +59,9 @@ def added_words(study: SceneStudy) -> list[str]:
                 f"kg m² on the crank, and a solver tolerance of {settings['tolerance']:g}"
             )
         if run.mode == "motor" and settings:
-            others = ", ".join(f"{name} {_shown(value)}" for name, value in settings.items() if name != "actuator")
+            others = ", ".join(
+                f"{name} {numbers.setting(value)}" for name, value in settings.items() if name != "actuator"
+            )
             kept = ""
             if run.drive is not None and run.phase is not None:
                 ripple, behind = numbers.measured(100.0 * (run.drive["speed"] or 0.0)), run.phase["max"]
@@ -259,22 +260,8 @@ def settings_tables(study: SceneStudy, has_contact: bool) -> list[tuple[str, Tab
 
 def _settings_table(runs: Sequence[ValidationResult], left_out: set[str]) -> Table:
     rows = [
-        (f"`{name}`", MEANINGS.get(name, ""), *(_shown((run.settings or {}).get(name)) for run in runs))
+        (f"`{name}`", MEANINGS.get(name, ""), *(numbers.setting((run.settings or {}).get(name)) for run in runs))
         for name in runs[0].settings or {}
         if name not in left_out
     ]
     return table(["setting", "meaning", *(run.preset or "" for run in runs)], rows)
-
-
-def _shown(value: Any) -> str:
-    match value:
-        case None:
-            return "-"
-        case bool():
-            return "yes" if value else "no"
-        case float():
-            return numbers.quantity(value)
-        case list() | tuple():
-            return ", ".join(_shown(float(part)) for part in value)
-        case _:
-            return str(value)
