@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.layout import NORMS, log_axis, rows_axis, steps_axis
+from conrod.report.charts.canvas import NORMS, log_axis, on_log_grid, rows_axis, steps_axis, whole_decades
 from conrod.report.charts.styles import curve_style, label, preset_style, preset_title
 from conrod.report.numbers import ROUNDING
 from conrod.studies.frame.measurement import QUANTITIES

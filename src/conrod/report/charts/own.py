@@ -13,8 +13,7 @@ from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
-from conrod.report.charts.canvas import on_grid, on_log_grid, whole_decades
-from conrod.report.charts.layout import NORMS
+from conrod.report.charts.canvas import NORMS, on_grid, on_log_grid, whole_decades
 from conrod.report.charts.panels import Curve, error_panel
 from conrod.report.charts.styles import HUES, colour, preset_style
 from conrod.report.numbers import ROUNDING

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid, tolerance_heads, whole_decades
-from conrod.report.charts.layout import NORMS
+from conrod.report.charts.canvas import NORMS, legend_above, on_grid, on_log_grid, tolerance_heads, whole_decades
 from conrod.report.charts.styles import EXACT, completed, curve_style, label
 from conrod.scenes import Scene
 from conrod.studies.forces.results import ForceResult, TorqueCurve

@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.layout import Layout, legend_rows, preset_handles
+from conrod.report.charts.canvas import Layout, legend_rows, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
 from conrod.studies.limits.axes import AXES, Scale

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import on_grid, on_log_grid
-from conrod.report.charts.layout import Layout, preset_handles
+from conrod.report.charts.canvas import Layout, on_grid, on_log_grid, preset_handles
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
 from conrod.report.limits.tables import WHO, who
 from conrod.report.table import Cell, Table, Toned, table

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import on_grid
-from conrod.report.charts.layout import Layout, legend_rows
+from conrod.report.charts.canvas import Layout, legend_rows, on_grid
 from conrod.report.charts.styles import OUTCOME_COLOURS, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, draw_scale, error_colour, mark_style, place
 from conrod.runs.trajectory import Outcome

@@ -12,8 +12,7 @@ from matplotlib.lines import Line2D
 
 from conrod.engines.registry import look_of
 from conrod.report import numbers
-from conrod.report.charts.canvas import on_log_grid, whole_decades
-from conrod.report.charts.layout import NORMS, Layout, log_axis, preset_handles
+from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.sweep.points import (
     TOLERANCES,
