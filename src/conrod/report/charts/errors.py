@@ -74,7 +74,7 @@ def refinement_figure(study: SceneStudy) -> Figure:
     # One for all panels, which have the same curves.
     figure.legend(*panels[0].get_legend_handles_labels(), loc="upper center", ncols=COLUMNS, handlelength=4.2)
     figure.align_ylabels(panels)
-    figure.subplots_adjust(left=0.1, right=0.9, top=0.93, bottom=0.06, hspace=0.12)
+    figure.subplots_adjust(left=0.1, right=0.975, top=0.93, bottom=0.06, hspace=0.12)
     return figure
 
 

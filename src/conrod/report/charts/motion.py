@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,6 +23,8 @@ COMPONENTS = "xy"
 # Samples of a turn: straight from degree to degree is less than a line's width off.
 EXACT_SAMPLES = 361
 BESIDE_BREAK = 1e-6  # [rad]
+# A run that leaves the panel is no curve; its samples are drawn as dots.
+DOTS: dict[str, Any] = {"linestyle": "none", "markersize": 2.0, "markeredgewidth": 0.6}
 ENOUGH_SAMPLES = 90
 # A component that stays this close to a constant, against the point's L, has nothing to show.
 FLAT = 1e-9
@@ -85,11 +88,15 @@ def _panel(axes: Axes, shown: Coordinate, angle: Array, truth: Array, runs: list
     for place, run in enumerate(runs):
         assert run.curves is not None
         curve = run.curves[shown.point][shown.quantity]
-        # A run that goes off leaves the panel.
-        values = np.clip(curve.values[:, shown.component] / metres, low - 2.0 * span, high + 2.0 * span)
-        reached += [max(float(values.min()), low - FOLLOW * span), min(float(values.max()), high + FOLLOW * span)]
-        every = max(1, len(values) // ENOUGH_SAMPLES)
-        _draw(axes, run, _one_turn(curve.angle)[::every], values[::every], span, place / len(runs))
+        degrees, values = _one_turn(curve.angle), curve.values[:, shown.component] / metres
+        inside = (values > low - FOLLOW * span) & (values < high + FOLLOW * span)
+        reached += [float(values[inside].min(initial=low)), float(values[inside].max(initial=high))]
+        if inside.all():
+            every = max(1, len(degrees) // ENOUGH_SAMPLES)
+            _draw(axes, run, degrees[::every], values[::every], span, place / len(runs))
+        else:
+            dots = curve_style(run) | DOTS
+            axes.plot(on_grid(degrees[inside], 360.0), on_grid(values[inside], span), **dots)
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
     axes.set_ylim(*on_grid(np.array([min(reached) - MARGIN * span, max(reached) + MARGIN * span]), 100.0 * span))
