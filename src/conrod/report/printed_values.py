@@ -18,8 +18,7 @@ GOOD = (Judgement.AGREES, Judgement.AFTER_ROUNDING)
 # Wrong steps first, because other numbers follow from them.
 IMPORTANCE = (Judgement.WRONG_STEP, Judgement.MISPRINT)
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
-# Corrections of each document on the index; items of one cause that are named one by one.
-FIRST, NAMED = 3, 6
+FIRST = 3  # corrections of each document on the index
 # Digits of an exact value beyond the printed ones, shown and saved; of a difference; significant ones of a share.
 SHOWN, SAVED, DIFFERENCE, OFF = 3, 6, 4, 4
 
@@ -140,10 +139,8 @@ def _causes_table(verdicts: Sequence[Verdict]) -> Table:
     for verdict in verdicts:
         if verdict.kind is Judgement.EXPLAINED:
             causes.setdefault(verdict.cause or "", []).append(verdict)
-    rows = [
-        [escaped(cause.rstrip(",")), str(len(group)), _largest(group), _named(group)] for cause, group in causes.items()
-    ]
-    return table(["cause", "items", "largest difference", "which"], rows)
+    rows = [[escaped(cause.rstrip(",")), str(len(group)), _largest(group)] for cause, group in causes.items()]
+    return table(["cause", "items", "largest difference"], rows)
 
 
 def _open_table(verdicts: Sequence[Verdict]) -> Table:
@@ -181,13 +178,6 @@ def _largest(group: Sequence[Verdict]) -> str:
     if not differences:
         return f"{off_text(max(group, key=lambda v: v.off or 0.0))} of the peak"
     return f"{max(differences):.2f} in the last digit"
-
-
-def _named(group: Sequence[Verdict]) -> str:
-    if len(group) > NAMED:
-        return "see below"
-    parts = ("" if is_formula(v) else f": {v.printed} → {right_text(v)}" for v in group)
-    return "; ".join(f"line {v.line}, {escaped(v.quantity)}{part}" for v, part in zip(group, parts, strict=True))
 
 
 # -- the report ------------------------------------------------------------------------------------------------------

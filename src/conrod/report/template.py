@@ -40,6 +40,11 @@ def bullets(points: Iterable[str]) -> str:
     return "\n".join(f"- {' '.join(point.split())}" for point in points)
 
 
+def begun(text: str) -> str:
+    """The text with a capital; `capitalize` would make the others small."""
+    return text[:1].upper() + text[1:]
+
+
 def listed(words: Sequence[str]) -> str:
     """Words as a list in a sentence: `a, b and c`."""
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
@@ -79,11 +84,10 @@ def _cell(cell: Cell) -> str:
 FILTERS = {
     "measured": numbers.measured,
     "quantity": numbers.quantity,
-    "order": numbers.order,
-    "duration": numbers.duration,
-    "percent": numbers.percent,
-    "bullets": bullets,
     "lengths": numbers.lengths,
+    "bullets": bullets,
+    "begun": begun,
+    "verbatim": verbatim,
 }
 
 
@@ -97,18 +101,13 @@ def rendered(template: str, **names: Any) -> str:
     return unwrapped(_environment().get_template(f"{template}.md.jinja").render(**names))
 
 
-def begun(text: str) -> str:
-    """The text with a capital; `capitalize` would make the others small."""
-    return text[:1].upper() + text[1:]
-
-
 @cache
 def _environment() -> Environment:
     made = Environment(
         loader=PackageLoader("conrod.report"), undefined=StrictUndefined, finalize=_shown, trim_blocks=True,
         lstrip_blocks=True, autoescape=False,
     )  # fmt: skip
-    made.filters |= FILTERS | {"begun": begun, "verbatim": verbatim}
+    made.filters |= FILTERS
     return made
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from conrod.engines.mobility import MobilityCount
@@ -42,8 +42,7 @@ ROLES = {
     Role.HARMED: "full + {}",
     Role.ALL: "all ingredients",
 }
-# A model, and those that are made from it.
-FAMILIES = ((Role.MINIMAL, (Role.ADDED, Role.REDUCED)), (Role.FULL, (Role.TAKEN, Role.HARMED, Role.ALL)))
+NAMED = 3  # of models with one count
 
 
 def cost_text(cost: PairedTiming | None) -> str:
@@ -210,7 +209,9 @@ def counts_table(found: EngineAblation, mobility: int) -> Table:
     rows = []
     for alike in groups.values():
         taken = dict.fromkeys(titles[variant.ingredient] for variant in alike if variant.ingredient in titles)
-        rows.append([_names(alike), *_count(alike[0].mobility, mobility, " or ".join(taken))])
+        names = [ROLES[variant.role].format(variant.ingredient) for variant in alike]
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        rows.append(["; ".join(names[:NAMED]) + more, *_count(alike[0].mobility, mobility, " or ".join(taken))])
     return table(head, rows)
 
 
@@ -229,15 +230,3 @@ def _count(count: MobilityCount | None, mobility: int, taken: str) -> list[str]:
         "; ".join(f"{what}: {which}" for what, which in idle.items() if which) or "none",
         (f"{count.missing}, of {taken}" if taken else str(count.missing)) if count.missing else "none",
     ]
-
-
-def _names(alike: Sequence[VariantResult]) -> str:
-    """Their names; where most of those made from a model are like it, that they are."""
-    names = []
-    for base, others in FAMILIES:
-        family = [variant for variant in alike if variant.role in (base, *others)]
-        if len(family) > 1 and any(variant.role is base for variant in family):
-            names.append(f"{ROLES[base]}, and all others made from it that are not named")
-        else:
-            names += [ROLES[variant.role].format(variant.ingredient) for variant in family]
-    return "; ".join(names)

@@ -66,7 +66,9 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     exact = np.array(own[0].exact_lengths)
     axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **EXACT)
     axes.axvline(1.0, color="#333333", linewidth=1.0)
-    axes.annotate("float speed", (1.0, 0.93), xycoords=("data", "axes fraction"), fontsize=7.5, backgroundcolor="white")
+    ground = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+    at = {"xycoords": ("data", "axes fraction"), "ha": "center"}
+    axes.annotate("float speed", (1.0, 0.93), fontsize=7.5, bbox=ground, **at)
     for found in own:
         style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
         for flies in (False, True):
