@@ -81,7 +81,7 @@ def test_the_page_begins_with_how_much_faster_the_minimal_model_is(pages: dict[s
 def test_the_page_counts_as_gruebler_does_and_names_what_is_redundant_or_missing(pages: dict[str, str]) -> None:
     page = pages[f"{SCENE}.md"]
     assert "n = 4 links, j = 4 lower pairs, h = 0 higher pairs: 3 (n - 1) - 2 j - h = 9 - 8 - 0 = 1" in page
-    minimal = row(page, "minimal, and all others")
+    minimal = row(page, "minimal; minimal + ")
     assert minimal[1:] == ["3", "3", "2", "1, as counted", "empty: slider-pin z", "none"]
     open_loop = row(page, "minimal - closure | 3")
     assert open_loop[4:] == ["3, **Gruebler: 1**", "none", "2, of closure"]
