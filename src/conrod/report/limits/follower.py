@@ -67,8 +67,8 @@ def _onset_panel(axes: Axes, own: Sequence[FollowerFloat]) -> None:
     axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **EXACT)
     axes.axvline(1.0, color="#333333", linewidth=1.0)
     ground = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-    at = {"xycoords": ("data", "axes fraction"), "ha": "center"}
-    axes.annotate("float speed", (1.0, 0.93), fontsize=7.5, bbox=ground, **at)
+    at = ("data", "axes fraction")
+    axes.annotate("float speed", (1.0, 0.93), xycoords=at, ha="center", fontsize=7.5, bbox=ground)
     for found in own:
         style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
         for flies in (False, True):
