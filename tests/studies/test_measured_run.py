@@ -19,7 +19,7 @@ from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.frame.run import RunCase, as_run, measure, predicted_errors, too_coarse
+from conrod.studies.frame.run import RunCase, as_run, measure, not_run, predicted_errors
 
 SAW: Any = SCENES["saw-40rpm"]
 GENEVA: Any = scene_named("geneva")
@@ -108,13 +108,12 @@ def test_of_an_input_that_makes_a_pass_the_pass_is_run_whatever_is_asked() -> No
 
 
 def test_a_pass_of_two_steps_is_not_run_and_one_of_three_is() -> None:
-    for taken in (2, 3):
-        case = replace(case_of(GENEVA, "pymunk"), revolutions=taken / STEPS)
-        why = f"the pass is {taken} steps long at {STEPS} steps a revolution; 3 are needed to have accelerations"
-        assert too_coarse(case) == (why if taken == 2 else None)
-        assert too_coarse(replace(case, scene=SAW)) is None
-    steps = next(n for n in range(2, 40) if too_coarse(as_run(case_of(GENEVA, "pymunk", n))) is None) - 1
-    found = measure(case_of(GENEVA, "pymunk", steps))
+    cases = (as_run(case_of(GENEVA, "pymunk", n)) for n in range(2, 40))
+    fewest = next(case for case in cases if not_run(case, GENEVA) is None)
+    steps = fewest.settings.steps_per_revolution
+    assert round(fewest.revolutions * steps) == 3
+    assert not_run(case_of(SAW, "pymunk", 2), SAW) is None
+    found = measure(case_of(GENEVA, "pymunk", steps - 1))
     assert (found.outcome, found.errors) == ("unsupported", None)
     assert "are needed" in found.reason
 

@@ -26,7 +26,7 @@ from conrod.runs.trajectory import Outcome, Piece, Settings, Track, concatenate_
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_pair
-from conrod.studies.frame.run import RunCase, as_run, too_coarse
+from conrod.studies.frame.run import RunCase, as_run, not_run
 from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import GONE
 
@@ -96,9 +96,8 @@ def measure_change(case: ChangeCase) -> Measurement:
         InvalidInput: as `conrod.run`.
     """
     engine, scene, case = engine_named(case.settings.engine), case.scene, as_run(case)
-    refusal = engine.refusal(scene, case.settings) or too_coarse(case)
-    if refusal:
-        return Measurement(Outcome.UNSUPPORTED.slug, refusal)
+    if (unsupported := not_run(case, scene)) is not None:
+        return unsupported
     turn = scene.kinematics.angles(COUNTED)
     count = required(engine, HasIngredients).mobility(scene, case.settings, turn)
     beside: dict[str, Any] = {"mobility": asdict(count)}

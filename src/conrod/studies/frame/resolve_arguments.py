@@ -86,18 +86,15 @@ def _named(names: Sequence[str]) -> dict[str, Scene]:
     A file may have the name of a machine of the catalogue, as a changed copy of it has, but not beside that machine.
     """
     scenes: dict[str, Scene] = {}
-    files: dict[str, str] = {}
+    from_files = set[str]()
     for given in _spelt_out(names):
         if Path(given).suffix and not is_file(given):
             raise InvalidInput(f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}")
         scene = _from_file(given) if is_file(given) else scene_named(given)
         name = scene.kind if is_file(given) else given
-        if is_file(given) and (name in SCENES or name in scenes):
-            raise InvalidInput(f"{given}: name = {name!r} is taken by another scene; give it a name of its own")
-        if name in files:
-            raise InvalidInput(f"{name}: {files[name]} has this name too; give the one in the file another name")
-        if is_file(given):
-            files[name] = given
+        if name in from_files or (is_file(given) and (name in SCENES or name in scenes)):
+            raise InvalidInput(f"{given}: name = {name!r} is taken by another scene; give the one in the file another")
+        from_files |= {name} if is_file(given) else set()
         scenes[name] = scene
     return scenes
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.engines.engine import CUSTOM, run_of
+from conrod.engines.engine import CUSTOM, Machine, run_of
 from conrod.engines.running import check_run, followed
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -80,19 +80,26 @@ def as_run(case: AnyRun) -> AnyRun:
     return replace(case, start_angle=start, revolutions=revolutions)
 
 
-def too_coarse(case: RunCase) -> str | None:
-    """None, or why the one pass of an input that cannot turn fully is not run with so few steps.
+def not_run(case: RunCase, machine: Machine) -> Measurement | None:
+    """None, or the measurement of a case that its engine cannot have, or whose one pass has room for too few steps.
 
     Args:
         case: with the stretch that is run, see `as_run`.
+
+    Raises:
+        InvalidInput: as `conrod.run`.
     """
-    taken = round(case.settings.steps_per_revolution * case.revolutions)
-    if case.scene.kinematics.mechanism.driver.span is None or taken >= LEAST_STEPS:
-        return None
-    return (
-        f"the pass is {taken} steps long at {case.settings.steps_per_revolution} steps a revolution; "
-        f"{LEAST_STEPS} are needed to have accelerations"
-    )
+    steps, span = case.settings.steps_per_revolution, machine.kinematics.mechanism.driver.span
+    refusal, taken = engine_named(case.settings.engine).refusal(machine, case.settings), round(steps * case.revolutions)
+    if refusal is None and span is not None and taken < LEAST_STEPS:
+        refusal = (
+            f"the pass is {taken} steps long at {steps} steps a revolution; "
+            f"{LEAST_STEPS} are needed to have accelerations"
+        )
+    if refusal is not None:
+        return Measurement(Outcome.UNSUPPORTED.slug, refusal)
+    check_run(machine, case.settings, case.revolutions, case.start_angle)
+    return None
 
 
 def measure(case: RunCase) -> Measurement:
@@ -102,10 +109,8 @@ def measure(case: RunCase) -> Measurement:
         InvalidInput: as `conrod.run`.
     """
     engine, case = engine_named(case.settings.engine), as_run(case)
-    refusal = engine.refusal(case.scene, case.settings) or too_coarse(case)
-    if refusal:
-        return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    check_run(case.scene, case.settings, case.revolutions, case.start_angle)
+    if (unsupported := not_run(case, case.scene)) is not None:
+        return unsupported
     errors, signed = RunErrors(), SignedErrors(case)
     prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
     ended = followed(engine, case.scene, case.settings, case.revolutions, case.start_angle, errors, prediction, signed)

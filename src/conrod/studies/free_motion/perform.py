@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import FreeMotion, Lacking, capability
+from conrod.engines.capabilities import FreeMotion, required
 from conrod.engines.free_run import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -72,10 +72,7 @@ def _judged_by(course: ExactCourse, engine: Engine[Any], preset: str, plan: Moti
 
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
     grid, motion = course.grid.finer(divisor), course.motion
-    free = capability(engine, FreeMotion)
-    if isinstance(free, Lacking):
-        raise InvalidInput(free.reason)
-    run = free.free_run(
+    run = required(engine, FreeMotion).free_run(
         course.mechanism, preset, grid.step, grid.steps, motion.poses[0], motion.rates[0], every=grid.every
     )
     return _on_its_branch(course, run) if run.outcome is Outcome.COMPLETED else run
@@ -206,14 +203,7 @@ class MotionCase(EngineCase[MotionResult]):
         return {"scene": self.name}
 
     def determined_by(self) -> dict[str, Any]:
-        plan = self.plan
-        return {
-            "settings": {},
-            "motion": plan.motion,
-            "seconds": plan.seconds,
-            "step": plan.step,
-            "leaving": plan.leaving,
-        }
+        return {"settings": {}} | {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
 
 
 def exact_summary(course: ExactCourse) -> ExactSummary:
@@ -234,15 +224,10 @@ def motion_study(
     Args:
         presets: to run, by engine name.
     """
-    count = sum(len(presets[engine.name]) for engine in engines)
-    cases = [
-        MotionCase(name, scene, engine.name, preset, plan, count)
-        for name, scene in scenes.items()
-        for engine in engines
-        for preset in presets[engine.name]
-    ]
-    results = yield cases
-    return [_study_of([case for case in cases if case.name == name], results) for name in scenes]
+    runs = [(engine.name, preset) for engine in engines for preset in presets[engine.name]]
+    cases = {name: [MotionCase(name, scene, *run, plan, len(runs)) for run in runs] for name, scene in scenes.items()}
+    results = yield [case for own in cases.values() for case in own]
+    return [_study_of(own, results) for own in cases.values()]
 
 
 def _study_of(cases: Sequence[MotionCase], results: Results) -> MotionStudy:

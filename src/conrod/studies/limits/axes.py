@@ -216,8 +216,8 @@ def _regularised(setup: Setup, share: float) -> LimitCase:
 
 
 def _unregularised(setup: Setup) -> str | None:
-    if setup.not_varied:
-        return setup.not_varied
+    if setup.not_varied():
+        return setup.not_varied()
     regularised = setup.variations.regularised(setup.scene, setup.settings(), 1.0)
     return f"{setup.engine} does not regularise its constraints" if regularised is None else None
 
@@ -247,10 +247,6 @@ def _order(setup: Setup, number: float) -> str:
 
 def _one_pass(rest: str) -> Callable[[Setup], str | None]:
     return lambda setup: f"the input of {setup.scene.kind} makes one pass {rest}" if setup.one_pass else None
-
-
-def _not_varied(setup: Setup) -> str | None:
-    return setup.not_varied
 
 
 # -- the table -------------------------------------------------------------------------------------------------------
@@ -284,7 +280,7 @@ ROWS = (
     ),
     Axis(
         "stabilisation", "Time constant of stabilisation", "time constant (steps)", Scale.LOG, _stabilised,
-        1000.0, 0.1, (0.01, 1e6), _not_varied, ends=_stabilisation_ends, text=_time_constant,
+        1000.0, 0.1, (0.01, 1e6), Setup.not_varied, ends=_stabilisation_ends, text=_time_constant,
     ),
     Axis(
         "regularisation", "Regularisation left", "share of the engine's own regularisation (contact: 1 - impedance)",
@@ -294,7 +290,7 @@ ROWS = (
     Axis(
         "iterations", "Solver iterations", "iterations allowed in a step", Scale.COUNT,
         lambda setup, value: setup.run(setup.variations.iterated(setup.settings(), round(value))),
-        1000.0, 1.0, (1.0, 1e5), _not_varied, text=_counted("iteration"),
+        1000.0, 1.0, (1.0, 1e5), Setup.not_varied, text=_counted("iteration"),
     ),
     Axis(
         "run-length", "Length of the run", "revolutions", Scale.COUNT, _of_length,
@@ -308,7 +304,7 @@ ROWS = (
     Axis(
         "rounding", "State rounded to single precision", "rounded after each step (0: no, 1: yes)", Scale.LISTED,
         lambda setup, value: setup.run(setup.variations.rounded(setup.settings(), bool(value))),
-        lacks=_not_varied, values=lambda setup: (0.0, 1.0),
+        lacks=Setup.not_varied, values=lambda setup: (0.0, 1.0),
         text=lambda setup, value: "single precision" if value else "double precision",
     ),
     Axis(

@@ -149,7 +149,6 @@ class Setup:
         """Variations of the engine's settings; InvalidInput where there are none, see `not_varied`."""
         return variations_of(self.made_by)
 
-    @property
     def not_varied(self) -> str | None:
         """None, or why the engine's settings cannot be varied."""
         found = capability(self.made_by, Varied)

@@ -140,11 +140,6 @@ class LimitPlan:
     unfit: Mapping[str, str]
     searches: tuple[Planned, ...]
 
-    @property
-    def most(self) -> int:
-        """Number of runs that all searches together can ask for."""
-        return sum(planned.most for planned in self.searches)
-
     def study(self, found: Iterable[Any]) -> LimitStudy:
         """Return the study, from the findings of the searches."""
         flat = [part for one in found for part in (one if isinstance(one, tuple) else (one,))]
@@ -217,7 +212,7 @@ def check_runs(plans: Sequence[LimitPlan], most: int) -> None:
     Raises:
         InvalidInput: with both figures.
     """
-    needed = sum(plan.most for plan in plans)
+    needed = sum(planned.most for plan in plans for planned in plan.searches)
     if needed > most:
         raise InvalidInput(
             f"this may need up to {needed} runs, and --most-runs allows {most}: name one scene or --axis, or allow more"

@@ -9,7 +9,6 @@ import numpy as np
 
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
-from conrod.engines.running import check_run
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import Verdict, joint_gaps
@@ -17,7 +16,7 @@ from conrod.runs.plain import plain
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.run import LEAST_STEPS, as_run, too_coarse
+from conrod.studies.frame.run import LEAST_STEPS, as_run, not_run
 from conrod.studies.limits.recorders import (
     HELD,
     ExactTorque,
@@ -54,10 +53,8 @@ def stream_run(case: LimitCase) -> Measurement:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
     """
     engine, case = engine_named(case.settings.engine), as_run(case)
-    refusal = engine.refusal(case.machine, case.settings) or too_coarse(case)
-    if refusal:
-        return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    check_run(case.machine, case.settings, case.revolutions, case.start_angle)
+    if (unsupported := not_run(case, case.machine)) is not None:
+        return unsupported
     length, statistics, last = piece_length(case), RunStatistics(case), math.inf
     for piece in engine.run(case.machine, case.settings, case.revolutions, case.start_angle, length):
         statistics.add(piece)
