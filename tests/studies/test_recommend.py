@@ -17,6 +17,7 @@ from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.scenes import SCENES
+from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
@@ -27,6 +28,7 @@ from conrod.studies.sweep.recommend import (
     Recommendation,
     Refusal,
     check_tolerances,
+    confirming_cases,
     recommend_for,
     savings_of,
 )
@@ -217,6 +219,47 @@ def test_the_next_step_is_where_the_error_should_just_do(search: StepSearch, ste
     assert search.next_steps({"position": 1e-6}) == steps
 
 
+def test_an_answer_says_all_that_it_rests_on() -> None:
+    """Tuned errors are 40 / n², stock ones 2 / n, a revolution of n steps costs n."""
+    runs = PretendedRuns(second_order, per_step)
+    answer = recommended(runs, position=1e-4)
+    n, saved = answer.choice.steps, answer.savings
+    assert answer.how == "by all 360 runs of the grid"
+    assert answer.timing.ratio == n
+    assert saved.digits["position"] == pytest.approx(math.log10(n / 20.0))
+    assert (saved.best["position"], saved.cost_factor) == pytest.approx((1e-4, 20000 / n))
+    assert (answer.pasted, answer.rejected) == (shortened(SAW, answer.choice.case.settings), ())
+    assert f"space.step({answer.pasted.timestep!r})" in answer.paste
+    assert [one.what for one in answer.confirmations] == [
+        "as pasted", "start at 37 deg", "five revolutions", "speed -10%", "speed +10%",
+    ]  # fmt: skip
+    (pasted,), settings = {c for c in runs.ran if c.settings == answer.pasted}, answer.choice.case.settings
+    assert (pasted.start_angle, pasted.revolutions, pasted.scene.speed) == (0.0, 2.0, SAW.speed)
+    outside = [
+        (math.degrees(c.start_angle), c.revolutions, c.scene.speed / SAW.speed) for c in runs.ran if elsewhere(c)
+    ]
+    assert outside == [pytest.approx(one) for one in ((37, 2, 1), (0, 5, 1), (0, 2, 0.9), (0, 2, 1.1))]
+    assert {c.settings.steps_per_revolution for c in runs.ran if elsewhere(c)} == {settings.steps_per_revolution}
+    assert {c.name for c in runs.ran} == {"saw-500rpm"}
+
+
+def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
+    geneva = scene_named("geneva")
+    rule = plan_sweep("geneva", geneva, [PYMUNK], "coarse").rules[0]
+    found = dict(confirming_cases(rule, rule.cases[-1]))
+    assert list(found) == ["as pasted", "the pass backwards", "speed -10%", "speed +10%"]
+    assert [c.scene.speed / geneva.speed for c in found.values()] == pytest.approx([1.0, -1.0, 0.9, 1.1])
+
+
+@pytest.mark.parametrize(("worse", "most"), [(2.0, 30864), (12.0, 20000)])
+def test_what_only_does_in_the_grid_may_go_beyond_it_where_that_should_do(worse: float, most: int) -> None:
+    """At 20,000 steps, the most of the grid, the error just does: elsewhere it would at 30,864 or 75,600."""
+    runs = PretendedRuns(lambda c: second_order(c) * (worse if elsewhere(c) else 1.0), per_step)
+    answer = recommended(runs, position=1.05e-7)
+    assert max(c.settings.steps_per_revolution for c in runs.ran) == most
+    assert isinstance(answer, Recommendation) == (worse == 2.0)
+
+
 def test_confirming_runs_are_none_of_the_grid() -> None:
     runs = PretendedRuns(second_order, per_step)
     answer = recommended(runs, position=1e-4)
@@ -330,7 +373,56 @@ def test_a_table_that_is_wrong_by_a_hundredfold_breaks_no_promise(decibels: int,
 def test_a_table_of_no_such_machine_or_engine_leaves_a_search_from_the_usual_steps() -> None:
     answer = quickly(PretendedRuns(second_order, per_step), {"": {"steps": []}}, position=1e-3)
     assert 1.0 <= answer.margin < 10.0
-    assert "no machine like it" in answer.how
+    assert answer.how.startswith("from the shipped sweeps of no machine like it, by ")
+
+
+def of_rules(count: int, order: int = 2, machines: tuple[str, ...] = ("shear-press", "saw-40rpm")) -> dict[str, Any]:
+    """A table of some machines with the first rules of the saw's grid, which promises 1e-4 at 200 steps each."""
+    rules = [rule.rule.name for rule in grid_of_saw().rules][:count]
+    row = [1.0, *([-40 + order * 10, -40, -40 - order * 10],) * 3]
+    return {name: {"steps": [20, 200, 2000], "pymunk": dict.fromkeys(rules, row)} for name in machines}
+
+
+def test_a_quick_search_begins_at_the_steps_and_with_the_order_of_the_table() -> None:
+    def tried(order: int) -> list[int]:
+        runs = PretendedRuns(lambda c: 2e-4 if c.settings.steps_per_revolution == 200 else 9e-5, per_step)
+        quickly(runs, of_rules(1, order), position=1e-4)
+        return [c.settings.steps_per_revolution for c in runs.ran if not elsewhere(c)][:2]
+
+    assert [tried(order) for order in (1, 2, 4)] == [[200, 504], [200, 320], [200, 252]]
+
+
+def test_a_quick_search_goes_on_in_waves_and_counts_them_all() -> None:
+    """Seven rules are expected to do, of which none does elsewhere: six in the first wave, and one in the second."""
+    runs = PretendedRuns(lambda c: 1e3 if elsewhere(c) else 9e-5, per_step)
+    answer = quickly(runs, of_rules(7), position=1e-4)
+    assert {one.choice.swept.rule.name for one in answer.rejected} == set(of_rules(7)["saw-40rpm"]["pymunk"])
+    # Seven runs, eight stock ones, and three finer ones for each rule of the first wave.
+    assert answer.how == "from the shipped sweeps of shear-press, by 33 runs; --thorough makes 360"
+
+
+def test_the_nearest_of_all_waves_is_said_and_stock_runs_only_where_something_is_within() -> None:
+    first = grid_of_saw().rules[0].rule
+    runs = PretendedRuns(
+        lambda c: 2e-4 if c.settings == first.settings(SAW, c.settings.steps_per_revolution) else 3e-4, per_step
+    )
+    answer = quickly(runs, of_rules(7), position=1e-4)
+    assert answer.nearest.excess({"position": 1e-4}) == pytest.approx(2.0)
+    assert not {20, 40} & {c.settings.steps_per_revolution for c in runs.ran}
+    runs = PretendedRuns(lambda c: 9e-5, per_step)
+    assert quickly(runs, of_rules(2), position=1e-4).savings.best["position"] == 9e-5
+    assert {20, 40} <= {c.settings.steps_per_revolution for c in runs.ran if c.settings.preset == "stock"}
+
+
+def test_what_an_engine_has_no_rule_for_is_refused_with_its_reason() -> None:
+    rack = scene_named("rack-and-wheel")
+    plan, reason = plan_sweep("rack-and-wheel", rack, [PYMUNK], "default"), "no joint that ties"
+    (answer,) = pursue(
+        recommend_for(plan, {"position": 1e-4}, dict, shipped()),
+        lambda cases: {c.key: Measurement("unsupported", reason) for c in cases},
+    )
+    assert isinstance(answer, Refusal)
+    assert answer.why == f"no run completed: {reason}"
 
 
 @pytest.mark.parametrize(
@@ -385,8 +477,9 @@ def test_a_front_has_all_that_nothing_beats_and_nothing_else() -> None:
 
 @pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20, None])
 def test_a_tolerance_that_nothing_can_meet_is_refused_and_one_is_needed(bad: float | None) -> None:
-    with pytest.raises(InvalidInput, match="give at least one of" if bad is None else "--position"):
+    with pytest.raises(InvalidInput, match="^no tolerance: give at least one of" if bad is None else "^--position"):
         check_tolerances({"position": bad})
+    assert check_tolerances({"position": 1e-6, "velocity": None}) == {"position": 1e-6}
 
 
 def test_the_mass_ratio_counts_what_a_joint_feels() -> None:

@@ -59,17 +59,18 @@ def guesses(
 ) -> list[Guess]:
     """For each rule that the engine can have on the scene its most favourable guess; the cheapest first.
 
+    Of an engine that can have none the first rule, whose run says why.
+
     Of a machine that was swept its own sweep counts alone; any other machine is guessed from all that share its rules:
     those closed by joints have others than those with contact.
     """
     same = [name for name in table if name in SCENES and SCENES[name].identity() == scene.identity()]
     known = {name: table[name] for name in same or table}
     best = []
-    for rule in rules:
-        if rule.engine.refusal(scene, rule.cases[0].settings) is None:
-            found = [_guess(rule, name, swept, allowed) for name, swept in known.items() if _row(rule, swept)]
-            unknown = Guess(rule, USUAL_STEPS, math.inf, math.inf, USUAL_ORDER, "")
-            best.append(min(found or [unknown], key=_merit))
+    for rule in [one for one in rules if one.engine.refusal(scene, one.cases[0].settings) is None] or rules[:1]:
+        found = [_guess(rule, name, swept, allowed) for name, swept in known.items() if _row(rule, swept)]
+        unknown = Guess(rule, USUAL_STEPS, math.inf, math.inf, USUAL_ORDER, "")
+        best.append(min(found or [unknown], key=_merit))
     return sorted(best, key=_merit)
 
 

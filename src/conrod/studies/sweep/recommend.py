@@ -207,7 +207,7 @@ def _answer(
         nearest = min(before.nearest, nearest, key=lambda one: one.excess(allowed))
         rejected = [*before.rejected, *rejected]
     if nearest.measurement.errors is None:
-        why = "no run completed"
+        why = ": ".join(filter(None, ("no run completed", nearest.measurement.reason)))
     elif found and not timings:
         clock = capability(searches[0].rule.engine, Timed)
         why = clock.reason if isinstance(clock, Lacking) else "nothing within the tolerances could be timed"

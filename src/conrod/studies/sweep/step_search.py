@@ -17,6 +17,7 @@ AIMED_MARGIN = 1.25
 STEP_UNIT = 4  # steps per revolution are multiples of this
 WORTH = 0.92  # another run for a coarser step has to save this much
 LONGEST = 4.0  # from one step to the next one tried
+BEYOND = 2.5  # times the most steps of the grid, for what does in the grid and not in a confirming run
 STILL, STILL_TRIED = 0.3, 2  # an error of a lower order after more runs does not fall; nor do so many lost runs mend
 
 Tolerances = Mapping[str, float]  # largest normalised error by quantity
@@ -142,8 +143,9 @@ def run_at(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
 
 def finer_than(search: StepSearch, rejected: Choice, excess: float, allowed: Tolerances) -> Study[Choice | None]:
     """The rule at as many more steps as a confirming run was out by; None where there are none, or it is out."""
-    factor = LONGEST if not math.isfinite(excess) else (excess * AIMED_MARGIN) ** (1.0 / search.order)
-    steps = search._even(rejected.steps * min(factor, LONGEST))
+    wanted, most = rejected.steps * (excess * AIMED_MARGIN) ** (1.0 / search.order), search.bounds[1]
+    most = most if wanted > BEYOND * most else round(BEYOND * most)
+    steps = STEP_UNIT * math.ceil(min(wanted, LONGEST * rejected.steps, most) / STEP_UNIT)
     known = [one for one in search.tried if rejected.steps < one.steps <= steps]
     if not known and steps > rejected.steps:
         yield from run_at([(search, steps)])
