@@ -50,13 +50,17 @@ def pose_jets(mechanism: Mechanism, coefficients: Sequence[Array]) -> dict[str, 
     Args:
         coefficients: Taylor coefficients of the stacked poses, each (T, 3 n) [m, m, rad].
     """
-    poses = {}
-    for name, i in mechanism.body_index.items():
-        x, y, phi = (Jet([c[:, 3 * i + k] for c in coefficients]) for k in range(3))
-        poses[name] = PoseJet(x, y, phi, *sine_cosine(phi))
+    poses = {name: pose_jet(mechanism, coefficients, name) for name in mechanism.body_index}
     zero = Jet([0.0] * len(coefficients))
     poses[GROUND] = PoseJet(zero, zero, zero, zero, zero + 1.0)
     return poses
+
+
+def pose_jet(mechanism: Mechanism, coefficients: Sequence[Array], name: str) -> PoseJet:
+    """Pose jet of one moving body; arguments as of `pose_jets`."""
+    i = mechanism.body_index[name]
+    x, y, phi = (Jet([c[:, 3 * i + k] for c in coefficients]) for k in range(3))
+    return PoseJet(x, y, phi, *sine_cosine(phi))
 
 
 def active_arcs(joint: CamContact, poses: dict[str, PoseJet]) -> NDArray[np.intp]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from conrod.errors import InvalidInput
 from conrod.exact.curve_walk import BESIDE, LONGEST_STEP, CurvePoint, CurveWalk, closes, too_close
 from conrod.exact.dynamics.pieces import DEGREE, TAIL, Samples, sampled
-from conrod.exact.joint_curve import JointCurve, turned_alike
+from conrod.exact.joint_curve import JointCurve, one_thread, turned_alike
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 
@@ -19,11 +17,6 @@ SPREAD = 0.4  # of arc length, in its unit, at most in one piece
 LEAST_PLACES = 2
 FURTHER = 1.5  # a piece may be longer than the last one by this factor
 FEWEST = 1e-6  # of arc length, in its unit: a shorter piece does not converge for another reason
-
-
-@cache
-def _libraries() -> ThreadpoolController:
-    return ThreadpoolController()
 
 
 @dataclass(frozen=True)
@@ -94,9 +87,7 @@ class _Pieces:
 
     def following(self) -> Samples:
         """The next piece; raises InvalidInput where the curve cannot be followed further."""
-        # Threads cost more than they save on matrices this small: 46 s of CPU time in place of 3 s for a chain of 20
-        # four-bars. With one, last digits do not depend on the number of cores either.
-        with _libraries().limit(limits=1, user_api="blas"):
+        with one_thread():
             return self._following()
 
     def _following(self) -> Samples:

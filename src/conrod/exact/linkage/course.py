@@ -15,7 +15,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.curve_walk import CurvePoint, CurveWalk
-from conrod.exact.joint_curve import JointCurve
+from conrod.exact.joint_curve import JointCurve, one_thread
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 
@@ -94,10 +94,11 @@ class Course:
         nearest = np.abs(self.parameter[:, None] - parameter).argmin(axis=0)
         tangents = self.tangents[nearest] / curve.scale
         guess = self.samples[nearest] / curve.scale + (parameter - self.parameter[nearest])[:, None] * tangents
-        points = curve.corrected(guess, tangents, DONE)
-        if points is None:
-            raise InvalidInput(f"{curve.mechanism.name}: its poses cannot be followed")
-        return points * curve.scale, curve.frame(points, tangents).tangent * curve.scale
+        with one_thread():
+            points = curve.corrected(guess, tangents, DONE)
+            if points is None:
+                raise InvalidInput(f"{curve.mechanism.name}: its poses cannot be followed")
+            return points * curve.scale, curve.frame(points, tangents).tangent * curve.scale
 
     def crank_angle(self, poses: Array) -> Array:
         """Crank angles (T,) [rad] of poses (T, 3 n)."""
@@ -133,8 +134,9 @@ def _whole_range(kinematics: Kinematics) -> tuple[End, Course, End]:
     """Poses from the least to the greatest crank angle, no more than a turn either way, and what ends them."""
     curve = JointCurve(kinematics.mechanism)
     trace = _Trace(kinematics, curve)
-    ahead, stop_end = trace.from_start(+1.0)
-    behind, start_end = ([], stop_end) if stop_end == "none" else trace.from_start(-1.0)
+    with one_thread():
+        ahead, stop_end = trace.from_start(+1.0)
+        behind, start_end = ([], stop_end) if stop_end == "none" else trace.from_start(-1.0)
     parameter = np.array([*(-place.along for place in behind[:0:-1]), *(place.along for place in ahead)])
     points = np.concatenate([place.point for place in (*behind[:0:-1], *ahead)])
     tangents = np.concatenate([*(-place.tangent for place in behind[:0:-1]), *(place.tangent for place in ahead)])

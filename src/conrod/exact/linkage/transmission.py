@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
-from conrod.exact.joint_equations import pose_jets
+from conrod.exact.joint_equations import pose_jet
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.course import Course
 from conrod.exact.motion import Array
@@ -18,6 +19,8 @@ from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revo
 SAMPLES = 3600
 # An extreme is closed in upon by so many parts of its interval, so many times: to rounding of its value.
 PARTS, TIMES = 16, 10
+SIGNS = (1.0, -1.0)  # times the angle: of what is least for the least angle, and for the greatest
+RodEnd: TypeAlias = tuple[str, Point, Point, Point]  # the partner, its pin, the rod's own pin there, and its other one
 
 
 def least_transmission_angle(kinematics: Kinematics) -> float | None:
@@ -63,7 +66,15 @@ class Push:
 
 def pushes(kinematics: Kinematics, poses: Array) -> list[Push]:
     """Every driven link that is guided by the ground, and pushed by a cam, a rod or a block, at poses (T, 3 n)."""
-    return [*_cam_pushes(kinematics, poses), *_rod_pushes(kinematics.mechanism, poses)]
+    return [push(poses) for push in _pushes(kinematics)]
+
+
+def _pushes(kinematics: Kinematics) -> list[PushAt]:
+    """Each push by itself, so that one can be had without the others."""
+    return [*_cam_pushes(kinematics), *_rod_pushes(kinematics.mechanism)]
+
+
+PushAt: TypeAlias = Callable[[Array], Push]  # of poses (T, 3 n)
 
 
 @dataclass(frozen=True)
@@ -102,82 +113,97 @@ class TransmissionAngle:
 
 def transmission_angles(course: Course) -> tuple[TransmissionAngle, ...]:
     """Of every driven link that is guided by the ground; empty where none is pushed by a rod, a block or a cam."""
-    found = []
-    samples = pushes(course.kinematics, course.samples)
-    for k, push in enumerate(samples):
-        angles = partial(_angle, course, k)
-        least, greatest = _least(course, push.angle, angles, 1.0), _least(course, push.angle, angles, -1.0)
-        found.append(TransmissionAngle(push.driven, push.through, least, greatest))
+    at = _pushes(course.kinematics)
+    samples = [push(course.samples) for push in at]
+    extremes = _least(course, np.array([sign * push.angle for push in samples for sign in SIGNS]), at)
+    found = [
+        TransmissionAngle(push.driven, push.through, least, Extreme(-greatest.value, greatest.angle))
+        for push, least, greatest in zip(samples, extremes[::2], extremes[1::2], strict=True)
+    ]
     return tuple(sorted(found, key=lambda angle: (angle.driven, angle.through)))
 
 
-def _angle(course: Course, k: int, parameter: Array) -> Array:
-    return pushes(course.kinematics, course.poses(parameter))[k].angle
+def _least(course: Course, values: Array, at: list[PushAt]) -> list[Extreme]:
+    """The least of each row of values (E, T) at the samples, and between them; a push has a row for each sign.
 
-
-def _least(course: Course, samples: Array, at: Callable[[Array], Array], sign: float) -> Extreme:
-    """The value that is least times a sign, from those at the samples and between them."""
-    parameter, values = course.parameter, sign * samples
-    k = int(values.argmin())
-    low, high = float(parameter[max(k - 1, 0)]), float(parameter[min(k + 1, len(parameter) - 1)])
-    if course.periodic and k in {0, len(parameter) - 1}:
-        low, high = -float(parameter[1]), float(parameter[1])
-    value, place = float(values[k]), float(parameter[k])
+    All are closed in upon together: what takes time in solving for poses is not how many they are.
+    """
+    if not at:
+        return []
+    parameter, rows, last = course.parameter, np.arange(len(values)), values.shape[1] - 1
+    k = values.argmin(axis=1)
+    low, high = parameter[np.maximum(k - 1, 0)], parameter[np.minimum(k + 1, last)]
+    if course.periodic:
+        around = (k == 0) | (k == last)
+        low, high = np.where(around, -parameter[1], low), np.where(around, parameter[1], high)
+    value, place = values[rows, k], parameter[k]
     for _ in range(TIMES):
-        some = np.linspace(low, high, PARTS + 1)
-        here = sign * at(some)
-        j = int(here.argmin())
-        if here[j] < value:
-            value, place = float(here[j]), float(some[j])
-        low, high = float(some[max(j - 1, 0)]), float(some[min(j + 1, PARTS)])
-    angle = float(course.crank_angle(course.poses(np.array([place])))[0])
-    return Extreme(sign * value, angle % (2.0 * math.pi) if course.periodic else angle)
+        some = np.linspace(low, high, PARTS + 1, axis=1)
+        poses = np.split(course.poses(some.ravel()), len(rows))
+        here = np.array([SIGNS[e % 2] * at[e // 2](some_poses).angle for e, some_poses in enumerate(poses)])
+        j = here.argmin(axis=1)
+        less = here[rows, j] < value
+        value, place = np.where(less, here[rows, j], value), np.where(less, some[rows, j], place)
+        low, high = some[rows, np.maximum(j - 1, 0)], some[rows, np.minimum(j + 1, PARTS)]
+    angles = course.crank_angle(course.poses(place))
+    return [
+        Extreme(float(v), float(angle % (2.0 * math.pi) if course.periodic else angle))
+        for v, angle in zip(value, angles, strict=True)
+    ]
 
 
-def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
+def _cam_pushes(kinematics: Kinematics) -> Iterator[PushAt]:
     mechanism = kinematics.mechanism
     row = 0
     for joint in mechanism.joints:
-        if joint in mechanism.cam_contacts:
-            column = 3 * mechanism.body_index[joint.b]
-            path = _path(mechanism, poses, joint.b, _place(mechanism, poses, joint.b, joint.roller_centre))
-            if path is not None:
-                yield Push(joint.b, joint.a, kinematics.jacobian(poses)[:, row, column : column + 2], path)
+        if joint in mechanism.cam_contacts and _guide(mechanism, joint.b) is not None:
+            yield partial(_cam_push, kinematics, joint, row)
         row += kinematics.equations_of(joint)
 
 
-def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
+def _cam_push(kinematics: Kinematics, joint: CamContact, row: int, poses: Array) -> Push:
+    mechanism, column = kinematics.mechanism, 3 * kinematics.mechanism.body_index[joint.b]
+    path = _path(mechanism, poses, joint.b, _place(mechanism, poses, joint.b, joint.roller_centre))
+    return Push(joint.b, joint.a, kinematics.jacobian(poses)[:, row, column : column + 2], path)
+
+
+def _rod_pushes(mechanism: Mechanism) -> Iterator[PushAt]:
     away = _joints_from_crank(mechanism)
     for rod in mechanism.bodies:
         ends = _rod_ends(mechanism, rod.name)
         # Of two rockers on a rod, the one farther from the crank is driven.
         farthest = max((away[driven] for driven, *_ in ends), default=0)
-        for driven, point, own, other in ends:
+        for end in ends:
             # A rod that is reached by way of a link does not push that one: it is itself moved by it.
-            if away[driven] < farthest or away[driven] < away[rod.name]:
-                continue
-            path = _path(mechanism, poses, driven, _place(mechanism, poses, driven, point))
-            if path is not None:
-                line = _place(mechanism, poses, rod.name, own) - _place(mechanism, poses, rod.name, other)
-                yield Push(driven, rod.name, line, path)
-        yield from _block_pushes(mechanism, poses, rod.name, away)
+            if away[end[0]] >= max(farthest, away[rod.name]) and _guide(mechanism, end[0]) is not None:
+                yield partial(_rod_push, mechanism, rod.name, end)
+        yield from _block_pushes(mechanism, rod.name, away)
 
 
-def _block_pushes(mechanism: Mechanism, poses: Array, block: str, away: Mapping[str, int]) -> Iterator[Push]:
+def _rod_push(mechanism: Mechanism, rod: str, end: RodEnd, poses: Array) -> Push:
+    driven, point, own, other = end
+    path = _path(mechanism, poses, driven, _place(mechanism, poses, driven, point))
+    return Push(driven, rod, _place(mechanism, poses, rod, own) - _place(mechanism, poses, rod, other), path)
+
+
+def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int]) -> Iterator[PushAt]:
     """A block on a pin of one link that slides in another: it pushes at right angles to the slide, through its pin."""
     joints = [j for j in mechanism.joints_on(block) if GROUND not in (j.a, j.b)]
     slide = next((j for j in joints if isinstance(j, Prismatic)), None)
     pin = next((j for j in joints if isinstance(j, Revolute)), None)
     if slide is None or pin is None or len(joints) != 2 or len(mechanism.joints_on(block)) != 2:
         return
-    links = (beside(slide, block)[0], beside(pin, block)[0])
-    driven = max(links, key=away.__getitem__)
-    place = _place(mechanism, poses, block, beside(pin, block)[2])
-    path = None if driven == mechanism.crank else _path(mechanism, poses, driven, place)
-    if path is not None:
-        across = slide.direction + 0.5 * math.pi
-        turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + across
-        yield Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
+    driven = max(beside(slide, block)[0], beside(pin, block)[0], key=away.__getitem__)
+    if driven != mechanism.crank and _guide(mechanism, driven) is not None:
+        yield partial(_block_push, mechanism, block, slide, beside(pin, block)[2], driven)
+
+
+def _block_push(
+    mechanism: Mechanism, block: str, slide: Prismatic, point: Point, driven: str, poses: Array
+) -> Push:
+    path = _path(mechanism, poses, driven, _place(mechanism, poses, block, point))
+    turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + (slide.direction + 0.5 * math.pi)
+    return Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
 
 
 def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
@@ -192,8 +218,8 @@ def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
     return {body.name: away.get(body.name, len(mechanism.bodies)) for body in mechanism.bodies}
 
 
-def _rod_ends(mechanism: Mechanism, name: str) -> list[tuple[str, Point, Point, Point]]:
-    """Of a body with two pins and nothing else: each driven partner, its pin, and the rod's own pin and other pin."""
+def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
+    """Of a body with two pins and nothing else: its ends at driven partners."""
     joints = mechanism.joints_on(name)
     ends = [beside(joint, name) for joint in joints if isinstance(joint, Revolute)]
     if len(joints) != 2 or len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]):
@@ -205,20 +231,23 @@ def _rod_ends(mechanism: Mechanism, name: str) -> list[tuple[str, Point, Point, 
     ]
 
 
-def _path(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array | None:
-    """Direction (T, 2) in which the point of a body at a place (T, 2) [m] moves; None without a guide in the ground."""
-    for joint in mechanism.joints_on(name):
-        if GROUND not in (joint.a, joint.b):
-            continue
-        if isinstance(joint, Prismatic):
-            direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
-            return np.broadcast_to(direction, (len(poses), 2))
-        if isinstance(joint, Revolute):
-            arm = place - np.asarray(beside(joint, name)[1])
-            return np.column_stack([-arm[:, 1], arm[:, 0]])
-    return None
+def _guide(mechanism: Mechanism, name: str) -> Revolute | Prismatic | None:
+    """The joint that guides a body in the ground."""
+    joints = (j for j in mechanism.joints_on(name) if GROUND in (j.a, j.b))
+    return next((joint for joint in joints if isinstance(joint, Revolute | Prismatic)), None)
+
+
+def _path(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array:
+    """Direction (T, 2) in which the point of a guided body at a place (T, 2) [m] moves."""
+    joint = _guide(mechanism, name)
+    if isinstance(joint, Prismatic):
+        direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
+        return np.broadcast_to(direction, (len(poses), 2))
+    assert joint is not None
+    arm = place - np.asarray(beside(joint, name)[1])
+    return np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
 def _place(mechanism: Mechanism, poses: Array, name: str, point: Point) -> Array:
-    x, y = pose_jets(mechanism, [poses])[name].point(point)
+    x, y = pose_jet(mechanism, [poses], name).point(point)
     return np.column_stack([np.broadcast_to(c.coefficients[0], len(poses)) for c in (x, y)])

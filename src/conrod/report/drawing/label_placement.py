@@ -77,10 +77,7 @@ class LabelPlacement:
             return 0
         costs = NEXT_WISH * np.arange(len(places)) + self._cost(np.array([box for box, _ in places]))
         for k, (_, lines) in enumerate(places):
-            costs[k] += STRUCK * sum(bool(_overlap(line[None], text)[0]) for line in lines for text in self._texts)
-            costs[k] += CROSSED * sum(
-                bool(_overlap(line[None], other)[0]) for line in lines[:1] for other in self._lines
-            )
+            costs[k] += STRUCK * _overlaps(lines, self._texts).sum() + CROSSED * _overlaps(lines[:1], self._lines).sum()
         return int(np.argmin(costs))
 
     def beside(self, points: Array, extent: Array, paper: Array, towards: Array | None = None) -> Array:
@@ -113,30 +110,44 @@ class LabelPlacement:
         cost = np.zeros(len(boxes))
         covered = (self._texts, ON_TEXT), (self._plates, ON_PLATE), (self._lines, off_lines * ON_LINE)
         for others, weight in covered:
-            for other in others:
-                cost += weight * _overlap(boxes, other)
+            cost += weight * _overlaps(boxes, others)
         return cost
 
 
-def _overlap(outlines: Array, other: Array) -> NDArray[np.bool_]:
-    """False (C,) for those of some convex outlines (C, N, 2) that a line parts from another outline (M, 2).
+def _overlaps(outlines: Array | Sequence[Array], others: Sequence[Array]) -> Array:
+    """How many of some other convex outlines, corners (M, 2) each, each of some (C, N, 2) overlaps; (C,)."""
+    count = np.zeros(len(outlines))
+    if not len(outlines):
+        return count
+    outlines = np.asarray(outlines)
+    for corners in {len(other) for other in others}:
+        some = np.array([other for other in others if len(other) == corners])
+        # Few of a large drawing are anywhere near.
+        near = (some.max(axis=1) >= outlines.min(axis=(0, 1))) & (some.min(axis=1) <= outlines.max(axis=(0, 1)))
+        count += _overlap(outlines, some[near.all(axis=1)]).sum(axis=1)
+    return count
+
+
+def _overlap(outlines: Array, others: Array) -> NDArray[np.bool_]:
+    """False (C, M) where a line parts a convex outline (C, N, 2) from another one (M, K, 2).
 
     Such a line is along a side of one of the two.
     """
-    apart = np.zeros(len(outlines), dtype=bool)
-    for k in range(outlines.shape[1]):
-        side = outlines[:, (k + 1) % outlines.shape[1]] - outlines[:, k]
+    apart = np.zeros((len(outlines), len(others)), dtype=bool)
+    for side in np.moveaxis(np.roll(outlines, -1, axis=1) - outlines, 1, 0):
         normals = np.column_stack([-side[:, 1], side[:, 0]])
-        apart |= _parted(np.einsum("cni,ci->cn", outlines, normals), normals @ other.T)
-    for side in np.roll(other, -1, axis=0) - other:
-        normal = np.array([-side[1], side[0]])
-        apart |= _parted(outlines @ normal, (other @ normal)[None])
+        own = np.einsum("cni,ci->cn", outlines, normals)
+        apart |= _parted(own[:, None], np.einsum("ci,mki->cmk", normals, others))
+    for side in np.moveaxis(np.roll(others, -1, axis=1) - others, 1, 0):
+        normals = np.column_stack([-side[:, 1], side[:, 0]])
+        own = np.einsum("mki,mi->mk", others, normals)
+        apart |= _parted(np.einsum("cni,mi->cmn", outlines, normals), own[None])
     return ~apart
 
 
 def _parted(one: Array, other: Array) -> NDArray[np.bool_]:
-    """True (C,) where the ranges of two rows of numbers have nothing in common."""
-    return np.asarray((one.max(axis=1) < other.min(axis=1)) | (other.max(axis=1) < one.min(axis=1)))
+    """True (C, M) where the ranges of two rows of numbers, along the last axis, have nothing in common."""
+    return np.asarray((one.max(axis=-1) < other.min(axis=-1)) | (other.max(axis=-1) < one.min(axis=-1)))
 
 
 def _crossed(segment: Array, starts: Array, stops: Array) -> NDArray[np.bool_]:
