@@ -8,12 +8,15 @@ import json
 import os
 import subprocess
 import sys
+import time
+import weakref
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import conrod, conrod_process, said
 
+from conrod.__main__ import _interrupt_again
 from conrod.scenes import SCENES
 
 ENTRY_KEYS = {
@@ -227,6 +230,21 @@ def test_an_interrupt_or_no_memory_leaves_nothing_and_says_no_more_than_that(
     assert done.returncode == status
     assert said(done)[-1] == f"conrod: {words}"
     assert files_in(tmp_path) == []
+
+
+def test_an_interrupt_that_python_drops_comes_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One in a callback of an import was printed as a traceback, and the command went on to its end."""
+
+    def interrupted(_: object) -> None:
+        raise KeyboardInterrupt
+
+    def importing() -> None:
+        weakref.ref(type("Module", (), {})(), interrupted)
+        time.sleep(60.0)
+
+    monkeypatch.setattr(sys, "unraisablehook", _interrupt_again)
+    with pytest.raises(KeyboardInterrupt):
+        importing()
 
 
 def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 from command_line import conrod
 
+from conrod.exact.linkage import turn_quantities
 from conrod.scenes import SCENES, Saw
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "linkages.md"
@@ -210,3 +213,23 @@ def test_figures_are_drawn_at_the_angle_or_at_a_usual_one(rocking: Path) -> None
         usual, other = ((rocking / folder / name).read_text() for folder in ("at-60", "at-30"))
         assert usual.rstrip().endswith("</svg>")
         assert usual != other
+
+
+def test_show_says_that_it_is_at_work_while_it_computes(monkeypatch: pytest.MonkeyPatch) -> None:
+    under_way, at_work = list[str](), []
+
+    @contextmanager
+    def watched(scene: str, timeout: float | None) -> Iterator[None]:
+        assert timeout is None
+        under_way.append(scene)
+        yield
+        under_way.clear()
+
+    def computed(*arguments: Any) -> Any:
+        at_work.append(list(under_way))
+        return turn_quantities(*arguments)
+
+    monkeypatch.setattr("conrod.cli.waiting.waiting", watched)
+    monkeypatch.setattr("conrod.exact.linkage.turn_quantities", computed)
+    assert conrod("show", "shear-press").returncode == 0
+    assert at_work == [["shear-press"]]

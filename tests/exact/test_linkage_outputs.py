@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 import rolling_machines
+from free_machines import chain
 from linkages import (
     crank_shaper,
     example_5_6,
@@ -18,6 +19,7 @@ from linkages import (
     slider_crank,
 )
 
+from conrod.exact import joint_equations
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import instant_quantities, turn_quantities
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
@@ -270,6 +272,22 @@ def test_the_worst_angle_is_no_better_than_the_least_of_samples(name: str) -> No
     assert sampled - 1e-6 <= found.worst.value <= sampled + 1e-14
 
 
+def work(monkeypatch: pytest.MonkeyPatch, four_bars: int) -> int:
+    """Poses of single bodies that the transmission angles of a chain take, which are as many as its bars."""
+    mechanism = chain(four_bars)
+    span = replace(mechanism, name=f"chain {four_bars}", driver=replace(mechanism.driver, span=(-1.3, 1.3)))
+    calls, sine_cosine = [], joint_equations.sine_cosine
+    with monkeypatch.context() as patch:
+        patch.setattr(joint_equations, "sine_cosine", lambda turn: calls.append(None) or sine_cosine(turn))
+        assert len(transmission_angles(course(span))) == four_bars
+    return len(calls)
+
+
+def test_the_work_grows_with_the_loops_and_not_with_their_square(monkeypatch: pytest.MonkeyPatch) -> None:
+    # With all bodies placed anew for every push it was seven times as much.
+    assert work(monkeypatch, 8) < 2.0 * work(monkeypatch, 4)
+
+
 # -- together -------------------------------------------------------------------------------------------------------
 
 
@@ -281,7 +299,7 @@ def test_all_quantities_of_a_linkage_come_together() -> None:
     assert turn.outputs == (output("crank-rocker"),)
     assert [angle.driven for angle in turn.transmission] == ["rocker"]
     here = instant_quantities(kinematics, 0.3, 5.0, 2.0)
-    assert (len(here.centres), len(here.lines)) == (6, 4)
+    assert len(here.centres) == 6
     assert here.state.links["crank"].angular_velocity == pytest.approx(5.0)
     assert here.state.links["crank"].angular_acceleration == pytest.approx(2.0)
     assert max(here.velocities.gap, here.accelerations.gap) <= 1e-12

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from synthetic import synthetic_trajectory
 from table_files import LETTERS, ROWS, Columns, exact_table, judged
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
+from conrod.report.trajectory import verdict_text
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
 ALL = ("position", "velocity", "acceleration")
@@ -218,7 +220,13 @@ def test_a_wrong_start_is_estimated_and_a_wrong_timestep_is_not(tmp_path: Path) 
 
 def test_a_user_says_how_well_the_drive_keeps_its_speed(tmp_path: Path) -> None:
     scene, table = Saw(speed=20.0), with_clock(Saw(speed=20.0), step=WRONG)
-    assert judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 2e-3}).passed is True
+    study = judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 2e-3})
+    assert study.passed is True
+    # A limit that follows from those given is written as other numbers are, with no more digits.
+    limits = re.findall(r"<= ([^ ,]+)", verdict_text(study))
+    assert len(limits) == 3
+    assert "1e-6" in limits
+    assert all(re.fullmatch(r"(0\.0*)?\d(\.\d+|\d*)(e-\d)?", limit) and len(limit) <= 8 for limit in limits), limits
     assert set(judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 1e-3}).exceeded) == {
         "phase",
         "total",

@@ -16,6 +16,7 @@ from matplotlib.patches import Polygon
 from conrod.engines.cam_polygon import convex_hull
 from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
+from conrod.report.drawing import label_placement
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
 from conrod.report.drawing.label_placement import LabelPlacement
@@ -97,6 +98,29 @@ def test_texts_over_each_other_are_told() -> None:
         parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
         parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
     assert ("one", "other") in overlaps(drawn)
+
+
+def test_what_lies_far_off_costs_a_label_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chain of forty four-bars took minutes to draw: every wish was weighed against every text, one by one."""
+    weighed, overlap = [], label_placement._overlap
+
+    def counted(outlines: np.ndarray, others: np.ndarray) -> np.ndarray:
+        weighed.append(len(outlines) * len(others))
+        return overlap(outlines, others)
+
+    monkeypatch.setattr(label_placement, "_overlap", counted)
+    labels = LabelPlacement(1.0)
+    for k in range(100):
+        labels.draw(place(100.0 + k, 100.0) + np.eye(2))
+        labels.mark(place(100.0 + k, 0.0), 1.0)
+    labels.mark(place(0.0, 0.0), 1.0)
+    beam = place(-5.0, 9.0), place(5.0, 9.0)
+    near, clear = (labels.box(place(0.0, y), "near", 1.0) for y in (1.0, 9.0))
+    assert labels.best([(near, ()), (clear, ())]) == 1
+    assert sum(weighed) == 2
+    # Negative control: all that is near is weighed, lines that come with a wish too.
+    labels.mark(place(0.0, 9.0), 1.0)
+    assert labels.best([(near, ()), (clear, [np.array(beam)])]) == 0
 
 
 @pytest.mark.parametrize("name", PLATES)

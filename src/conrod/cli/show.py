@@ -38,6 +38,7 @@ def show(
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
+    from conrod.cli.waiting import waiting
     from conrod.exact.linkage import turn_quantities
     from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
     from conrod.studies.frame.resolve_arguments import select_scene
@@ -51,26 +52,27 @@ def show(
         raise InvalidInput(f"--svg {drawing}: the drawing is SVG: give a name that ends in .svg")
     folder = None if figures is None else folder_to_write(figures, "--figures")
     files = files_to_write({"--svg": drawing, "--json": document}, _drawn_in(folder) if folder else None)
-    name, chosen = select_scene(scene, assignments)
-    instant = _instant(chosen, angle, folder is not None)
-    turn = turn_quantities(chosen.kinematics)
+    batches = []
+    with waiting(scene, None):
+        name, chosen = select_scene(scene, assignments)
+        instant = _instant(chosen, angle, folder is not None)
+        turn = turn_quantities(chosen.kinematics)
+        if "--svg" in files:
+            from conrod.report.drawing.drawing import mechanism_svg
+
+            batches.append(single(files["--svg"], mechanism_svg(chosen)))
+        if folder and instant:
+            from conrod.report.linkage.figures import figures_batch
+
+            batches.append(figures_batch(instant, folder))
+        if "--json" in files:
+            from conrod.report.linkage.document import linkage_text
+
+            batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
     show_scene(name, chosen)
     show_turn(chosen.kinematics, turn)
     if instant:
         show_instant(instant, turn.numbers)
-    batches = []
-    if "--svg" in files:
-        from conrod.report.drawing.drawing import mechanism_svg
-
-        batches.append(single(files["--svg"], mechanism_svg(chosen)))
-    if folder and instant:
-        from conrod.report.linkage.figures import figures_batch
-
-        batches.append(figures_batch(instant, folder))
-    if "--json" in files:
-        from conrod.report.linkage.document import linkage_text
-
-        batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
     write_together(batches)
     for word, written in (("drawing", files.get("--svg")), ("figures", folder)):
         if written:

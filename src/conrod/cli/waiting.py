@@ -1,11 +1,10 @@
-"""Progress of work on a user's file, which has no steps that could be counted."""
+"""Progress of work that has no steps that could be counted, as on a user's file."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
@@ -19,14 +18,15 @@ SAID_AFTER = 5.0  # [s], where there is no terminal for a clock
 
 
 @contextmanager
-def waiting(path: Path, timeout: float = FILE_TIMEOUT) -> Iterator[None]:
-    """Show at a terminal for how long the work on a file has taken; elsewhere say once that it goes on.
+def waiting(subject: object, timeout: float | None = FILE_TIMEOUT) -> Iterator[None]:
+    """Show at a terminal for how long the work on a file or a scene has taken; elsewhere say once that it goes on.
 
     Args:
-        timeout: after which it is ended [s].
+        timeout: after which it is ended [s]; None of work in this process.
     """
     console = Console(stderr=True, highlight=False)
-    words = one_line(f"{path}: under way, ended after {timeout:g} s, by Ctrl-C at once")
+    after = "" if timeout is None else f" after {timeout:g} s,"
+    words = one_line(f"{subject}: under way, ended{after} by Ctrl-C at once")
     if console.is_terminal:
         columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
         with Progress(*columns, console=console, transient=True) as bar:

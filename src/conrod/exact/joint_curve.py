@@ -27,7 +27,8 @@ def one_thread() -> AbstractContextManager[object]:
     Threads cost more than they save on matrices this small: 46 s of CPU time in place of 3 s for a chain of 20
     four-bars. With one, last digits do not depend on the number of cores either.
     """
-    return _libraries().limit(limits=1, user_api="blas")
+    limited: AbstractContextManager[object] = _libraries().limit(limits=1, user_api="blas")
+    return limited
 
 
 @cache

@@ -59,8 +59,8 @@ def verdict_text(study: TableStudy) -> str:
 
 
 def _allowed(name: str, limit: float) -> str:
-    """A tolerance as it was given, that of the crank's angle in deg."""
-    return numbers.allowed(name, limit) if name == "phase" else f"{limit:g}"
+    """A tolerance that was given or follows from one, that of the crank's angle in deg."""
+    return numbers.allowed(name, limit) if name == "phase" else numbers.quantity(limit)
 
 
 def crank_text(study: TableStudy) -> str:
@@ -123,7 +123,7 @@ def errors_table(study: TableStudy) -> Table:
                 size, limit = curves[name].size, study.tolerance.get(name)
                 sizes = (numbers.measured(value) for value in (size.max, size.rms, size.final))
                 shown = numbers.in_mm({point: size.max}, study.scene.lengths) if name in numbers.PLACES else ""
-                rows.append((point, name, *sizes, shown, "not judged" if limit is None else f"{limit:g}"))
+                rows.append((point, name, *sizes, shown, "not judged" if limit is None else _allowed(name, limit)))
     right = ("max", "rms", "final", "max [mm]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
 

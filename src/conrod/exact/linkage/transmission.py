@@ -14,7 +14,7 @@ from conrod.exact.joint_equations import pose_jet
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.course import Course
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute, beside
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute, beside
 
 SAMPLES = 3600
 # An extreme is closed in upon by so many parts of its interval, so many times: to rounding of its value.
@@ -146,10 +146,8 @@ def _least(course: Course, values: Array, at: list[PushAt]) -> list[Extreme]:
         value, place = np.where(less, here[rows, j], value), np.where(less, some[rows, j], place)
         low, high = some[rows, np.maximum(j - 1, 0)], some[rows, np.minimum(j + 1, PARTS)]
     angles = course.crank_angle(course.poses(place))
-    return [
-        Extreme(float(v), float(angle % (2.0 * math.pi) if course.periodic else angle))
-        for v, angle in zip(value, angles, strict=True)
-    ]
+    angles = angles % (2.0 * math.pi) if course.periodic else angles
+    return [Extreme(*extreme) for extreme in zip(value.tolist(), angles.tolist(), strict=True)]
 
 
 def _cam_pushes(kinematics: Kinematics) -> Iterator[PushAt]:
@@ -198,9 +196,7 @@ def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int]) -> 
         yield partial(_block_push, mechanism, block, slide, beside(pin, block)[2], driven)
 
 
-def _block_push(
-    mechanism: Mechanism, block: str, slide: Prismatic, point: Point, driven: str, poses: Array
-) -> Push:
+def _block_push(mechanism: Mechanism, block: str, slide: Prismatic, point: Point, driven: str, poses: Array) -> Push:
     path = _path(mechanism, poses, driven, _place(mechanism, poses, block, point))
     turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + (slide.direction + 0.5 * math.pi)
     return Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
@@ -233,8 +229,8 @@ def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
 
 def _guide(mechanism: Mechanism, name: str) -> Revolute | Prismatic | None:
     """The joint that guides a body in the ground."""
-    joints = (j for j in mechanism.joints_on(name) if GROUND in (j.a, j.b))
-    return next((joint for joint in joints if isinstance(joint, Revolute | Prismatic)), None)
+    joints = (joint for joint in mechanism.joints_on(name) if isinstance(joint, Revolute | Prismatic))
+    return next((joint for joint in joints if GROUND in (joint.a, joint.b)), None)
 
 
 def _path(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array:
