@@ -13,11 +13,12 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import MuJoCoSettings, Outcome
 from conrod.engines import engine_named
 from conrod.engines.massless_rod import DISTANCE_JOINT
-from conrod.engines.mujoco.dynamics import advance
+from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.points import body_states, point_tracks, staggered
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
+from conrod.runs.outcome import Verdict
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes.catalogue import scene_named
 
@@ -83,7 +84,28 @@ def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
         assert piece.warnings == {}
         assert piece.solver is not None
     free = replace(settings, armature=0.0)
-    assert next(engine_named("mujoco").run(scene, free, 0.02, 0.0, 4)).drive_torque is None
+    begun = next(engine_named("mujoco").run(scene, free, 0.02))
+    assert (begun.drive_torque, len(begun.clock)) == (None, 5)
+    assert begun.trajectory.bodies is not None
+    instants = begun.trajectory.bodies.position.instants
+    assert instants.times[0] == instants.angle[0] == 0.0
+    assert drive_torque(replace(settings, armature=0.5), instants) == pytest.approx(-0.5 * instants.acceleration)
+
+
+@pytest.mark.parametrize("judged", [Outcome.COMPLETED, Outcome.OPENED, Outcome.EXPLODED])
+@pytest.mark.parametrize("ended", [None, Outcome.DIVERGED, Outcome.RESET])
+def test_the_engines_own_end_is_told_where_the_motion_is_fine_and_its_reset_always(judged: Any, ended: Any) -> None:
+    expected = ended if ended is Outcome.RESET or (ended and judged is Outcome.COMPLETED) else judged
+    assert verdict_of(Verdict(judged), ended and Verdict(ended)).outcome is expected
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_run_beyond_all_numbers_gives_no_warnings() -> None:
+    """A step of half a turn with stiff joints explodes at once."""
+    wild = MuJoCoSettings.tuned(SAW, 3)
+    for piece in engine_named("mujoco").run(SAW, wild, 60.0, 0.0, 50):
+        last = piece
+    assert last.trajectory.outcome is not Outcome.COMPLETED
 
 
 def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:

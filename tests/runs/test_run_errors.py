@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 from dataclasses import fields, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from conrod.engines.engine import Engine
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import size_of
 from conrod.runs.plain import plain
-from conrod.runs.run_errors import RunningSize
+from conrod.runs.run_errors import DrawnCurve, Parts, PointSizes, RunErrors, RunningSize, halves, paired
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
@@ -41,6 +43,63 @@ def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(cou
     for first in range(0, count, piece):
         running.add(values[first : first + piece], max(0, count - first - piece))
     assert running.size == size_of(values)
+
+
+def test_numbers_are_halved_as_numpy_halves_them_and_added_up_to_the_last_bit() -> None:
+    assert [halves(n) for n in (4096, 4097, 8200)] == [[4096], [2048, 2049], [4096, 2048, 2056]]
+    values = np.random.default_rng(5).random(60_000)
+    for count in (*range(4096, 60_000, 1871), 8192, 8200, 16_384):
+        parts = [float(np.sum(part)) for (part,) in Parts(halves(count)).add(values[:count])]
+        assert paired(count, iter(parts)) == float(np.sum(values[:count]))
+
+
+def test_a_part_is_given_as_soon_as_it_is_whole_and_series_are_of_one_number() -> None:
+    parts = Parts([2, 3])
+    assert [one.tolist() for (one,) in parts.add(np.arange(5))] == [[0, 1], [2, 3, 4]]
+    parts = Parts([3])
+    list(parts.add(np.arange(2)))
+    with pytest.raises(ValueError, match="zip"):
+        list(parts.add(np.arange(2), np.arange(2)))
+
+
+def stretch(errors: float, closure: Any, phase: list[float], left: int = 0) -> Any:
+    one = SimpleNamespace(**dict.fromkeys(("position", "velocity", "acceleration", "total"), SimpleNamespace()))
+    for series in vars(one).values():
+        series.error = np.array([errors])
+    return SimpleNamespace(
+        points={"C": one}, closure={"position": np.array(closure)}, drive={}, phase=[np.array(phase)] * 2, left=left
+    )
+
+
+def test_the_largest_of_all_stretches_is_kept_and_the_last_phase() -> None:
+    assert PointSizes().worst("position") is None
+    found = RunErrors()
+    for one in (stretch(2.0, [], [0.1, 0.5], 1), stretch(1.0, [3.0, 0.5], [0.2]), stretch(0.5, [1.0], [0.3])):
+        found.add(one)
+    assert found.worst("velocity") == 2.0
+    every = found.found()
+    assert (every["closure"], every["phase"]) == ({"position": 3.0}, {"max": 0.5, "final": 0.3})
+    assert found._largest["phase"] == {"0": 0.5, "1": 0.5}
+
+
+@pytest.mark.parametrize(("count", "piece"), [(1001, 1001), (1001, 7), (100, 100), (100, 33)])
+def test_a_curve_is_drawn_of_the_last_turn_and_of_the_largest_error_in_equal_spans(count: int, piece: int) -> None:
+    turn, angles, errors = 400, np.arange(count) / 8.0, NOISE[:count]
+    curve = DrawnCurve(turn)
+    for k in range(0, count, piece):
+        track = SimpleNamespace(
+            instants=SimpleNamespace(angle=angles[k : k + piece]), values=2.0 * angles[k : k + piece, None]
+        )
+        curve.add(track, errors[k : k + piece], max(0, count - k - piece))  # type: ignore[arg-type]
+    drawn, values, middles, largest = curve.arrays
+    first = max(0, count - 1 - turn)
+    kept = np.unique(np.linspace(first, count - 1, 361).astype(int))
+    np.testing.assert_array_equal(drawn, angles[kept])
+    np.testing.assert_array_equal(values, 2.0 * angles[kept, None])
+    edges = np.linspace(0, count, min(180, count) + 1).astype(int)
+    spans = [slice(a, b) for a, b in itertools.pairwise(edges)]
+    np.testing.assert_array_equal(middles, [angles[span].mean() for span in spans])
+    np.testing.assert_array_equal(largest, [errors[span].max() for span in spans])
 
 
 def test_added_up_piece_by_piece_it_would_not_be() -> None:

@@ -76,7 +76,7 @@ class RunningSize:
             return
         if self._parts is None:
             self._whole = len(values) + left
-            self._parts = Parts(halves(self._whole) if left else [self._whole])
+            self._parts = Parts(halves(self._whole))
         # `max` would pass over what is no number.
         self._largest, self._final = float(np.maximum(self._largest, values.max())), float(values[-1])
         self._count += len(values)
@@ -121,7 +121,7 @@ class RunErrors(PointSizes):
     def __init__(self) -> None:
         super().__init__()
         self._largest: defaultdict[str, dict[str, float]] = defaultdict(dict)
-        self._phase = 0.0
+        self._phase: float  # of the last sample
 
     def add(self, stretch: Stretch) -> None:
         super().add(stretch)
@@ -158,7 +158,8 @@ class DrawnCurve:
     def __init__(self, turn: int) -> None:
         self._turn = turn
         self._spans: Parts | None = None
-        self._seen, self._kept = 0, np.empty(0, dtype=int)
+        self._seen = 0
+        self._kept: Array  # numbers of the samples of the last turn that are drawn
         self._samples: list[tuple[Array, Array]] = []
         self._errors: list[tuple[float, float]] = []
 

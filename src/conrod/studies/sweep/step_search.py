@@ -95,15 +95,14 @@ class StepSearch:
 
     def _order_measured(self, allowed: Tolerances) -> float:
         """Order between the two finest runs that completed, the expected one where there are none."""
-        last = [(one.steps, x) for one in self.tried if 0.0 < (x := one.excess(allowed)) < math.inf][-2:]
+        last = [(one.steps, x) for one in self.tried if (x := one.excess(allowed)) < math.inf][-2:]
         if len(last) < 2:
             return self.order
         (n, x), (more, less) = last
         return math.log(x / less) / math.log(more / n)
 
     def _scaled(self, one: Choice, allowed: Tolerances, order: float) -> float:
-        excess = one.excess(allowed)
-        factor = LONGEST if not math.isfinite(excess) else (max(excess, 1e-30) * AIMED_MARGIN) ** (1.0 / order)
+        factor: float = (max(one.excess(allowed), 1e-30) * AIMED_MARGIN) ** (1.0 / order)
         return one.steps * min(max(factor, 1.0 / LONGEST), LONGEST)
 
     def _even(self, steps: float) -> int:
@@ -133,11 +132,12 @@ def follow(searches: Sequence[StepSearch], allowed: Tolerances, rounds: int) -> 
 def run_at(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
     """Run searches at numbers of steps per revolution."""
     cases = [
-        replace(search.rule.cases[0], settings=search.rule.rule.settings(search.rule.cases[0].scene, n))
+        (search, replace(case, settings=search.rule.rule.settings(case.scene, n)))
         for search, n in wanted
+        for case in search.rule.cases[:1]
     ]
-    found = yield list({case.key: case for case in cases}.values())
-    for (search, _), case in zip(wanted, cases, strict=True):
+    found = yield list({case.key: case for _, case in cases}.values())
+    for search, case in cases:
         search.tried = sorted([*search.tried, Choice(found[case.key], search.rule, case)], key=lambda one: one.steps)
 
 
