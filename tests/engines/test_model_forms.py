@@ -24,6 +24,7 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import ConstantForce, ObservedPoint
 from conrod.runs.comparison import ExactMotions
 from conrod.runs.convergence import observed_order
+from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.run import predicted_errors
 
 QUANTITIES = ("position", "velocity", "acceleration")
@@ -83,7 +84,8 @@ def test_the_rods_own_motion_is_told_exactly_from_its_pins(name: str) -> None:
 def test_links_that_carry_more_than_two_pins_are_not_left_out() -> None:
     mechanism = SAW.kinematics.mechanism
     pushed = replace(mechanism, forces=(ConstantForce("rod", (1.0, 0.0)),))
-    for kept in (CAM.kinematics.mechanism, pushed):
+    sprung = scene_named("slider-crank-spring").kinematics.mechanism  # from its crank to its rod
+    for kept in (CAM.kinematics.mechanism, pushed, sprung):
         with pytest.raises(InvalidInput, match="no link carries nothing but two pins"):
             model_form(kept, DISTANCE_JOINT)
     # What is only observed on it is no load.

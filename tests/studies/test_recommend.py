@@ -146,6 +146,7 @@ def test_after_a_rejection_the_same_rule_is_tried_at_a_finer_step() -> None:
     assert isinstance(answer, Recommendation)
     assert 2000 < answer.choice.case.settings.steps_per_revolution < 2400
     assert {rejected.choice.steps for rejected in answer.rejected} == {2000}
+    assert recommended(PretendedRuns(lambda _: 1e-4, per_step), position=1e-4).rejected == ()  # just does everywhere
 
 
 def test_what_is_out_of_tolerance_in_the_grid_alone_is_not_chosen() -> None:
@@ -298,8 +299,9 @@ def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> 
 @pytest.mark.parametrize(
     ("error", "clock", "why"),
     [
-        (lambda _: math.nan, None, "no run"),
-        (second_order, lambda cells: {}, "could be timed"),  # a clock that takes too long for all
+        (lambda _: math.nan, None, "no run completed"),
+        (lambda _: 1e-3, None, ""),
+        (second_order, lambda cells: {}, "nothing within the tolerances could be timed"),  # a clock that takes too long
     ],
 )
 def test_where_nothing_completes_or_can_be_timed_that_is_said(error: Any, clock: Any, why: str) -> None:
@@ -307,7 +309,7 @@ def test_where_nothing_completes_or_can_be_timed_that_is_said(error: Any, clock:
     runs.time = clock or runs.time
     answer = recommended(runs, position=1e-4)
     assert isinstance(answer, Refusal)
-    assert why in answer.why
+    assert (answer.engine, answer.why) == ("pymunk", why)
 
 
 # -- from the shipped sweeps -------------------------------------------------------------------------------------------
@@ -482,6 +484,15 @@ def test_savings_against_stock_are_read_off_the_stock_runs() -> None:
     # Of several stock runs that do, the cheapest is what others are compared with.
     assert savings_of(mine, stock, timings, {"position": 2e-2}).cost_factor == pytest.approx(0.1)
     assert saved.best["position"] == pytest.approx(1e-4)
+    # As cheap as the cheapest stock run counts; cheaper does not, nor does a run without an error.
+    cheapest = Choice(mine.measurement, rule, cells[0])
+    assert savings_of(cheapest, stock, timings, {"position": 1e-4}).digits["position"] == pytest.approx(4.0)
+    below = savings_of(cheapest, stock[1:], timings, {"position": 1e-4})
+    assert below.digits["position"] is None
+    exact = Choice(PretendedRuns(lambda _: 0.0, per_step).run(cells[1:2])[cells[1].key], rule, cells[1])
+    assert savings_of(exact, stock, timings, {"position": 1e-4}).digits["position"] is None
+    assert savings_of(mine, [], timings, {"position": 1e-4}).digits["position"] is None
+    assert savings_of(mine, stock[:1], timings, {"position": 1e-4}).digits["position"] == pytest.approx(4.0)
 
 
 def test_a_front_has_all_that_nothing_beats_and_nothing_else() -> None:

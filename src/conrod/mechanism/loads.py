@@ -173,15 +173,19 @@ class Load:
         if isinstance(self.law, SpeedLine) and self.law.idle == 0.0:
             raise InvalidInput(f"idle of {self.name} = 0: the speed at which a motor gives nothing is another one")
 
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Bodies that it acts on."""
+        along = self.along
+        return (along.body,) if isinstance(along, Displacement) else (along.a, along.b)
+
     def check(self, bodies: Collection[str]) -> None:
         """Refuse what acts on none of a machine's bodies, the ground among them, or between a body and itself."""
-        along = self.along
-        ends = (along.body,) if isinstance(along, Displacement) else (along.a, along.b)
-        for name in ends:
+        for name in self.ends:
             if name not in bodies:
                 raise unknown_choice(f"body of the load {self.name}", name, bodies)
-        if len(ends) > len(set(ends)):
-            raise InvalidInput(f"the load {self.name} acts between {ends[0]!r} and itself")
+        if len(self.ends) > len(set(self.ends)):
+            raise InvalidInput(f"the load {self.name} acts between {self.ends[0]!r} and itself")
 
     @property
     def unit(self) -> str:
