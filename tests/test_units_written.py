@@ -25,7 +25,7 @@ RIVALS = {
     "[mm]": r"\((mm|mm/s|m|m/s|m/s²|deg|rad|rad/s|rpm|N|N m|kg|s|ms)\)",
     "angles in deg": r"(phase|angle)[^|.]{0,40} \[rad\]|(\d|\}) rad\b(?!/)",
 }
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.jinja")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src/conrod/report").rglob("*.jinja")]
 # Pages and figures, whose texts stand in them as comments; but for audits, which quote what documents print.
 REPORTS = [
     p

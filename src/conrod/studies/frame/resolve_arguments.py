@@ -86,15 +86,16 @@ def _named(names: Sequence[str]) -> dict[str, Scene]:
     A file may have the name of a machine of the catalogue, as a changed copy of it has, but not beside that machine.
     """
     scenes: dict[str, Scene] = {}
-    from_files = set[str]()
+    files: dict[str, str] = {}
     for given in _spelt_out(names):
         if Path(given).suffix and not is_file(given):
             raise InvalidInput(f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}")
         scene = _from_file(given) if is_file(given) else scene_named(given)
         name = scene.kind if is_file(given) else given
-        if name in from_files or (is_file(given) and (name in SCENES or name in scenes)):
-            raise InvalidInput(f"{given}: name = {name!r} is taken by another scene; give the one in the file another")
-        from_files |= {name} if is_file(given) else set()
+        if name in files or (is_file(given) and (name in SCENES or name in scenes)):
+            file = given if is_file(given) else files[name]
+            raise InvalidInput(f"{file}: name = {name!r} is taken by another scene; give the one in the file another")
+        files |= {name: given} if is_file(given) else {}
         scenes[name] = scene
     return scenes
 
