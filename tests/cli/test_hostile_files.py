@@ -95,7 +95,11 @@ def test_copies_beside_each_other_are_not_multiplied() -> None:
 def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -> None:
     # Compiling it takes hours.
     model(tmp_path, worldbody=f'<replicate count="149999">{BODY}</replicate>')
-    code = "from conrod.cli import main, waiting\nwaiting.SAID_AFTER = 2.0\nmain()\n"
+    # What a shell starts in the background ignores Ctrl-C, and so would this.
+    code = (
+        "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from conrod.cli import main, waiting\nwaiting.SAID_AFTER = 2.0\nmain()\n"
+    )
     with subprocess.Popen(
         [sys.executable, "-P", "-c", code, *VERBS[verb]], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
