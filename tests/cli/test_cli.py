@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -243,8 +244,13 @@ def test_an_interrupt_that_python_drops_comes_again(monkeypatch: pytest.MonkeyPa
         time.sleep(60.0)
 
     monkeypatch.setattr(sys, "unraisablehook", _interrupt_again)
-    with pytest.raises(KeyboardInterrupt):
-        importing()
+    # What a shell starts in the background ignores Ctrl-C.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            importing()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
