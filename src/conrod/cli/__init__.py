@@ -7,6 +7,7 @@ import signal
 import sys
 from importlib import import_module
 from io import TextIOWrapper
+from typing import NoReturn
 
 import click
 from click.shell_completion import CompletionItem
@@ -67,12 +68,7 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; a user's error is one line and exit status 2."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
-    # What a batch system or `timeout` sends ends it as Ctrl-C does: with what is under way undone.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    os.environ.update(SAFE_PATH)
+    _prepare()
     try:
         cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -90,12 +86,26 @@ def main() -> None:
         _drop_output()
         _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
     except (KeyboardInterrupt, click.Abort):
-        click.echo("conrod: interrupted", err=True)
-        sys.exit(exit_status.INTERRUPTED)
+        _end_interrupted()
+    except ImportError as error:
+        # An extension that is interrupted while it is loaded fails, and names the interrupt as its cause.
+        if not isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            raise
+        _end_interrupted()
     except RuntimeError as error:
         if NO_THREAD not in str(error):
             raise
         _fail(f"the system allows no more threads or processes, see `ulimit -u`: {error}")
+
+
+def _prepare() -> None:
+    """Output that no locale stops, an end by SIGTERM as by Ctrl-C, and no module from the working folder."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
+    # What a batch system or `timeout` sends ends it as Ctrl-C does: with what is under way undone.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    os.environ.update(SAFE_PATH)
 
 
 def _drop_output() -> None:
@@ -104,6 +114,11 @@ def _drop_output() -> None:
         sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _end_interrupted() -> NoReturn:
+    click.echo("conrod: interrupted", err=True)
+    sys.exit(exit_status.INTERRUPTED)
 
 
 def _fail(message: str) -> None:
