@@ -43,8 +43,9 @@ def test_a_module_below_the_bar_or_not_run_whole_fails(codes: list[int | None], 
 def test_modules_are_judged_one_by_one_and_survivors_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert judged(tmp_path, good=[1] * 100, bad=[1, 0, None], none=[]) == 1
     printed = capsys.readouterr()
-    assert "conrod/bad.py: 1 of 3 killed, 0 equivalent, 33.3 %" in printed.out
+    assert "conrod/bad.py: 1 of 2 killed, 0 equivalent, 50.0 %, 1 not run" in printed.out
     assert "survived: conrod.bad.x_f__mutmut_1" in printed.out
+    assert "x_f__mutmut_2" not in printed.out, "it was not run"
     assert "below 95 %: conrod/bad.py" in printed.err
     assert "not run, `make mutants` goes on with them: 1" in printed.err
     assert [one.name for one in modules(tmp_path)] == ["conrod/bad.py", "conrod/good.py"]

@@ -65,6 +65,16 @@ def test_no_order_is_claimed_for_a_plateau() -> None:
     assert found.pairs == (0.0, 0.0, 0.0)
 
 
+def test_an_error_that_stops_falling_ends_on_a_plateau_whatever_came_before() -> None:
+    steps = (*LONG, 16_000, 32_000)
+    falling = errors(2.0, steps, floor=3e-6)
+    found = observed_order(steps, falling)
+    assert found.claimed == pytest.approx(2.0, abs=PAIRS_AGREE)
+    assert found.plateau == falling[-1]
+    assert observed_order(STEPS, [0.0, 1e-3, 1e-3, 1.01e-3]).plateau == 1.01e-3
+    assert observed_order(STEPS, errors(2.0)).plateau is None
+
+
 @pytest.mark.parametrize("values", [[0.20, 0.21, 0.205, 0.20], [1e-13, 1.1e-13, 0.9e-13, 1e-13]])
 def test_no_order_is_claimed_for_what_only_wobbles_about_a_floor(values: list[float]) -> None:
     found = observed_order(STEPS, values)

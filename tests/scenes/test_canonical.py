@@ -19,7 +19,9 @@ def by_python(values: object) -> str:
 @pytest.mark.parametrize(
     "value",
     [
-        {"b": 1, "a": [1, (2, 3.0, {"c": 1e-7})], "ö": 1},
+        {"b": 1, "a": [1, (2, 3.0, {"c": 1e-7})]},
+        {"b": {"d": 1e-7, "c": {"e": 1e16}}, "a": {"c": 1.0}},
+        {"ö": 1, "a": 1e-7},
         {"a": 'é\n\x7f"\\/<\x01', "B": None, "_": True, "a.b": {}},
         *({"a": chr(code)} for code in (*range(128), 0xE9, 0x1F600)),
         {"a": -0.0, "b": 0.0, "c": 1e15, "d": 1e-4, "e": 2**63 - 1, "f": 5e-324, "g": -1e-5, "h": -2.5},

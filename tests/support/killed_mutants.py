@@ -1,6 +1,7 @@
 """Share of mutmut's mutants that the tests killed, by module; exit status 1 below the bar (`make mutants`).
 
-Mutants that change nothing are listed in docs/mutants.md, each with its reason. They do not count.
+Mutants that change nothing are listed in docs/mutants.md, each with its reason. They do not count, nor do those that
+were not run, but then the run is not whole and fails.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Change = tuple[str, str]  # function, and part of the line as the mutant has it
 
 @dataclass(frozen=True)
 class Module:
-    """Mutants of a module."""
+    """Mutants of a module: names of survivors, how many were not run, how many were."""
 
     name: str
     survivors: tuple[str, ...]
@@ -42,10 +43,10 @@ def modules(folder: Path) -> list[Module]:
     found = []
     for file in sorted(folder.rglob("*.py.meta")):
         codes = json.loads(file.read_text(encoding="utf-8"))["exit_code_by_key"]
-        survivors = tuple(key for key, code in codes.items() if code not in KILLED)
+        survivors = tuple(key for key, code in codes.items() if code not in {*KILLED, None})
         if codes:
             name, unrun = str(file.relative_to(folder)).removesuffix(".meta"), sum(c is None for c in codes.values())
-            found.append(Module(name, survivors, unrun, len(codes)))
+            found.append(Module(name, survivors, unrun, len(codes) - unrun))
     return found
 
 
@@ -83,13 +84,13 @@ def main(folder: str, page: Path = PAGE, lines: Callable[[str], str] = changed_l
         alike = sum(name in same for name in one.survivors)
         print(
             f"{one.name}: {one.count - len(one.survivors)} of {one.count} killed, {alike} equivalent, "
-            f"{100.0 * one.share(same):.1f} %"
+            f"{100.0 * one.share(same):.1f} %" + f", {one.unrun} not run" * (one.unrun > 0)
         )
         print(*(f"    survived: {name}" for name in one.survivors if name not in same), sep="\n")
     unrun = sum(one.unrun for one in found)
     counted = Counter(same.values())
     wrong = {
-        f"below {100.0 * BAR:g} %": [one.name for one in found if one.share(same) < BAR],
+        f"below {100.0 * BAR:g} %": [one.name for one in found if one.count and one.share(same) < BAR],
         "nothing mutated in": [] if found else [folder],
         "not run, `make mutants` goes on with them": [str(unrun)] if unrun else [],
         "listed as equivalent and not among the survivors": [

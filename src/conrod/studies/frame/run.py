@@ -186,7 +186,7 @@ class SignedErrors:
 
     def __init__(self, case: RunCase) -> None:
         self._scene, first = case.scene, case.start_angle / case.scene.speed
-        share = np.arange(case.signed_angles) / max(case.signed_angles, 1)
+        share = np.arange(case.signed_angles) / case.signed_angles
         if case.scene.kinematics.mechanism.driver.span is None:
             self._times = first + case.scene.period * (case.revolutions - 1.0 + share)
         else:
@@ -201,7 +201,7 @@ class SignedErrors:
                 track: Track = getattr(tracks, quantity)
                 # Samples on both sides of each time; those of a time between two stretches are ends of both.
                 after, last = np.searchsorted(track.instants.times, self._times), len(track.values) - 1
-                near = np.unique(np.clip([*(after - 1), *after, 0, 1, last - 1, last], 0, last))
+                near = np.unique(np.clip([*(after - 1), *after, 0, last], 0, last))
                 self._near[name, quantity].append(Track(track.instants[near], track.values[near]))
 
     def errors(self) -> dict[str, dict[str, list[list[float]]]]:
