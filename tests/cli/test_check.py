@@ -20,7 +20,7 @@ from table_files import csv_text, exact_table
 
 from conrod import SCENES, InvalidInput, MuJoCoSettings, Saw, check, compare, run
 from conrod.cli.check import keyword_of
-from conrod.cli.validate_request import ModelOptions, Request, TableOptions
+from conrod.cli.validate_request import BaselineOptions, ModelOptions, Request, TableOptions
 from conrod.own.tables.study import TableStudy
 from conrod.scenes.described_scene import read_scene
 
@@ -76,8 +76,8 @@ def test_a_mechanism_file_and_other_parameters_are_taken() -> None:
 
 
 def test_its_keywords_are_the_options_of_the_command() -> None:
-    own = {"tolerance", "revolutions", "set"}
-    kinds = (ModelOptions, TableOptions)
+    own = {"tolerance", "revolutions", "set", "engine", "preset", "steps_per_rev"}
+    kinds = (ModelOptions, TableOptions, BaselineOptions)
     options = {keyword_of(one) for kind in kinds for one in dataclasses.fields(kind)} | own
     keywords = set(inspect.signature(check).parameters) - {"subject", "scene"}
     assert keywords == options
@@ -87,7 +87,7 @@ def test_its_keywords_are_the_options_of_the_command() -> None:
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "no file": ("none.xml", {}, "none.xml: there is no such file"),
     "no such kind": (__file__, {}, "a file is known by its ending"),
-    "no model": (3, {}, "a int cannot be judged: give a file, a mujoco.MjModel or a mapping of numpy arrays"),
+    "no model": (3, {}, "a int cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data frame or"),
     "no numbers": (TABLE | {"C": ["a"] * 200}, {}, "the table: 'C': an array of numbers is wanted"),
     "no column": ({"time": TIMES}, {}, "the table: no column for any of C, M"),
     "a model's keyword": (TABLE, {"crank": "crank"}, "--crank does not go with a table"),

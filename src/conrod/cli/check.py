@@ -1,4 +1,4 @@
-"""`conrod.check`: what `conrod validate FILE` does, from Python; nothing is printed."""
+"""`conrod.check`: what `conrod validate` does, from Python; nothing is printed."""
 
 from __future__ import annotations
 
@@ -12,20 +12,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from rich.console import Console
 
+from conrod.cli.baseline import print_held
+from conrod.cli.options import refuse
+from conrod.cli.runner import Runner
 from conrod.cli.validate import check_file
-from conrod.cli.validate_file import MODEL, TABLE, Subject, subject_of
-from conrod.cli.validate_request import Request
+from conrod.cli.validate_file import MODEL, TABLE, Subject, held_file, subject_of
+from conrod.cli.validate_request import MODELS, TABLES, ModelOptions, Request, TableOptions
+from conrod.cli.validate_scenes import held_scenes, measured_of, print_verdicts, scene_verdict
 from conrod.errors import InvalidInput
 from conrod.own.models.study import ModelStudy
 from conrod.own.tables.study import TableStudy
+from conrod.report.validation.report import KIND
 from conrod.report.writer import document_text
 from conrod.scenes import Scene
+from conrod.studies.frame.drift import Held
+from conrod.studies.frame.resolve_arguments import select_scene
+from conrod.studies.frame.result import SceneResults
 
 if TYPE_CHECKING:
     import mujoco
 
 # A value as the command line takes it, a number in SI, several in a list, or by name.
+AnyStudy: TypeAlias = ModelStudy | TableStudy | SceneResults[Any]
 Given: TypeAlias = str | float | Sequence[str] | Mapping[str, Any] | None
 
 
@@ -35,30 +45,50 @@ class Checked:
 
     Attributes:
         study: all that was found, as objects.
+        baseline: how that compares with the baseline that was named; None where none was.
     """
 
-    study: ModelStudy | TableStudy
+    study: AnyStudy
+    baseline: Held | None = None
+
+    @property
+    def in_law(self) -> bool | None:
+        """Whether all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
+        results = getattr(self.study, "results", None)
+        judged = results is None or any(one.passed is not None for one in results)
+        return self.study.passed if judged else None
 
     @property
     def passed(self) -> bool | None:
         """True where `conrod validate` ends with status 0 and something was judged; None where nothing was."""
-        return self.study.passed
+        if self.baseline is None or self.in_law is False:
+            return self.in_law
+        return self.baseline.passed
 
     @property
     def verdict(self) -> str:
         """The answer in a few sentences, the first of which says it."""
+        if isinstance(self.study, SceneResults):
+            return scene_verdict(self.study)
         return self._subject.verdict(self.study)
 
     @property
     def text(self) -> str:
         """All that `conrod validate` prints."""
         with redirect_stdout(io.StringIO()) as printed:
-            self._subject.show(self.study)
+            if isinstance(self.study, SceneResults):
+                print_verdicts([self.study])
+            else:
+                self._subject.show(self.study)
+            if self.baseline is not None:
+                print_held(self.baseline)
         return printed.getvalue()
 
     @property
     def json(self) -> str:
         """What `--json` writes."""
+        if isinstance(self.study, SceneResults):
+            return document_text(KIND, {self.study.name: self.study})
         return document_text(self._subject.kind, {self._subject.part(Path(self.study.file)): self.study})
 
     @property
@@ -70,9 +100,12 @@ class Checked:
 
 
 def check(
-    subject: str | Path | mujoco.MjModel | Mapping[str, Any],
-    scene: str | Path | Scene,
+    subject: str | Path | Scene | mujoco.MjModel | mujoco.MjSpec | Mapping[str, Any] | Any,
+    scene: str | Path | Scene | None = None,
     *,
+    engine: str | None = None,
+    preset: str | None = None,
+    steps_per_rev: int | None = None,
     crank: str | None = None,
     point: Given = None,
     plane: str | None = None,
@@ -88,44 +121,82 @@ def check(
     revolutions: int | None = None,
     tolerance: Given = None,
     set: Given = None,
+    baseline: str | Path | None = None,
+    accept: bool = False,
 ) -> Checked:
-    """Judge a MuJoCo model or a table against a machine, as `conrod validate FILE --scene SCENE` does.
+    """Judge engines on a scene, or a MuJoCo model or a table against one, as `conrod validate` does.
 
     The keywords are that command's options. What it takes as NAME=VALUE is a mapping here, a list is one, and a number
     without a unit is SI: `point={"C": "site:tip"}, tolerance={"position": 1e-4}, set={"crank": "80 mm"}`.
 
     Args:
-        subject: a model (the path of an MJCF or binary file, or compiled), or a table (the path of a file, or a mapping
-            of numpy arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
-        scene: the machine that it is to be: a name, a mechanism file, or a scene.
+        subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
+            in memory), or a table (the path of a file, a data frame, or a mapping of numpy arrays (T,), with `C` of
+            shape (T, 2) for `C.x` and `C.y`).
+        scene: the machine that a model or a table is to be, as a name, a mechanism file, or a `Scene`.
+        baseline: file of an earlier run that this one is compared with, written where there is none; `accept` writes it
+            again (docs/ci.md).
 
     Raises:
         InvalidInput: the subject, the scene or a keyword cannot be used.
     """
     asked = _request({name: value for name, value in locals().items() if name not in ("subject", "scene")})
+    if scene is None:
+        return _check_scene(subject, asked)
     machine = scene if isinstance(scene, Scene) else str(scene)
     if isinstance(subject, str | Path):
         path = Path(subject)
         check_file(path)
-        return Checked(subject_of(path).judge(path, machine, asked))
+        return _check_file(subject_of(path), path, machine, asked)
     with tempfile.TemporaryDirectory() as folder:
         # Also what is in memory is judged in processes of its own, which take files.
         model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
         try:
-            if isinstance(subject, Mapping):
-                np.savez(table, allow_pickle=False, **_columns(subject))
-                study: ModelStudy | TableStudy = TABLE.judge(table, machine, asked)
+            if (columns := _columns_of(subject)) is not None:
+                np.savez(table, allow_pickle=False, **_arrays(columns))
+                checked = _check_file(TABLE, table, machine, asked)
             else:
                 from conrod.own.models.loading import save_model
 
                 save_model(subject, model)
-                study = MODEL.judge(model, machine, asked)
+                checked = _check_file(MODEL, model, machine, asked)
         except InvalidInput as error:
             raise InvalidInput(str(error).replace(str(model), "the model").replace(str(table), "the table")) from None
-    return Checked(dataclasses.replace(study, file="the table" if isinstance(study, TableStudy) else "the model"))
+    named: Any = {"file": "the table" if isinstance(checked.study, TableStudy) else "the model"}
+    return dataclasses.replace(checked, study=dataclasses.replace(checked.study, **named))
 
 
-def _columns(given: Mapping[str, Any]) -> dict[str, Any]:
+def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request) -> Checked:
+    study = kind.judge(path, machine, asked)
+    return Checked(study, None if asked.baseline is None else held_file(kind.judge, path, study, asked))
+
+
+def _check_scene(subject: Any, asked: Request) -> Checked:
+    if isinstance(subject, str | Path) and not str(subject).lower().endswith(MODELS + TABLES):
+        subject = str(subject)
+    elif not isinstance(subject, Scene):
+        shown = subject if isinstance(subject, str | Path) else f"a {type(subject).__name__}"
+        raise InvalidInput(f"{shown}: say with scene=... what machine it is; `conrod show` lists them")
+    refuse(asked, "a scene: it is for a file", ModelOptions, TableOptions)
+    scenes = dict([select_scene(subject, asked.assignments)])
+    measured = measured_of(asked, scenes)
+    with tempfile.TemporaryDirectory() as folder:
+        # What is tested is run: no result of an earlier day answers for it.
+        own = dataclasses.replace(asked, ledger=str(Path(folder, "ledger.sqlite")), fresh=True, jobs=1)
+        with Runner.of(own, Console(file=io.StringIO())) as runner:
+            found = runner.pursue(measured.study)
+            return Checked(found[0], None if asked.baseline is None else held_scenes(asked, scenes, found, runner))
+
+
+def _columns_of(subject: Any) -> Mapping[str, Any] | None:
+    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of what has none."""
+    if isinstance(subject, Mapping):
+        return subject
+    names = getattr(subject, "column_names", getattr(subject, "columns", None))
+    return None if names is None else {str(name): subject[name] for name in names}
+
+
+def _arrays(given: Mapping[str, Any]) -> dict[str, Any]:
     """Arrays by name; raises InvalidInput where one is none."""
     arrays = {str(name): np.asarray(value) for name, value in given.items()}
     for name, array in arrays.items():
@@ -148,7 +219,7 @@ def keyword_of(option: dataclasses.Field[Any]) -> str:
 
 def _typed(option: dataclasses.Field[Any], value: Any) -> Any:
     """A value as the command line gives it."""
-    if "type" in option.metadata:
+    if {"type", "is_flag"} & {*option.metadata}:
         return value
     parts = [f"{name}={one}" for name, one in value.items()] if isinstance(value, Mapping) else value
     parts = [str(parts)] if isinstance(parts, str) or not isinstance(parts, Sequence) else [str(one) for one in parts]

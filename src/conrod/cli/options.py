@@ -329,7 +329,7 @@ class ReportOptions:
     @property
     def given(self) -> dict[str, object]:
         """What was given of all that the result follows from, by the options' names."""
-        return as_given(self, TimedRunOptions, "assignments", "out", "document")
+        return as_given(self, TimedRunOptions, "assignments", "out", "document", "baseline", "accept")
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich.text import Text
 
 from conrod.cli import options as exit_status
+from conrod.cli.baseline import at_speeds, held, print_held
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
@@ -29,6 +31,7 @@ from conrod.report.kind import Kind
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.execution import isolation
+from conrod.studies.frame.drift import Held
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
     MOST_SAMPLES,
@@ -49,13 +52,29 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
     subject = subject_of(path)
     part, given = subject.part(path), as_outputs_must_not_be(path) if subject is MODEL else {"the table": path}
     files = outputs(subject.kind, [part], asked, given)
+    baseline = None
     with waiting(path, subject.timeout):
         found = subject.judge(path, scene, asked)
+        if asked.baseline is not None:
+            baseline = held_file(subject.judge, path, found, asked)
     with naming("standard output"):
         subject.show(found)
     files.write({part: found}, "validate", {part: str(path)}, asked)
-    if found.passed is False:
+    if baseline is not None:
+        print_held(baseline)
+    if found.passed is False or (baseline is not None and not baseline.passed):
         sys.exit(exit_status.FAILED)
+
+
+def held_file(judge: Callable[[Path, str | Scene, Request], Any], path: Path, found: Any, asked: Request) -> Held:
+    """A study of a file held against the baseline that was asked for."""
+    scenes = {found.scene_name: found.scene}
+
+    def again(factors: Sequence[float]) -> list[tuple[Any]]:
+        own = replace(asked, assignments=())
+        return [(judge(path, at_speeds(scenes, factor)[found.scene_name], own),) for factor in factors]
+
+    return held(asked, scenes, (found,), again)
 
 
 # -- a model ---------------------------------------------------------------------------------------------------------

@@ -66,7 +66,21 @@ class ModelOptions:
 
 
 @dataclass(frozen=True)
-class Request(TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
+class BaselineOptions:
+    """Options of a regression test."""
+
+    heading: ClassVar[str] = "Regression tests"
+
+    baseline: str | None = option(
+        "--baseline",
+        metavar="FILE",
+        help="Compare with what FILE has of an earlier run, all run again; written if none.",
+    )
+    accept: bool = option("--accept", is_flag=True, help="Write the baseline again, as it is now.")
+
+
+@dataclass(frozen=True)
+class Request(BaselineOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:

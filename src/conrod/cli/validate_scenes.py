@@ -8,17 +8,21 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from conrod.cli import options as exit_status
+from conrod.cli.baseline import at_speeds, held, line_name, lines_of, print_held
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.runner import Runner
 from conrod.cli.validate_request import Request
-from conrod.engines import Engine
+from conrod.engines import Engine, engine_named
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.report.kind import Kind
+from conrod.report.numbers import rounded
+from conrod.report.results import name_of, summary_words, verdict_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
+from conrod.studies.frame.drift import Held
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
     MOST_STREAMED,
@@ -29,6 +33,8 @@ from conrod.studies.frame.resolve_arguments import (
     select_scenes,
 )
 from conrod.studies.frame.result import SceneResults
+from conrod.studies.frame.run import RunCase
+from conrod.studies.validation.results import ValidationResult
 
 if TYPE_CHECKING:
     from conrod.studies.forces.results import ForceStudy
@@ -77,15 +83,13 @@ def validate_scenes(asked: Request) -> None:
     Raises:
         InvalidInput: what was asked for does not fit together, before anything is run.
     """
-    scenes, engines = select_scenes(asked.subjects, asked.assignments), select_engines(asked.engine)
-    chosen = Chosen(scenes, engines, select_presets(engines, asked.preset))
-    if asked.motion is not None:
-        measured = _free_motion(asked, chosen)
-    else:
-        measured = _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
+    scenes = select_scenes(asked.subjects, asked.assignments)
+    measured, baseline = measured_of(asked, scenes), None
     files = outputs(measured.kind, scenes, asked)
-    with Runner.of(asked) as runner:
+    with Runner.of(asked if asked.baseline is None else replace(asked, fresh=True)) as runner:
         found = [measured.found(study) for study in runner.pursue(measured.study)]
+        if asked.baseline is not None:
+            baseline = held_scenes(asked, scenes, found, runner)
     with naming("standard output"):
         measured.show(found)
     with asked.processes() as executor:
@@ -93,8 +97,41 @@ def validate_scenes(asked: Request) -> None:
         draw = executor.map if len(found) > 1 else map
         every = {one.name: one for one in found}
         files.write(every, "validate", asked.subjects, asked, measured.given, measured.drawn, draw)
-    if not all(one.passed for one in found):
+    if baseline is not None:
+        print_held(baseline)
+    if not all(one.passed for one in found) or (baseline is not None and not baseline.passed):
         sys.exit(exit_status.FAILED)
+
+
+def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
+    """The measurement that was asked for; raises InvalidInput as `validate_scenes`."""
+    engines = select_engines(asked.engine)
+    chosen = Chosen(scenes, engines, select_presets(engines, asked.preset))
+    if asked.motion is not None:
+        return _free_motion(asked, chosen)
+    return _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
+
+
+def held_scenes(asked: Request, scenes: Mapping[str, Scene], found: Sequence[Any], runner: Runner) -> Held:
+    """What was found held against the baseline; what that needs is run."""
+
+    def again(factors: Sequence[float]) -> list[Sequence[Any]]:
+        return runner.pursue_all([measured_of(asked, at_speeds(scenes, factor)).study for factor in factors])
+
+    return held(asked, scenes, found, again, lambda: _costs(found, runner))
+
+
+def _costs(found: Sequence[Any], runner: Runner) -> dict[str, float]:
+    """CPU time of a revolution of each completed run, over the engine's reference loop, by the name of its line."""
+    cases = {}
+    for study in found:
+        for label, result in zip(lines_of(study), study.results, strict=True):
+            preset = engine_named(result.engine).presets.get(result.preset or "")
+            if isinstance(result, ValidationResult) and result.completed and preset and result.steps_per_revolution:
+                settings = preset(study.scene, result.steps_per_revolution)
+                cases[line_name(found, study, label)] = RunCase(study.name, study.scene, settings)
+    timed = runner.time(list(cases.values()))
+    return {name: rounded(timed[case.key].ratio, 2) for name, case in cases.items() if case.key in timed}
 
 
 def _turns(asked: Request) -> int:
@@ -139,6 +176,12 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
         if result.passed is None and result.tolerance.reason
     )
     print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
+
+
+def scene_verdict(study: SceneResults[Any]) -> str:
+    """The verdict in words: each result that is out of tolerance, or that none is."""
+    failed = [f"{' '.join(name_of(one))}: {verdict_words(one)}" for one in study.results if one.passed is False]
+    return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
 
 
 # -- the forces in it --------------------------------------------------------------------------------------------------

@@ -159,10 +159,13 @@ def load_model(path: Path) -> mujoco.MjModel:
 
 
 def save_model(model: object, path: Path) -> None:
-    """Write a compiled model as a binary file; raises InvalidInput where it is none."""
+    """Write a model, or what it is compiled from, as a binary file; raises InvalidInput where it is none."""
+    if isinstance(model, mujoco.MjSpec):
+        model = model.compile()
     if not isinstance(model, mujoco.MjModel):
         raise InvalidInput(
-            f"a {type(model).__name__} cannot be judged: give a file, a mujoco.MjModel or a mapping of numpy arrays"
+            f"a {type(model).__name__} cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data "
+            "frame or a mapping of numpy arrays"
         )
     mujoco.mj_saveModel(model, str(path))
 

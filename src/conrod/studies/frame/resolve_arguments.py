@@ -53,6 +53,18 @@ def select_scene(name: str | Scene, assignments: Sequence[str]) -> tuple[str, Sc
     return known_as, scene
 
 
+def scene(name: str | Path, **parameters: float | str) -> Scene:
+    """A scene that ships, by its name, or one from a mechanism file; its parameters may have other values.
+
+    Args:
+        parameters: numbers in SI, or text with a unit: `scene("saw-40rpm", crank="80 mm")`.
+
+    Raises:
+        InvalidInput: there is no such scene, file or parameter, or a value is out of range.
+    """
+    return select_scene(str(name), [f"{one}={value}" for one, value in parameters.items()])[1]
+
+
 def scene_text(scene: str | Scene) -> str:
     """What a user calls a machine: as it was typed, or the kind of one that is there already."""
     return scene if isinstance(scene, str) else scene.kind

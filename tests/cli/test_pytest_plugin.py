@@ -1,0 +1,203 @@
+"""The pytest plugin: words, baselines beside the test, what fails and why, with xdist too."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import conrod
+from pytest_conrod import COUNTS, LISTS, WORDS
+
+pytest_plugins = ["pytester"]
+ROOT = Path(__file__).parents[2]
+TEST = """
+def test_saw(conrod_check):
+    conrod_check("saw-500rpm", engine="mujoco", preset="hardened", steps_per_rev={steps})
+"""
+
+
+@pytest.fixture(autouse=True)
+def _plugin_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
+
+
+def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+    """pytest in a process of its own, which an engine may take down."""
+    return pytester.runpytest_subprocess("-p", "pytest_conrod", "-p", "no:cacheprovider", *arguments)
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
+    """What `conrod.check` is asked for, which answers that all is well."""
+    calls: list[tuple[Any, ...]] = []
+
+    class Answer:
+        in_law, baseline = True, conrod.Held(Path())
+
+    def check(subject: Any, scene: Any = None, **words: Any) -> Any:
+        calls.append((subject, scene, {name: words[name] for name in words if name not in ("baseline", "accept")}))
+        calls[-1] += (words["baseline"], words["accept"])
+        return Answer()
+
+    monkeypatch.setitem(vars(conrod), "check", check)
+    return calls
+
+
+def test_its_words_are_the_keywords_of_check() -> None:
+    keywords = inspect.signature(conrod.check).parameters
+    assert {*WORDS} == {*keywords} - {"subject", "baseline", "accept"}
+    assert {*COUNTS, *LISTS} < {*WORDS}
+
+
+def test_a_call_goes_before_the_marker_that_before_an_option_and_that_before_a_setting(
+    pytester: pytest.Pytester, asked: list[tuple[Any, ...]]
+) -> None:
+    pytester.makeini("[pytest]\nconrod_engine = mujoco\nconrod_preset = stock\nconrod_point = C=site:C M=site:M\n")
+    pytester.makepyfile(
+        """
+        import pytest
+        pytestmark = pytest.mark.conrod(preset="tuned", steps_per_rev=100)
+
+        @pytest.mark.conrod(preset="hardened", tolerance="law")
+        def test_one(conrod_check):
+            conrod_check("a", revolutions=3)
+            conrod_check("b", "saw", preset="custom", points={"C": "site:D"})
+        """
+    )
+    arguments = ("--conrod-steps-per-rev", "7", "--conrod-crank", "motor", "--conrod-revolutions", "9", "-q")
+    pytester.inline_run("-p", "pytest_conrod", *arguments)
+    common = {"engine": "mujoco", "crank": "motor", "steps_per_rev": 100}
+    places = ["C=site:C", "M=site:M"]
+    folder = pytester.path / "conrod-baselines" / pytester.path.name
+    names = [Path(one[3]).name for one in asked]
+    assert asked[0][:3] == ("a", None, common | {"revolutions": 3, "preset": "hardened", "point": places})
+    assert asked[1][:3] == ("b", "saw", common | {"revolutions": 9, "preset": "custom", "point": {"C": "site:D"}})
+    assert names == ["test_one.json", "test_one.2.json"]
+    assert asked[0][3].parent.parent == folder.parent
+    assert asked[0][4] is False
+
+
+SLIPS = {
+    "engin='mujoco'": "conrod: unknown word of conrod_check 'engin': did you mean 'engine'?",
+    "'mujoco'": "conrod: @pytest.mark.conrod('mujoco'): give words, e.g. engine='mujoco'",
+    "steps_per_rev='many'": "conrod: steps_per_rev = 'many': give a whole number",
+    "engine='mujco'": "conrod: unknown engine 'mujco': did you mean 'mujoco'?",
+    "crank='crank'": "conrod: --crank does not go with a scene",
+}
+
+
+def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None:
+    tests = [f"@pytest.mark.conrod({slip})\ndef test_{k}(conrod_check):\n    conrod_check('saw-500rpm')\n"
+             for k, slip in enumerate(SLIPS)]  # fmt: skip
+    tests.append("def test_subject(conrod_check):\n    conrod_check(3, 'saw-500rpm')\n")
+    pytester.makepyfile("import pytest\n" + "\n".join(tests))
+    done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q")
+    done.assert_outcomes(failed=len(tests))
+    said = [line for line in done.outlines if line.startswith("conrod: ")]
+    assert len(said) == len(tests)
+    for line, message in zip(said, [*SLIPS.values(), "conrod: a int cannot be judged: give a scene"], strict=True):
+        assert line.startswith(message)
+    assert not (pytester.path / "conrod-baselines").exists()
+
+
+def test_the_plugin_loads_nothing_of_conrod_until_it_is_used(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        "import sys\ndef test_none():\n    assert not [m for m in sys.modules if m.startswith('conrod')]\n"
+    )
+    run(pytester, "-q").assert_outcomes(passed=1)
+
+
+@pytest.mark.slow
+def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: pytest.Pytester) -> None:
+    test = pytester.makepyfile(test_a=TEST.format(steps=500))
+    first = run(pytester)
+    first.assert_outcomes(failed=1)
+    first.stdout.fnmatch_lines(
+        ["conrod: baseline conrod-baselines/test_a/test_saw.json: there was none; it is written*"]
+    )
+    run(pytester).assert_outcomes(passed=1)
+    file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
+    kept = json.loads(file.read_text(encoding="utf-8"))
+    line = kept["results"]["mujoco hardened"]
+    line["bits"] = "0"
+    file.write_text(json.dumps(kept), encoding="utf-8")
+    other = run(pytester)
+    other.assert_outcomes(passed=1)
+    other.stdout.fnmatch_lines(["test_a.py::test_saw: other bits only, which is no failure: mujoco hardened"])
+    # A digit that is another, a hundred bands off.
+    position = line["numbers"]["position"]
+    position["value"] -= 100.0 * position["band"]
+    file.write_text(json.dumps(kept), encoding="utf-8")
+    drifted = run(pytester)
+    drifted.assert_outcomes(failed=1)
+    drifted.stdout.fnmatch_lines(
+        [
+            "conrod: drifted from the baseline conrod-baselines/test_a/test_saw.json:",
+            "  mujoco hardened: position 7.*, was 7.*: worse, drifted by 2.0 digits",
+            "accept: pytest --conrod-regen-all test_a.py::test_saw",
+        ]
+    )
+    forced = run(pytester, "--conrod-force-regen")
+    forced.assert_outcomes(failed=1)
+    forced.stdout.fnmatch_lines(["conrod: drifted from*", "baseline * written again"])
+    run(pytester).assert_outcomes(passed=1)
+    # Other settings are no drift; they are named, and accepted alike.
+    test.write_text(TEST.format(steps=250), encoding="utf-8")
+    changed = run(pytester)
+    changed.assert_outcomes(failed=1)
+    changed.stdout.fnmatch_lines(
+        ["conrod: *test_saw.json is the baseline of something else: steps-per-rev 500, here 250", "accept *regen-all*"]
+    )
+    run(pytester, "--conrod-regen-all").assert_outcomes(passed=1)
+    run(pytester).assert_outcomes(passed=1)
+
+
+@pytest.mark.slow
+def test_a_length_that_is_off_by_a_ten_thousandth_is_out_of_the_law_whatever_is_accepted(
+    pytester: pytest.Pytester,
+) -> None:
+    pytester.makepyfile(
+        f"""
+        import mujoco
+
+        def test_model(conrod_check):
+            spec = mujoco.MjSpec.from_file({str(ROOT / "mjcf" / "saw-500rpm.xml")!r})
+            spec.site("slider-pin.rod").pos[0] *= 1.0001
+            conrod_check(spec, "saw-500rpm", crank="crank", points={{"C": "site:C"}})
+        """
+    )
+    for _ in range(2):
+        done = run(pytester, "--conrod-regen-all")
+        done.assert_outcomes(failed=1)
+        done.stdout.fnmatch_lines(["conrod: out of the law: It is not saw-500rpm as it stands: *rod*0.01 %*"])
+
+
+@pytest.mark.slow
+def test_tests_of_the_same_name_and_workers_beside_each_other_have_files_of_their_own(
+    pytester: pytest.Pytester,
+) -> None:
+    body = """
+        import pytest, numpy as np, conrod
+
+        @pytest.mark.parametrize("offset", [1, 2, 3, 4])
+        def test_table(conrod_check, offset):
+            saw = conrod.scene("saw-500rpm")
+            times = np.linspace(0.0, 0.24, 50)
+            exact = saw.motion(saw.speed * times, saw.speed).point("C").position
+            conrod_check({"time": times, "C": exact + [1e-6 * offset, 0.0]}, saw)
+        """
+    pytester.makepyfile(test_a=body, test_b=body)
+    written = run(pytester, "-p", "xdist", "-n", "2")
+    written.assert_outcomes(failed=8)
+    files = sorted((pytester.path / "conrod-baselines").rglob("*"))
+    assert [str(one.relative_to(pytester.path / "conrod-baselines")) for one in files if one.is_file()] == [
+        f"test_{module}/test_table-{k}.json" for module in "ab" for k in (1, 2, 3, 4)
+    ]
+    assert all(json.loads(one.read_text(encoding="utf-8")) for one in files if one.is_file())
+    run(pytester, "-p", "xdist", "-n", "2", "--conrod-regen-all").assert_outcomes(passed=8)
+    run(pytester, "-p", "xdist", "-n", "2").assert_outcomes(passed=8)

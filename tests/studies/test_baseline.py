@@ -1,0 +1,130 @@
+"""Baselines: what rounding leaves is no drift, and anything else is, with its size; files that are none are refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.studies.frame.baseline import DEVIATIONS, FACTORS, SCHEMA, Baseline, Line, Number, banded, read, renew
+from conrod.studies.frame.drift import Drift, OtherBaseline, compared
+
+ERROR, SPREAD = 4.6446e-5, 3e-13
+FILE = Path("b.json")
+
+
+def found(position: float = ERROR, **fields: Any) -> dict[str, Line]:
+    numbers = {"position": Number(position, 0.0), "order of position": Number(2.0, 0.0)}
+    return {"mujoco tuned": replace(Line("completed", True, numbers, "0f", {"tolerance": 0.0}), **fields)}
+
+
+def rounded_otherwise(factors: Sequence[float]) -> list[dict[str, Line]]:
+    return [found(ERROR + sign * SPREAD) for sign, _ in zip((1, -1, 1, -1), factors, strict=True)]
+
+
+def baseline(results: dict[str, Line], **fields: Any) -> Baseline:
+    return replace(Baseline({"scene": ["saw"], "preset": "tuned"}, "ab", {"mujoco": "4.0.0"}, results), **fields)
+
+
+KEPT = baseline(banded(found(), rounded_otherwise, {}))
+
+
+def drifts(now: dict[str, Line]) -> tuple[Drift, ...]:
+    return compared(FILE, KEPT, baseline(now)).drifts
+
+
+def test_the_band_is_what_runs_that_round_otherwise_leave() -> None:
+    position, order = KEPT.results["mujoco tuned"].numbers.values()
+    assert DEVIATIONS * SPREAD <= position.band < 10.0 * DEVIATIONS * SPREAD
+    # In the digits that are rounding's, and one more: files of two machines differ in few places.
+    assert position.value == 4.6446e-05
+    # What does not change by these at all still has eight last bits of 1.
+    assert order.band == pytest.approx(1e-14)
+    assert len({*FACTORS, 1.0}) == 5
+    # A run that the speed does not drive takes the rounding of one that stands for it.
+    own = banded({**found(), "own": found()["mujoco tuned"]}, lambda x: [r | {"own": found()["mujoco tuned"]} for r in
+                 rounded_otherwise(x)], {"own": "mujoco tuned"})  # fmt: skip
+    assert own["own"].numbers["position"].band == position.band
+
+
+def test_what_is_within_its_band_has_other_bits_only() -> None:
+    held = compared(FILE, KEPT, baseline(found(ERROR + 0.9e-10, bits="1f"), made_with={"mujoco": "4.0.1"}))
+    assert (held.passed, held.drifts, held.other_bits) == (True, (), ("mujoco tuned",))
+    assert held.text.splitlines() == [
+        "other bits only, which is no failure: mujoco tuned",
+        "the baseline was made with mujoco 4.0.0, now 4.0.1",
+    ]
+    assert compared(FILE, KEPT, baseline(found())).text == ""
+
+
+@pytest.mark.parametrize(("change", "better"), [(1e-8, False), (-1e-8, True)])
+def test_a_change_beyond_the_band_is_a_drift_of_so_many_digits_worse_or_better(change: float, better: bool) -> None:
+    (drift,) = drifts(found(ERROR + change))
+    assert (drift.what, drift.better) == ("position", better)
+    assert drift.digits == pytest.approx(2.0, abs=0.01)
+    assert f"was 4.645e-05: {'better' if better else 'worse'}, drifted by 2.0 digits" in str(drift)
+
+
+def test_an_outcome_an_order_and_a_result_that_are_others_are_drifts() -> None:
+    assert str(drifts(found(outcome="diverged", numbers={}))[0]) == "mujoco tuned: outcome diverged, was completed"
+    lost = {"position": Number(ERROR, 0.0)}
+    assert str(drifts(found(numbers=lost))[0]) == "mujoco tuned: order of position none, was 2"
+    assert [drift.result for drift in drifts({"new": found()["mujoco tuned"]})] == ["mujoco tuned", "new"]
+    assert drifts(found(numbers=lost | {"order of position": Number(1.0, 0.0)}))[0].better is None
+
+
+def test_errors_below_rounding_are_noise_and_one_that_leaves_it_is_not() -> None:
+    noise = baseline(banded(found(1e-15), lambda x: [found(2e-15)] * len(x), {}))
+    assert compared(FILE, noise, baseline(found(9e-13))).passed
+    assert not compared(FILE, noise, baseline(found(2e-12))).passed
+
+
+OTHERS: dict[str, tuple[Callable[[Baseline], Baseline], str]] = {
+    "words": (
+        lambda one: replace(one, of=one.of | {"preset": "stock"}, hash="cd"),
+        "b.json is the baseline of something else: preset tuned, here stock",
+    ),
+    "a scene of the same name": (lambda one: replace(one, hash="cd"), "another scene of that name"),
+    "settings": (
+        lambda one: replace(one, results=found(settings={"tolerance": 1e-8})),
+        "mujoco tuned: tolerance 0.0, here 1e-8",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", OTHERS)
+def test_a_baseline_of_something_else_is_compared_with_nothing(case: str) -> None:
+    change, message = OTHERS[case]
+    with pytest.raises(OtherBaseline) as refused:
+        compared(FILE, KEPT, change(baseline(found())))
+    assert str(refused.value).endswith(message)
+
+
+def test_a_baseline_comes_back_from_its_file_a_number_on_a_line(tmp_path: Path) -> None:
+    file = tmp_path / "made" / "b.json"
+    renew(file, baseline(found()), rounded_otherwise, {"mujoco tuned": 12.0}, {})
+    assert read(file).results["mujoco tuned"] == replace(KEPT.results["mujoco tuned"], cost=12.0)
+    assert '"position": { "value": 4.6446e-05, "band": 1e-10 }' in file.read_text(encoding="utf-8")
+    assert [one.name for one in file.parent.iterdir()] == ["b.json"]
+
+
+BAD = {
+    "{": "is no baseline of conrod: Expecting",
+    "[1]": "is no baseline of conrod: it has no 'conrod_baseline'",
+    json.dumps({"conrod_baseline": SCHEMA + 1}): f"of schema {SCHEMA + 1}, and this conrod reads {SCHEMA}: delete it",
+    json.dumps({"conrod_baseline": SCHEMA, "of": {}}): "is a damaged baseline, delete it: no Baseline can be made",
+}
+
+
+@pytest.mark.parametrize("text", BAD)
+def test_what_is_no_baseline_is_said_so(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "b.json"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as refused:
+        read(file)
+    assert BAD[text] in str(refused.value)
