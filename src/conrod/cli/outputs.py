@@ -96,6 +96,9 @@ def _reproduction(
     for name, value in options.items():
         given = value if isinstance(value, tuple) else () if value is None else (value,)
         for one in given:
+            if one is True:  # a flag
+                words += [name]
+                continue
             # A whole number without the point that a float has.
             words += [name, shlex.quote(str(int(one) if isinstance(one, float) and one.is_integer() else one))]
     for assignment in assignments:

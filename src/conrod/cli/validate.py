@@ -29,6 +29,11 @@ def validate(asked: Request) -> None:
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
+    if asked.invariances:
+        from conrod.cli.validate_invariances import validate_invariances
+
+        validate_invariances(asked)
+        return
     files = [name for name in asked.subjects if name.lower().endswith(MODELS + TABLES)]
     if files:
         _validate_file(files[0], asked)

@@ -62,6 +62,9 @@ class ModelOptions:
     length_unit: str | None = option("--length-unit", metavar="UNIT", help="m, cm, mm or inch [found].")
     keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble it from there [its reference pose].")
     controls: tuple[str, ...] = option("--ctrl")
+    invariances: bool = option(
+        "--invariances", is_flag=True, help="Change what must not matter, of a scene's model too; no --scene."
+    )
     touching: str | None = option("--touching", metavar="CAM,ROLLER", help="Geoms of its cam contact [found].")
 
 

@@ -44,6 +44,7 @@ KINDS: dict[str, str] = {
     "printed-values": "conrod.report.printed_values",
     "trajectory": "conrod.report.trajectory",
     "forces": "conrod.report.forces",
+    "invariances": "conrod.report.invariances",
     "limits": "conrod.report.limits.report",
     "model": "conrod.report.user_model",
     "motion": "conrod.report.free_motion",

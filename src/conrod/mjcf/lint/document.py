@@ -101,6 +101,26 @@ class Document:
                     places[kind, index] = place
         return model, places
 
+    def reordered(self) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+        """The model, and that with what each body has and its constraints in reverse order; joints have names in both.
+
+        Raises:
+            ValueError: the reverse does not compile, or is made of elements that stand for others.
+        """
+        root = copy.deepcopy(self._root)
+        if macro := next((e.tag for e in root.iter() if e.tag in (*MACROS, "replicate")), None):
+            raise ValueError(f"<{macro}> makes elements of its own")
+        for number, (kind, element) in enumerate(_elements(root)):
+            if kind == "joint":
+                element.attrib.setdefault("name", f"{GIVEN}{number}-")
+        named = _compiled(root, self.folder)
+        for section in root.iter():
+            if section.tag == "equality" or section.tag in ("worldbody", "body"):
+                # A body's own joints are one after the other: their order is part of the machine.
+                moving = [child for child in section if child.tag not in ("joint", "freejoint")]
+                section[:] = [child for child in section if child not in moving] + moving[::-1]
+        return named, _compiled(root, self.folder)
+
     def can_edit(self, kind: str, index: int) -> bool:
         """Return True where an element stands in the file as such, rather than being made by the compiler."""
         return (kind, index) in self._places

@@ -1,0 +1,235 @@
+"""Changes of a model that must not matter, and what each does to the accelerations at states of its run."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.exact.motion import Array
+from conrod.mjcf.invariances.results import Invariance, Kept
+from conrod.mjcf.invariances.rounding import Accelerations, Put, accelerations, converged, forward
+from conrod.mjcf.invariances.similarity import Similarity
+from conrod.mjcf.lint.document import Document
+from conrod.mjcf.runs import STATE
+
+JACOBIANS, SOLVERS, OFF = mujoco.mjtJacobian, mujoco.mjtSolver, mujoco.mjtDisableBit
+AXIS = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
+TURNED = (math.cos(0.5), *(math.sin(0.5) * AXIS).tolist())  # by one radian about no axis of the world
+SIMILARITIES = {
+    "masses doubled": Similarity(mass=2.0),
+    "lengths doubled": Similarity(length=2.0),
+    "world turned": Similarity(turn=TURNED),
+    "mirrored": Similarity(mirrored=True),
+}
+PYRAMID = 'the edges of a friction pyramid follow the world\'s axes; it holds with cone="elliptic"'
+Indices: TypeAlias = NDArray[np.integer[Any]]
+Edit: TypeAlias = Callable[[mujoco.MjModel], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A model with its accelerations at states of its run.
+
+    Attributes:
+        times, states: of its run (T,) [s] and (T, n), as `conrod.mjcf.runs` has them.
+        reference: solved on dense matrices to the end, with the bound that rounding gives them.
+        document: the file, None where there is none to take apart.
+    """
+
+    model: mujoco.MjModel
+    times: Array
+    states: Array
+    reference: tuple[Accelerations, ...]
+    document: Document | None = None
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, times: Array, states: Array, document: Document | None = None) -> Bench:
+        """The bench of a model."""
+        solved = converged(model)
+        return cls(model, times, states, tuple(accelerations(solved, at(solved, s)) for s in states), document)
+
+    def held(self, change: str, others: Callable[[Array], Array], residual: bool = False) -> Invariance:
+        """A change judged by the accelerations (nv,) that it gives at each state.
+
+        Args:
+            residual: whether what its solver left undone may come to the bound.
+        """
+        offs = [one.off(values) for one, values in zip(self.reference, map(others, self.states), strict=True)]
+        ratios = [_ratio(off, one.bound) for off, one in zip(offs, self.reference, strict=True)]
+        size = max(one.size for one in self.reference)
+        out = [k for k, ratio in enumerate(ratios) if not ratio <= 1.0]
+        worst = out[0] if out else int(np.argmax(ratios))
+        outcome = Kept.HOLDS if not out else Kept.BROKEN
+        if out and residual:
+            left = [self.reference[k].undone(others(self.states[k])) + self.reference[k].bound for k in out]
+            outcome = Kept.NOT_CONVERGED if all(offs[k] <= most for k, most in zip(out, left, strict=True)) else outcome
+        return Invariance(
+            change, "residual" if residual else "rounding", outcome, _ratio(max(offs), size), max(ratios),
+            float(self.times[worst]),
+        )  # fmt: skip
+
+
+def _ratio(value: float, bound: float) -> float:
+    return 0.0 if value == 0.0 else value / bound if bound > 0.0 else math.inf
+
+
+def at(model: mujoco.MjModel, state: Array, warm: bool = False) -> Put:
+    """Bring data to a state; where the solver begins is left out unless `warm`."""
+
+    def put(data: mujoco.MjData) -> None:
+        mujoco.mj_setState(model, data, state, STATE)
+        if not warm:
+            data.qacc_warmstart[:] = 0.0
+
+    return put
+
+
+# -- settings of the solver --------------------------------------------------------------------------------------------
+
+
+def _set(**options: object) -> Edit:
+    def edit(model: mujoco.MjModel) -> None:
+        for name, value in options.items():
+            setattr(model.opt, name, value)
+
+    return edit
+
+
+def _switch_islands(model: mujoco.MjModel) -> None:
+    model.opt.disableflags ^= int(OFF.mjDSBL_ISLAND)
+
+
+SETTINGS: dict[str, Edit] = {
+    "sparse Jacobian": _set(jacobian=JACOBIANS.mjJAC_SPARSE),
+    "islands switched": _switch_islands,
+}
+SOLVERS_TRIED = {
+    "solver CG": _set(solver=SOLVERS.mjSOL_CG, iterations=1000),
+    "solver PGS": _set(solver=SOLVERS.mjSOL_PGS, iterations=1000),
+}
+
+
+def settings_changed(bench: Bench, changes: Mapping[str, Edit]) -> Iterator[Invariance]:
+    """Options of the solver, each on its own."""
+    solved = converged(bench.model)
+    for change, edit in changes.items():
+        edited = copy.copy(solved)
+        edit(edited)
+        yield bench.held(change, _solved(edited), residual=change in SOLVERS_TRIED)
+
+
+def solving_changed(bench: Bench) -> Iterator[Invariance]:
+    """The solver's matrices, islands, start, iterations and method, each on its own."""
+    yield from settings_changed(bench, SETTINGS | SOLVERS_TRIED)
+    solved = converged(bench.model)
+    yield bench.held("warm start", lambda state: forward(solved, at(solved, state, warm=True)).qacc)
+    yield _iterations_doubled(bench)
+
+
+def _solved(model: mujoco.MjModel) -> Callable[[Array], Array]:
+    return lambda state: forward(model, at(model, state)).qacc
+
+
+def _iterations_doubled(bench: Bench) -> Invariance:
+    """The model's own solver with twice its iterations: identical where it ended before the last of them."""
+    more = copy.copy(bench.model)
+    more.opt.iterations *= 2
+    changed, difference, all_cut_short = False, 0.0, True
+    for one, state in zip(bench.reference, bench.states, strict=True):
+        own, twice = (forward(model, at(model, state)) for model in (bench.model, more))
+        if not np.array_equal(own.qacc, twice.qacc):
+            changed, difference = (
+                True,
+                max(difference, _ratio(one.off(one.data.qacc + own.qacc - twice.qacc), one.size)),
+            )
+            all_cut_short &= int(own.solver_niter.max()) >= bench.model.opt.iterations
+    outcome = Kept.BITS if not changed else Kept.NOT_CONVERGED if all_cut_short else Kept.BROKEN
+    return Invariance("iterations doubled", "bits", outcome, difference)
+
+
+# -- the machine in other words ----------------------------------------------------------------------------------------
+
+
+def similarities(bench: Bench) -> Iterator[Invariance]:
+    """Other units, a turned world, a mirror."""
+    solved = converged(bench.model)
+    for change, similarity in SIMILARITIES.items():
+        if reason := similarity.refusal(bench.model):
+            yield Invariance(change, "rounding", Kept.UNSUPPORTED, reason=reason)
+            continue
+        found = bench.held(change, _in_image(solved, similarity))
+        if found.outcome is Kept.BROKEN and similarity.turned and _holds_with_a_round_cone(bench, similarity):
+            found = replace(found, outcome=Kept.EXPLAINED, reason=PYRAMID)
+        yield found
+
+
+def _holds_with_a_round_cone(bench: Bench, similarity: Similarity) -> bool:
+    if bench.model.opt.cone != mujoco.mjtCone.mjCONE_PYRAMIDAL:
+        return False
+    model = copy.copy(bench.model)
+    model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    rounder = Bench.of(model, bench.times, bench.states)
+    return rounder.held("", _in_image(converged(model), similarity)).outcome is Kept.HOLDS
+
+
+def _in_image(solved: mujoco.MjModel, similarity: Similarity) -> Callable[[Array], Array]:
+    image, rates = similarity.applied(solved), similarity.rates(solved)
+
+    def found(state: Array) -> Array:
+        own = mujoco.MjData(solved)
+        at(solved, state)(own)
+
+        def put(data: mujoco.MjData) -> None:
+            data.qpos[:], data.qvel[:] = similarity.positions(solved, own.qpos), rates @ own.qvel
+            data.ctrl[:] = own.ctrl
+
+        return np.asarray(np.linalg.solve(rates, forward(image, put).qacc))
+
+    return found
+
+
+def reversed_declaration(bench: Bench) -> Invariance:
+    """The elements of every body, and the equality constraints, declared in reverse order."""
+    change = "order of declaration"
+    if bench.document is None:
+        return Invariance(change, "rounding", Kept.UNSUPPORTED, reason="there is no file to take apart")
+    try:
+        named, reverse = bench.document.reordered()
+    except ValueError as error:
+        return Invariance(change, "rounding", Kept.UNSUPPORTED, reason=" ".join(str(error).split()))
+    positions, rates = order(named, reverse)
+    solved = converged(reverse)
+
+    def found(state: Array) -> Array:
+        own = mujoco.MjData(bench.model)
+        at(bench.model, state)(own)
+
+        def put(data: mujoco.MjData) -> None:
+            data.qpos[positions], data.qvel[rates] = own.qpos, own.qvel
+            data.ctrl[:], data.act[:] = own.ctrl, own.act
+
+        return np.asarray(forward(solved, put).qacc[rates])
+
+    return bench.held(change, found)
+
+
+def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[Indices, Indices]:
+    """Places of the coordinates (nq,) and rates (nv,) of one model in another with the same names of joints."""
+    there = [other.joint(one.joint(joint).name).id for joint in range(one.njnt)]
+    return (
+        _moved(one.jnt_qposadr, other.jnt_qposadr[there], one.nq),
+        _moved(one.jnt_dofadr, other.jnt_dofadr[there], one.nv),
+    )
+
+
+def _moved(first: Indices, there: Indices, count: int) -> Indices:
+    """Places (count,) of numbers whose blocks begin at `first` where they begin at `there`."""
+    block = np.searchsorted(first, np.arange(count), side="right") - 1
+    return np.asarray(there[block] + np.arange(count) - first[block], dtype=np.intp)

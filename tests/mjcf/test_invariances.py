@@ -1,0 +1,135 @@
+"""What must not matter in a MuJoCo model does not, or is found with its size."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod.mjcf.invariances.changes import (
+    SIMILARITIES,
+    Bench,
+    at,
+    reversed_declaration,
+    similarities,
+    solving_changed,
+)
+from conrod.mjcf.invariances.results import Kept
+from conrod.mjcf.invariances.rounding import converged, forward
+from conrod.mjcf.invariances.scenes import declared_otherwise
+from conrod.mjcf.invariances.similarity import Similarity
+from conrod.mjcf.lint.document import Document
+from conrod.mjcf.runs import run, state_of
+from conrod.studies.frame.resolve_arguments import select_scene
+
+# Two loops on a tree with branches, a slide, a spring and a motor; with a box that falls on its friction.
+LOOPS = """<mujoco><option timestep="0.001"/><worldbody>
+<body name="a" pos="0 0 0.1"><joint name="a" axis="0 1 0" damping="0.1" armature="0.01"/>
+  <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" contype="0" conaffinity="0"/>
+  <body name="b" pos="0.3 0 0"><joint axis="0.2 1 0.1" stiffness="2" springref="0.4"/>
+    <geom type="capsule" fromto="0 0 0 0.2 0.1 0.3" size="0.02" contype="0" conaffinity="0"/></body>
+  <body name="c" pos="0.3 0 0"><joint axis="0.1 1 0"/>
+    <geom type="capsule" fromto="0 0 0 0.1 0 -0.2" size="0.02" contype="0" conaffinity="0"/></body></body>
+<body name="d" pos="0.5 0.1 0.4"><joint type="slide" axis="1 0 0" frictionloss="0.3"/>
+  <geom type="box" size="0.05 0.04 0.03" pos="0.01 0 0" contype="0" conaffinity="0"/></body>
+{more}</worldbody>
+<equality><connect body1="b" body2="d" anchor="0.2 0 0.3"/><connect body1="c" anchor="0.1 0 -0.2"/></equality>
+<actuator><motor joint="a" gear="2"/></actuator></mujoco>"""
+BOX = """<geom type="plane" size="3 3 0.1" pos="0 0 -0.5"/><body name="box" pos="1 1 -0.401" euler="0 0 20"><freejoint/>
+  <geom type="box" size="0.1 0.08 0.1" friction="0.8"/></body>"""
+
+
+def bench_of(path: Path, more: str = "", cone: str = "pyramidal") -> Bench:
+    path.write_text(LOOPS.format(more=more).replace("<option ", f'<option cone="{cone}" '), encoding="utf-8")
+    document = Document(path)
+    data = mujoco.MjData(document.model)
+    data.ctrl[:], data.qvel[:], data.qvel[4:6] = 0.5, 0.1, 1.0  # the box slides
+    states = run(document.model, state_of(document.model, data), 60).states[::20]
+    return Bench.of(document.model, 0.02 * np.arange(len(states)), states, document)
+
+
+@pytest.fixture(scope="module")
+def loops(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return bench_of(tmp_path_factory.mktemp("loops") / "loops.xml")
+
+
+def test_solver_units_place_and_order_do_not_matter_to_rounding(loops: Bench) -> None:
+    found = {one.change: one for one in (*solving_changed(loops), *similarities(loops), reversed_declaration(loops))}
+    assert len(found) == 11
+    kept = {change for change, one in found.items() if one.outcome in (Kept.HOLDS, Kept.BITS)}
+    assert kept >= set(found) - {"solver CG", "solver PGS"}
+    assert all(one.difference is not None and one.difference < 1e-9 for change, one in found.items() if change in kept)
+
+
+def test_residual_bounds_what_another_solver_left_undone(loops: Bench) -> None:
+    few = converged(loops.model)
+    few.opt.solver, few.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 3
+
+    def cut_short(state: np.ndarray) -> np.ndarray:
+        return forward(few, at(few, state)).qacc
+
+    assert loops.held("", cut_short, residual=True).outcome is Kept.NOT_CONVERGED
+    assert loops.held("", cut_short).outcome is Kept.BROKEN
+
+
+@pytest.mark.parametrize("field", ["body_mass", "eq_data", "dof_frictionloss", "jnt_stiffness", "actuator_gainprm"])
+def test_a_number_that_is_off_by_1e_8_is_found(loops: Bench, field: str) -> None:
+    off = converged(loops.model)
+    getattr(off, field)[:] *= 1.0 + 1e-8
+    found = loops.held("planted", lambda state: forward(off, at(off, state)).qacc)
+    assert found.outcome is Kept.BROKEN
+    assert found.over_bound > 1.0
+
+
+@pytest.mark.parametrize("field", ["body_inertia", "dof_armature", "jnt_axis", "gravity", "jnt_stiffness"])
+def test_a_similarity_that_forgets_a_field_is_found(loops: Bench, field: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    applied = Similarity.applied
+
+    def forgetful(self: Similarity, model: mujoco.MjModel) -> mujoco.MjModel:
+        made = applied(self, model)
+        owner = made.opt if field == "gravity" else made
+        getattr(owner, field)[:] = getattr(model.opt if field == "gravity" else model, field)
+        return made
+
+    monkeypatch.setattr(Similarity, "applied", forgetful)
+    assert any(one.outcome is Kept.BROKEN for one in similarities(loops))
+
+
+def test_friction_pyramid_follows_the_world_and_the_cone_does_not(tmp_path: Path) -> None:
+    def turned(cone: str) -> Kept:
+        found = similarities(bench_of(tmp_path / f"{cone}.xml", BOX, cone))
+        return next(one.outcome for one in found if one.change == "world turned")
+
+    assert (turned("pyramidal"), turned("elliptic")) == (Kept.EXPLAINED, Kept.HOLDS)
+
+
+def test_what_a_similarity_does_not_know_is_unsupported_with_the_reason(loops: Bench) -> None:
+    windy = copy.copy(loops.model)
+    windy.opt.density = 1.2
+    assert all(one.refusal(windy) == "the model has a fluid" for one in SIMILARITIES.values())
+
+
+@pytest.mark.slow
+def test_sparse_factorisation_of_4_0_0_is_told_from_that_of_4_0_1() -> None:
+    """MuJoCo 4.0.1's release notes: 4.0.0 merged rows with different descendants (#3767)."""
+    sparse = next(one for one in declared_otherwise(select_scene("four-bar-chain-5", [])[1]) if "sparse" in one.change)
+    assert sparse.cases > 50
+    assert sparse.outcome is (Kept.BROKEN if mujoco.__version__ == "4.0.0" else Kept.HOLDS)
+
+
+def test_command_judges_any_model_and_names_what_does_not_go_with_it(tmp_path: Path) -> None:
+    model, report, again = tmp_path / "m.xml", tmp_path / "r", tmp_path / "again"
+    bench_of(model)
+    done = conrod("validate", str(model), "--invariances", "--seconds", "0.02", "--out", str(report))
+    assert done.returncode == 0
+    assert "None of 14 invariances is broken" in done.stdout
+    assert conrod("report", str(report), "--out", str(again)).returncode == 0
+    page = "m-invariances.md"
+    assert (again / page).read_bytes() == (report / page).read_bytes()
+    refused = conrod("validate", str(model), "--invariances", "--preset", "stock")
+    assert refused.returncode == 2
+    assert "--preset does not go with --invariances" in refused.stderr
