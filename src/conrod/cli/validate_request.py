@@ -62,9 +62,6 @@ class ModelOptions:
     length_unit: str | None = option("--length-unit", metavar="UNIT", help="m, cm, mm or inch [found].")
     keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble it from there [its reference pose].")
     controls: tuple[str, ...] = option("--ctrl")
-    invariances: bool = option(
-        "--invariances", is_flag=True, help="Change what must not matter, of a scene's model too; no --scene."
-    )
     touching: str | None = option("--touching", metavar="CAM,ROLLER", help="Geoms of its cam contact [found].")
 
 
@@ -83,7 +80,16 @@ class BaselineOptions:
 
 
 @dataclass(frozen=True)
-class Request(BaselineOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
+class InvarianceOptions:
+    """What is asked in place of a comparison with an exact motion."""
+
+    heading: ClassVar[str] = "Of any MuJoCo model, or a scene's (docs/invariances.md)"
+
+    invariances: bool = option("--invariances", is_flag=True, help="Change what must not matter; it needs no --scene.")
+
+
+@dataclass(frozen=True)
+class Request(BaselineOptions, InvarianceOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:
