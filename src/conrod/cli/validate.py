@@ -46,6 +46,7 @@ def validate(asked: Request) -> None:
     if asked.motion is None:
         refuse(asked, "a crank at constant speed: it is for --motion free and --motion torque", MotionOptions)
     else:
+        refuse(asked, "--motion: it is for a crank at constant speed", "qualify")
         refuse(asked, "--motion: forces are compared at constant crank speed", "quantity")
     from conrod.cli.validate_scenes import validate_scenes
 
@@ -65,7 +66,7 @@ def _validate_file(file: str, asked: Request) -> None:
         raise InvalidInput(f"{file}: a file is judged on its own, {said}")
     if asked.scene is None:
         raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
-    refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures")
+    refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures", "qualify")
     from conrod.cli.validate_file import validate_file
 
     validate_file(Path(file), asked.scene, asked)

@@ -113,4 +113,5 @@ class Request(BaselineOptions, InvarianceOptions, TableOptions, ModelOptions, Mo
         metavar="NAME,...",
         help="Figures of the report: mechanism, motion, error, order.",
     )
+    qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")

@@ -25,6 +25,7 @@ from conrod.studies.frame.case import Study
 from conrod.studies.frame.drift import Held
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
+    MOST_SAMPLES,
     MOST_STREAMED,
     make_plan,
     parse_tolerance,
@@ -39,6 +40,7 @@ from conrod.studies.validation.results import ValidationResult
 if TYPE_CHECKING:
     from conrod.studies.forces.results import ForceStudy
     from conrod.studies.free_motion.results import MotionStudy
+    from conrod.studies.validation.plan import Plan
     from conrod.studies.validation.results import SceneStudy
 
 DEFAULT_REVOLUTIONS = 2
@@ -145,16 +147,16 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.charts.styles import figures_of
     from conrod.report.validation.report import KIND, without_motion
     from conrod.scenes.catalogue import CATALOGUE
-    from conrod.studies.validation.study import validation
 
-    plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, MOST_STREAMED)
+    most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
+    plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, most)
     if asked.figures is not None and asked.out is None:
         raise InvalidInput(f"--figures {asked.figures} is for a report: name its folder with --out")
     few = asked.figures is None and CATALOGUE in asked.subjects
     shown = figures_of(FEW_FIGURES if few else asked.figures)
     return Measured(
         kind=KIND,
-        study=validation(chosen.scenes, chosen.engines, chosen.presets, plan),
+        study=_validation(chosen, plan, asked.qualify),
         show=print_verdicts,
         found=lambda study: study if "motion" in shown else without_motion(study),
         drawn={"figures": shown},
@@ -162,9 +164,20 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     )
 
 
+def _validation(chosen: Chosen, plan: Plan, qualify: bool) -> Study[Sequence[SceneStudy]]:
+    from conrod.studies.validation.study import validation
+
+    found = yield from validation(chosen.scenes, chosen.engines, chosen.presets, plan)
+    if not qualify:
+        return found
+    from conrod.studies.detection.qualification import qualified
+
+    return (yield from qualified(found, chosen.scenes, chosen.engines, plan))
+
+
 def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
-    from conrod.report.validation.tables import added_words, verdicts_table
+    from conrod.report.validation.tables import added_words, qualification_table, verdicts_table
 
     out = console()
     print_table(out, verdicts_table(studies))
@@ -176,6 +189,8 @@ def print_verdicts(studies: Sequence[SceneStudy]) -> None:
         if result.passed is None and result.tolerance.reason
     )
     print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
+    for study in studies:
+        print_table(out, qualification_table(study))
 
 
 def scene_verdict(study: SceneResults[Any]) -> str:
@@ -192,6 +207,7 @@ def _forces(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.forces.study import ForcePlan, force_study
 
     refuse(asked, "--quantity: its report has one figure", "figures")
+    refuse(asked, "--quantity: it qualifies the verdict on the motion, and on its forces beside it", "qualify")
     quantities = _quantities(str(asked.quantity), chosen.scenes)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
     run = replace(make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), None), tolerance=allowed)

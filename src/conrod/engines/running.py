@@ -62,10 +62,13 @@ def followed(
     samples = round(settings.steps_per_revolution * revolutions) + 1
     for piece in engine.run(machine, settings, revolutions, start_angle):
         found = piece.trajectory
+        left = samples - piece.first_step - len(piece.clock)
         if found.outcome is Outcome.COMPLETED:
-            stretch = Stretch(found, machine, max(0, samples - piece.first_step - len(piece.clock)))
+            stretch = Stretch(found, machine, max(0, left))
             for recorder in recorders:
                 recorder.add(stretch)
+    if found.outcome is Outcome.COMPLETED and left > 0:
+        return Verdict(Outcome.CRASHED, f"the run ended after {samples - left} of {samples} samples")
     return Verdict(found.outcome, found.reason)
 
 

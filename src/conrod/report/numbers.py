@@ -112,6 +112,12 @@ def quantity(value: float, digits: int = 4) -> str:
     return f"{short}e{int(exponent)}"
 
 
+def sized(size: float, unit: str) -> str:
+    """The size of a planted defect in its unit, two digits; nothing where it has none."""
+    factor = 100.0 if unit.startswith("%") else 180.0 / math.pi if unit == "deg" else 1.0
+    return f"{quantity(size * factor, 3 if size * factor >= 99.5 else 2)} {unit}" if unit else ""
+
+
 def order(value: float | None) -> str:
     """An observed order of convergence."""
     return MISSING if value is None else _plain(rounded(value, 2), 2)

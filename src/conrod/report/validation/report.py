@@ -119,7 +119,7 @@ def _page(part: Part[SceneStudy]) -> Page:
         "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
         last=last, summary=summary_words(study.results), versions=versions_words(study.results),
         verdicts=tables.verdicts_table([study]), added=tables.added_words(study), has_contact=has_contact,
-        parameters=parameters_table(scene),
+        parameters=parameters_table(scene), noticed=tables.qualification_table(study),
         one_pass=scene.kinematics.mechanism.driver.span is not None, kinematic=tables.kinematic_table(study),
         refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),
         closure=tables.closure_table(study), prediction=tables.prediction_table(study), printed=printed,

@@ -9,11 +9,11 @@ from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.results import name_of, refinement_table, results_table, verdict_cell
-from conrod.report.table import Table, table
+from conrod.report.table import Cell, Table, Toned, table
 from conrod.runs.convergence import PAIRS_AGREE, observed_order
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.validation.results import SceneStudy, ValidationResult
+from conrod.studies.validation.results import Noticed, SceneStudy, ValidationResult
 
 MEASURES = ("max", "rms", "final")
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
@@ -216,6 +216,42 @@ def contact_table(study: SceneStudy, lift: float | None) -> Table:
         return [numbers.measured(run.lift_error), in_mm, *(_largest(run, q, "rms") for q in QUANTITIES[1:])]
 
     return _table(study, "errors", head, cells)
+
+
+QUALIFICATION = "planted into these runs, and judged again: noticed or not, and the smallest size that would be"
+
+
+def qualification_table(study: SceneStudy) -> Table:
+    """What the verdicts notice, a row for each defect and a column for each run; no row where it was not asked for."""
+    runs = [r for r in study.results if r.qualified is not None]
+    kinds = {(kind, one.defect): one for r in runs for kind, one in _noticed(r)}
+    rows = [
+        (
+            defect + (" (forces)" if kind == "forces" else ""),
+            numbers.sized(planted.size, planted.unit) or "planted",
+            *(_noticed_cell({(k, n.defect): n for k, n in _noticed(r)}.get((kind, defect))) for r in runs),
+        )
+        for (kind, defect), planted in kinds.items()
+    ]
+    head = ["defect", "planted", *(" ".join(name_of(r)) for r in runs)]
+    return table(head, rows, title=f"{study.name}: {QUALIFICATION}")
+
+
+def _noticed(run: ValidationResult) -> list[tuple[str, Noticed]]:
+    assert run.qualified is not None
+    return [*(("motion", one) for one in run.qualified.motion), *(("forces", one) for one in run.qualified.forces)]
+
+
+def _noticed_cell(found: Noticed | None) -> Cell:
+    if found is None:
+        return "not judged"
+    if not found.visible:
+        return "cannot be seen"
+    where = f" ({found.where})" if found.where else ""
+    if not found.unit:
+        return Toned(f"noticed: {', '.join(found.by)}", "good") if found.by else Toned("NOT NOTICED", "bad")
+    least = "" if found.smallest is None else f", from {numbers.sized(found.smallest, found.unit)}"
+    return Toned(f"noticed{least}{where}", "good") if found.by else Toned(f"NOT NOTICED{least}{where}", "bad")
 
 
 # -- settings --------------------------------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from conrod.exact.dynamics.inverse import InverseDynamics, State, component_name
 from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, blind_changes, quantities, sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
+from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.scenes import Scene
 from conrod.studies.forces.results import Effect
@@ -87,7 +88,7 @@ def exact_quantities(kinematics: Kinematics, state: State) -> dict[str, Array]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def even_state(scene: Scene) -> State:
+def even_state(scene: ExactReference) -> State:
     """A turn, or the one pass, at constant speed; change points are left out."""
     angle = np.linspace(*scene.kinematics.span, SAMPLES)
     angle = angle[~scene.kinematics.near_change(angle, NEAR)]
@@ -134,7 +135,7 @@ def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[tuple[Effect, 
     return effects_on(scene, names, peaks_of(scene)), tuple(shares for shares in hidden if len(shares) > 1)
 
 
-def effects_on(scene: Scene, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
+def effects_on(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
     """Effect of each property of each body on some quantities, over their peaks."""
     effects = []
     for one in sensitivities(scene.kinematics, even_state(scene)):

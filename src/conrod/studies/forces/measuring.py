@@ -17,6 +17,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.exact.dynamics.inverse import State
 from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
 from conrod.exact.motion import Array
+from conrod.exact.reference import ExactReference
 from conrod.runs.comparison import size_of
 from conrod.runs.run_errors import CURVE_SAMPLES, largest_in_spans
 from conrod.scenes import Scene
@@ -29,7 +30,7 @@ PARTS = 64  # of a run
 SURE = 3.0  # standard errors of the projection have to lie within it, or within what would be reported
 
 
-def likenesses(scene: Scene, measured: Measured, names: Sequence[str]) -> dict[str, float]:
+def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) -> dict[str, float]:
     """By "body.property", how many times the change that is to be seen the errors look like.
 
     That is 1 % of a mass, 1 % of a length, 5 % of an inertia. What no quantity depends on is not among them,
@@ -76,7 +77,7 @@ def reported_quantities(tracks: ForceTracks) -> dict[str, Array]:
 class Measured:
     """One run that reported something, beside the exact forces."""
 
-    def __init__(self, scene: Scene, tracks: ForceTracks, peaks: Peaks, stamps: Stamps) -> None:
+    def __init__(self, scene: ExactReference, tracks: ForceTracks, peaks: Peaks, stamps: Stamps) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
         self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))

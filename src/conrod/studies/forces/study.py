@@ -39,24 +39,15 @@ class ForcePlan:
 
 def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
     """Measure the engine: one run, its refinement path, and the verdict."""
-    result = started(name, scene, engine, preset, plan)
-    if not result.groups:
-        return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=NO_CONTACT)
-    steps = result.steps_per_revolution
-    settings = engine.presets[preset](scene, steps)
-    refusal = engine.refusal(scene, settings)
-    if refusal:
-        return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal)
-    start, revolutions = plan.run.stretch(scene)
-    tracks = _forces(engine, scene, settings, revolutions, start)
-    result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_outcome_fields(result, tracks))
-    if not result.completed:
-        return result.judged(plan.run.tolerance)
-    peaks, stamps = peaks_of(scene), stamps_of(scene, tracks, steps, start)
+    result, tracks = recorded_forces(name, scene, engine, preset, plan)
+    stamps, steps = result.stamps, result.steps_per_revolution
+    if stamps is None:
+        return result.judged(plan.run.tolerance) if result.settings else result
+    peaks = peaks_of(scene)
     measured = Measured(scene, tracks, peaks, stamps)
     errors = measured.errors(result.names)
     likeness = likenesses(scene, measured, result.names)
-    result = replace(result, stamps=stamps, errors=errors, curve=measured.torque_curve(), likeness=likeness)
+    result = replace(result, errors=errors, curve=measured.torque_curve(), likeness=likeness)
 
     def point(n: int, turns: float, start: float) -> ForcePoint:
         tracks = _forces(engine, scene, engine.presets[preset](scene, n), turns, start)
@@ -70,6 +61,22 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
         points = refine(scene, steps, plan.run.revolutions, finest, point)
         result = replace(result, refinement=points, order=_orders(result, points))
     return result.judged(plan.run.tolerance)
+
+
+def recorded_forces(
+    name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan
+) -> tuple[ForceResult, ForceTracks]:
+    """The forces of a run, and a result of which nothing is measured yet; it has stamps where there is something."""
+    result, mechanism = started(name, scene, engine, preset, plan), scene.kinematics.mechanism
+    steps = result.steps_per_revolution
+    settings = engine.presets[preset](scene, steps)
+    refusal = engine.refusal(scene, settings) if result.groups else NO_CONTACT
+    if refusal:
+        return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), no_forces(mechanism, refusal)
+    start, revolutions = plan.run.stretch(scene)
+    tracks = _forces(engine, scene, settings, revolutions, start)
+    result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_outcome_fields(result, tracks))
+    return replace(result, stamps=stamps_of(scene, tracks, steps, start)) if result.completed else result, tracks
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:

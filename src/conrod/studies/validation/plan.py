@@ -63,19 +63,13 @@ class Plan:
 
 def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> ValidationResult:
     """Measure the engine: one run, its refinement path, and the verdict."""
-    steps = plan.steps(scene)
-    settings = engine.presets[preset](scene, steps)
-    start, revolutions = plan.stretch(scene)
-    empty = started(name, scene, engine, preset, plan)
-    refusal = engine.refusal(scene, settings)
-    if refusal:
-        return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=refusal)
+    result, settings, start = begun(name, scene, engine, preset, plan)
+    if not result.completed:
+        return result
+    steps, revolutions = plan.steps(scene), result.revolutions
     errors, prediction, drawn, lift = RunErrors(), Prediction(scene), Drawn(steps), Lift(scene)
     ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, lift)
-    result = replace(
-        empty, settings=settings.as_dict(), revolutions=revolutions, outcome=ended.outcome.slug,
-        reason=ended.reason, tolerance=_tolerance(scene, engine, preset, settings, revolutions, start),
-    )  # fmt: skip
+    result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
     def point(n: int, turns: float, start: float) -> RefinementPoint:
         found = PointSizes()
@@ -101,6 +95,22 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         if printed_table.applies(scene):
             result = replace(result, printed=printed_table.compare_with_print(scene, engine, preset))
     return result.judged()
+
+
+def begun(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> tuple[ValidationResult, Any, float]:
+    """What is known of a run before it is made: settings and tolerance, the settings, the start angle [rad].
+
+    The result is `unsupported` where the engine refuses the machine.
+    """
+    settings = engine.presets[preset](scene, plan.steps(scene))
+    start, revolutions = plan.stretch(scene)
+    empty = started(name, scene, engine, preset, plan)
+    refusal = engine.refusal(scene, settings)
+    if refusal:
+        return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), settings, start
+    tolerance = _tolerance(scene, engine, preset, settings, revolutions, start)
+    result = replace(empty, settings=settings.as_dict(), revolutions=revolutions, tolerance=tolerance)
+    return result, settings, start
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str | None, plan: Plan) -> ValidationResult:

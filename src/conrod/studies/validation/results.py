@@ -77,6 +77,42 @@ class PrintedCells:
     worst: float
 
 
+@dataclass(frozen=True)
+class Noticed:
+    """What a verdict makes of one kind of defect, planted into the run that it is on.
+
+    Attributes:
+        defect: its name.
+        unit: of its sizes; empty where it has none.
+        where: what was changed; of several places the one where the verdict sees least.
+        size: that was planted.
+        by: quantities that were out of tolerance then, or how the run was said to have ended; empty if unnoticed.
+        smallest: size from which on it is noticed, whatever its sign; None where none is.
+        visible: False where no size changes anything that is judged.
+    """
+
+    defect: str
+    unit: str
+    where: str
+    size: float
+    by: tuple[str, ...]
+    smallest: float | None
+    visible: bool = True
+
+
+@dataclass(frozen=True)
+class Qualified:
+    """What a verdict on a run notices of planted defects: that on its motion, and that on its forces."""
+
+    motion: tuple[Noticed, ...]
+    forces: tuple[Noticed, ...]
+
+    @property
+    def blind(self) -> bool:
+        """True where no defect that has a size is noticed, however large it is."""
+        return all(one.smallest is None for one in self.motion)
+
+
 @dataclass(frozen=True, kw_only=True)
 class ValidationResult(Result):
     """Errors of a scene at constant crank speed, by point, quantity and measure.
@@ -88,6 +124,7 @@ class ValidationResult(Result):
             measured one at most.
         lift_error: of a cam, |largest lift reached - full lift| / full lift.
         curves: by point and quantity, for figures.
+        qualified: what the verdict notices of planted defects; None where that was not asked for.
     """
 
     parameters: Mapping[str, float]
@@ -106,16 +143,27 @@ class ValidationResult(Result):
     printed: PrintedCells | None = None
     lift_error: float | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
+    qualified: Qualified | None = None
 
     @property
     def limits(self) -> Mapping[str, float]:
         return self.tolerance.judged()
 
     def faults(self) -> list[str]:
-        found = self.printed
-        if found is None or found.engine_agrees == found.exact_agrees:
-            return []
-        return [f"the printed table, {found.engine_agrees} of {found.exact_agrees} cells met"]
+        found, faults = self.printed, []
+        if found is not None and found.engine_agrees != found.exact_agrees:
+            faults.append(f"the printed table, {found.engine_agrees} of {found.exact_agrees} cells met")
+        return faults + (["no planted defect is noticed, of whatever size: no verdict"] if self.no_verdict else [])
+
+    @property
+    def no_verdict(self) -> bool:
+        """True where it is known that the verdict notices nothing."""
+        return self.qualified is not None and self.qualified.blind
+
+    def with_qualified(self, found: Qualified | None) -> Self:
+        """The result with what its verdict notices, which has to be something."""
+        result = replace(self, qualified=found)
+        return replace(result, passed=False) if result.no_verdict else result
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         sizes = [point[quantity] for point in (self.errors or {}).values()]

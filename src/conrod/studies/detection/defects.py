@@ -1,0 +1,223 @@
+"""Defects that are planted into a recorded run: in what was recorded, or in the machine that it is compared with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import BodyStates, BodyTracks, FieldByField, Instants, Piece, PointTracks, Track
+from conrod.studies.detection.machine_defects import (
+    ASKEW,
+    Plant,
+    Plants,
+    Recording,
+    anchors,
+    another_assembly,
+    lengths,
+    of_bodies,
+    weight,
+)
+from conrod.studies.frame.measurement import QUANTITIES
+
+STANDARD_GRAVITY = (0.0, -9.81)  # [m/s^2], of what stands in a machine that has no weight
+
+
+@dataclass(frozen=True)
+class Defect:
+    """One kind of defect.
+
+    Attributes:
+        unit: of its size, in words; empty where it has none.
+        size: that `--qualify` plants; smaller and larger ones are found by bisection.
+        largest: size up to which it is looked for.
+        plants: by where they are planted, of a run; none where the machine has no such place.
+    """
+
+    name: str
+    unit: str
+    size: float
+    largest: float
+    plants: Plants
+
+
+# -- changes of what was recorded --------------------------------------------------------------------------------------
+
+
+def _on_run(change: Callable[[Recording, float], Piece]) -> Plants:
+    return lambda _: iter([("", lambda given, size: replace(given, run=change(given, size)))])
+
+
+def _with_tracks(run: Piece, quantity: str, change: Callable[[str, Track], Track], which: int | None = None) -> Piece:
+    """The run with other samples of a quantity, of one observed point or of all."""
+    points = dict(run.trajectory.points)
+    for name in list(points)[slice(which, None if which is None else which + 1)]:
+        points[name] = replace(points[name], **{quantity: change(name, getattr(points[name], quantity))})
+    return replace(run, trajectory=replace(run.trajectory, points=points))
+
+
+def _with_instants(run: Piece, change: Callable[[Instants], Instants]) -> Piece:
+    """The run with all instants changed; what shares them goes on sharing them."""
+    known: dict[int, Any] = {}
+
+    def changed(part: Any) -> Any:
+        if id(part) not in known:
+            known[id(part)] = change(part) if isinstance(part, Instants) else _rebuilt(part)
+        return known[id(part)]
+
+    def _rebuilt(part: Any) -> Any:
+        parts = {name: one for name, one in vars(part).items() if not isinstance(one, np.ndarray)}
+        return replace(part, **{name: changed(one) for name, one in parts.items()})
+
+    trajectory = run.trajectory
+    points = {name: changed(tracks) for name, tracks in trajectory.points.items()}
+    return replace(run, trajectory=replace(trajectory, points=points, bodies=changed(trajectory.bodies)))
+
+
+def _stamped_early(given: Recording, steps: float) -> Piece:
+    """Velocities that are said to be of an instant before their own."""
+    by = steps * given.run.trajectory.settings.timestep
+
+    def early(_: str, track: Track) -> Track:
+        at = track.instants
+        return replace(track, instants=replace(at, times=at.times - by, angle=at.angle - by * at.rate))
+
+    return _with_tracks(given.run, "velocity", early)
+
+
+def _slow_clock(given: Recording, share: float) -> Piece:
+    return _with_instants(given.run, lambda at: replace(at, times=(1.0 - share) * at.times))
+
+
+def _turned_zero(given: Recording, angle: float) -> Piece:
+    return _with_instants(given.run, lambda at: replace(at, angle=at.angle + angle))
+
+
+def _sign(given: Recording, share: float) -> Piece:
+    """Velocities along x or y, whichever is larger, by so much of the way to the other sign."""
+
+    def swapped(_: str, track: Track) -> Track:
+        axis = int(np.ptp(track.values, axis=0).argmax())
+        values = track.values.copy()
+        values[:, axis] *= 1.0 - 2.0 * share
+        return replace(track, values=values)
+
+    return _with_tracks(given.run, "velocity", swapped)
+
+
+def _offset(given: Recording, share: float) -> Piece:
+    lengths = given.reference.lengths
+    return _with_tracks(
+        given.run, "position", lambda name, track: replace(track, values=track.values + share * lengths[name] * ASKEW)
+    )
+
+
+def _gravity_left(given: Recording, share: float) -> Piece:
+    weight = given.reference.mechanism().gravity
+    fall = np.array(weight if any(weight) else STANDARD_GRAVITY)
+    return _with_tracks(given.run, "acceleration", lambda _, track: replace(track, values=track.values - share * fall))
+
+
+def _missing_term(given: Recording) -> Iterator[tuple[str, Plant]]:
+    """Accelerations without the centripetal term of their point about its body's centre of gravity."""
+    mechanism = given.reference.mechanism()
+    for which, observed in enumerate(mechanism.observed):
+        i, centre = 3 * mechanism.body_index[observed.body], mechanism.body(observed.body).centre_of_gravity
+        arm = np.subtract(observed.point, centre)
+
+        def without(now: Recording, share: float, i: int = i, arm: Array = arm, which: int = which) -> Recording:
+            assert now.run.trajectory.bodies is not None
+            states = now.run.trajectory.bodies.acceleration
+            turn = states.poses[:, i + 2]
+            c, s = np.cos(turn), np.sin(turn)
+            out = np.column_stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
+            term = share * states.rates[:, i + 2, None] ** 2 * out
+
+            def left(_: str, track: Track) -> Track:
+                return replace(track, values=track.values + term)
+
+            return replace(now, run=_with_tracks(now.run, "acceleration", left, which))
+
+        if arm.any():
+            yield observed.name, without
+
+
+def _no_number(given: Recording, _: float) -> Piece:
+    def broken(_: str, track: Track) -> Track:
+        values = track.values.copy()
+        values[len(values) // 2, 0] = np.nan
+        return replace(track, values=values)
+
+    run = given.run
+    for quantity in QUANTITIES:
+        run = _with_tracks(run, quantity, broken, 0)
+    return run
+
+
+def _cut_short(given: Recording, share: float) -> Piece:
+    """Without so much of its end, and said to be whole."""
+    run, samples = given.run, len(given.run.clock)
+    kept = samples - math.ceil(share * samples - 1e-9)
+    cut = FieldByField(lambda parts: parts[0][: max(2, kept - samples + len(parts[0]))])
+    trajectory = run.trajectory
+    assert trajectory.bodies is not None
+    points = {name: cut(tracks) for name, tracks in trajectory.points.items()}
+    return replace(
+        run, clock=run.clock[:kept], trajectory=replace(trajectory, points=points, bodies=cut(trajectory.bodies))
+    )
+
+
+def _other_branch(given: Recording) -> Iterator[tuple[str, Plant]]:
+    """The run of the machine put together in another way; of a machine that has one."""
+    other = another_assembly(given.reference)
+    if other is None:
+        return
+
+    def states(at: Instants) -> BodyStates:
+        poses, slopes, bends = other.derivatives(at.angle, 2)
+        rate, turn = at.rate[:, None], at.acceleration[:, None]
+        return BodyStates(at, poses, slopes * rate, bends * rate**2 + slopes * turn)
+
+    def flipped(now: Recording, _: float) -> Recording:
+        bodies = now.run.trajectory.bodies
+        assert bodies is not None
+        three = [states(one.instants) for one in (bodies.position, bodies.velocity, bodies.acceleration)]
+        told = [other.point_derivatives([one.poses, one.rates, one.accelerations]) for one in three]
+        points = {
+            name: PointTracks(
+                *(Track(at.instants, one[name][k]) for k, (at, one) in enumerate(zip(three, told, strict=True)))
+            )
+            for name in now.run.trajectory.points
+        }
+        trajectory = replace(now.run.trajectory, points=points, bodies=BodyTracks(*three))
+        return replace(now, run=replace(now.run, trajectory=trajectory))
+
+    yield "", flipped
+
+
+# -- all of them -----------------------------------------------------------------------------------------------------
+
+PERCENT = "%"
+MOTION = (
+    Defect("length", PERCENT, 1e-4, 0.1, lengths),
+    Defect("anchor moved", "% of L", 1e-4, 0.1, anchors),
+    Defect("offset of a position", "% of L", 1e-4, 1.0, _on_run(_offset)),
+    Defect("velocity stamped early", "steps", 0.5, 10.0, _on_run(_stamped_early)),
+    Defect("time step", PERCENT, 1e-4, 1.0, _on_run(_slow_clock)),
+    Defect("initial angle", "deg", math.radians(0.01), 1.0, _on_run(_turned_zero)),
+    Defect("sign of a velocity", "% of the way", 1.0, 1.0, _on_run(_sign)),
+    Defect("gravity left in an acceleration", PERCENT, 1.0, 1.0, _on_run(_gravity_left)),
+    Defect("missing term of an acceleration", PERCENT, 1.0, 1.0, _missing_term),
+    Defect("other branch", "", 1.0, 1.0, _other_branch),
+    Defect("NaN in a sample", "", 1.0, 1.0, _on_run(_no_number)),
+    Defect("run cut short", "", 0.1, 0.1, _on_run(_cut_short)),
+)
+MASSES = (
+    Defect("mass", PERCENT, 0.01, 0.9, of_bodies("mass")),
+    Defect("inertia", PERCENT, 0.05, 0.9, of_bodies("inertia")),
+    Defect("gravity", PERCENT, 0.01, 0.9, weight),
+)

@@ -1,0 +1,148 @@
+"""Defects of the machine that a run is compared with, and the machine put together in another way.
+
+A run of a right model against a machine with a longer rod is as far off as one of a wrong model against the right
+machine, and needs no run of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.reference import ExactReference, GenericReference
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+from conrod.runs.trajectory import Piece
+from conrod.scenes import Scene
+
+ASSEMBLIES, APART = 40, 0.01  # starts from which another assembly is looked for; of the size, how far it is off
+ASKEW = np.array([0.8, 0.6])  # direction in which a place is moved: along no slide that is drawn straight
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A run as it was recorded, and the machine that it is compared with."""
+
+    run: Piece
+    reference: ExactReference
+
+
+Plant = Callable[[Recording, float], Recording]
+Plants = Callable[[Recording], Iterator[tuple[str, Plant]]]  # by where they are planted; none where there is no place
+
+
+def _machines(places: Callable[[Mechanism], Iterator[tuple[str, Callable[[float], Mechanism]]]]) -> Plants:
+    """Plants of changed mechanisms, by the generic solver."""
+
+    def plant(changed: Callable[[float], Mechanism], given: Recording, size: float) -> Recording:
+        return replace(given, reference=GenericReference(changed(size), given.reference.speed))
+
+    return lambda given: ((where, partial(plant, one)) for where, one in places(given.reference.mechanism()))
+
+
+def _with_place(mechanism: Mechanism, name: str, end: str, at: Any, by: Any, size: float) -> Mechanism:
+    """The mechanism with the point at one end of a joint moved from a place by so many times a way."""
+    change: Any = {end: tuple((np.asarray(at) + size * np.asarray(by)).tolist())}
+    joints = tuple(replace(joint, **change) if joint.name == name else joint for joint in mechanism.joints)
+    return replace(mechanism, joints=joints)
+
+
+def _links(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
+    """Distances of the pins of each link, the crank too, from its first one."""
+    for body in mechanism.bodies:
+        ends = [(j, "point_a" if j.a == body.name else "point_b") for j in mechanism.joints_on(body.name)]
+        pins: list[tuple[str, str, Point]] = [
+            (joint.name, end, getattr(joint, end)) for joint, end in ends if isinstance(joint, Revolute)
+        ]
+        for name, end, place in pins[1:]:
+            way = np.subtract(place, pins[0][2])
+            if way.any():
+                yield body.name, partial(_with_place, mechanism, name, end, place, way)
+
+
+def anchors(given: Recording) -> Iterator[tuple[str, Plant]]:
+    """Places of joints on the ground, the crank's apart, moved by a share of the largest travel."""
+    far = max(given.reference.lengths.values())
+
+    def places(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
+        for joint in mechanism.joints:
+            if isinstance(joint, Revolute | Prismatic) and GROUND in (joint.a, joint.b) and joint.b != mechanism.crank:
+                end = "point_a" if joint.a == GROUND else "point_b"
+                yield joint.name, partial(_with_place, mechanism, joint.name, end, getattr(joint, end), far * ASKEW)
+
+    return _machines(places)(given)
+
+
+def lengths(given: Recording) -> Iterator[tuple[str, Plant]]:
+    """Lengths of links, and of a machine with a cam all lengths that the scene names."""
+
+    def scaled(name: str, now: Recording, share: float) -> Recording:
+        scene: Any = now.reference
+        return replace(now, reference=scene.with_parameters(**{name: (1.0 + share) * scene.parameters[name]}))
+
+    yield from _machines(_links)(given)
+    scene = given.reference
+    if isinstance(scene, Scene) and scene.mechanism().cam_contacts:
+        for name, fact in scene.parameter_facts().items():
+            if fact.unit == "m" and scene.parameters[name]:
+                yield name, partial(scaled, name)
+
+
+def of_bodies(quality: str) -> Plants:
+    """A property of each body."""
+
+    def changed(mechanism: Mechanism, name: str, share: float) -> Mechanism:
+        bodies = [
+            replace(b, **{quality: (1.0 + share) * getattr(b, quality)}) if b.name == name else b
+            for b in mechanism.bodies
+        ]
+        return replace(mechanism, bodies=tuple(bodies))
+
+    return _machines(lambda machine: ((body.name, partial(changed, machine, body.name)) for body in machine.bodies))
+
+
+def _weight(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
+    x, y = mechanism.gravity
+    if x or y:
+        yield "", lambda share: replace(mechanism, gravity=((1.0 + share) * x, (1.0 + share) * y))
+
+
+weight = _machines(_weight)
+
+
+def another_assembly(reference: ExactReference) -> Kinematics | None:
+    """The machine put together so that an observed point stands elsewhere all along, if that can be; else None."""
+    healthy, mechanism = reference.kinematics, reference.mechanism()
+    chance, angles = np.random.default_rng(1), healthy.angles(36)
+    shown = healthy.point_derivatives([healthy.poses(angles)])
+    places = np.arange(healthy.start.size).reshape(-1, 3)[:, :2].ravel()
+    for _ in range(ASSEMBLIES):
+        poses = healthy.start.copy()
+        poses[0, 2::3] += chance.uniform(-math.pi, math.pi, len(mechanism.bodies))
+        # With the turns given, places follow from the joints: what does not fit is left to Newton's iteration.
+        left = healthy.residual([poses], np.zeros(1))[0]
+        poses[0, places] -= np.linalg.lstsq(healthy.jacobian(poses)[0][:, places], left)[0]
+        rows = poses.reshape(-1, 3).tolist()
+        guess: Any = {body.name: tuple(row) for body, row in zip(mechanism.bodies, rows, strict=True)}
+        try:
+            other = Kinematics(replace(mechanism, poses=guess))
+            # Where it stands at the start is known without its whole turn.
+            if all(
+                _apart(other.point_derivatives([other.poses(at)]), shown, healthy.size) for at in (angles[:1], angles)
+            ):
+                return other
+        except (InvalidInput, np.linalg.LinAlgError):
+            continue
+    return None
+
+
+def _apart(points: Any, shown: Any, size: float) -> bool:
+    """Whether a point keeps away from where it was shown."""
+    apart = [np.linalg.norm(at[0] - shown[name][0][: len(at[0])], axis=1).min() for name, at in points.items()]
+    return bool(max(apart) >= APART * size)

@@ -1,0 +1,132 @@
+"""A verdict notices what is planted into the run that it is on, and one that notices nothing is no verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import pytest
+from planted_engine import LawfulEngine
+
+from conrod.engines import engine_named
+from conrod.engines.running import followed, whole_run
+from conrod.exact.reference import GenericReference
+from conrod.runs.run_errors import PointSizes
+from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
+from conrod.scenes import SCENES
+from conrod.studies.detection.defects import MOTION
+from conrod.studies.detection.judging import FINE, motion_judge, noticed_by, smallest_noticed
+from conrod.studies.detection.machine_defects import Recording, another_assembly
+from conrod.studies.detection.qualification import QualificationCase
+from conrod.studies.validation.plan import Plan, begun
+from conrod.studies.validation.results import Qualified
+
+SAW = SCENES["saw-500rpm"]
+CHEAP = Plan(250, 0.5)
+MASSES = {"mass", "inertia", "gravity"}
+
+
+@cache
+def qualified(tolerance: float | None = None) -> Qualified:
+    asked = None if tolerance is None else {"position": tolerance}
+    # Forces of tuned MuJoCo are not judged, which saves their run.
+    found = QualificationCase("saw", SAW, "mujoco", "tuned", replace(CHEAP, tolerance=asked)).run().found
+    assert found is not None
+    return found
+
+
+# -- the search --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("power", [0.1, 1.0, 3.0, math.inf])
+@pytest.mark.parametrize("threshold", [3.7e-9, 0.02, 0.9])
+def test_bisection_finds_a_known_threshold(threshold: float, power: float) -> None:
+    found = smallest_noticed(lambda size: (size / threshold) ** power, 1.0)
+    assert found is not None
+    assert threshold <= found <= FINE * threshold
+
+
+def test_what_is_never_noticed_has_no_smallest_size() -> None:
+    assert smallest_noticed(lambda size: 0.99, 1.0) is None
+
+
+# -- in place ----------------------------------------------------------------------------------------------------------
+
+
+def test_every_defect_of_a_motion_is_noticed_and_masses_cannot_be_seen_in_it() -> None:
+    found = {one.defect: one for one in qualified().motion}
+    # The saw's observed point slides and does not go round: its acceleration lacks no term.
+    assert set(found) == {one.name for one in MOTION} - {"missing term of an acceleration"} | MASSES
+    assert {name for name, one in found.items() if not one.by} == MASSES
+    assert {name for name, one in found.items() if not one.visible} == MASSES
+    assert found["other branch"].by == ("flipped",)
+    assert found["run cut short"].by == ("crashed",)
+    for one in qualified().motion:
+        assert one.smallest is None or one.smallest < one.size
+    assert not qualified().blind
+
+
+def test_a_blind_judge_is_told() -> None:
+    blind = qualified(tolerance=1e6)
+    assert blind.blind
+    # What has no size is noticed all the same: it alone makes no verdict.
+    assert {one.defect for one in blind.motion if one.by} == {"other branch", "NaN in a sample", "run cut short"}
+    result = replace(begun("saw", SAW, engine_named("mujoco"), "tuned", CHEAP)[0], passed=True)
+    assert result.with_qualified(blind).passed is False
+    assert "no verdict" in result.with_qualified(blind).faults()[0]
+    assert result.with_qualified(qualified()).passed is True
+
+
+@pytest.mark.slow
+def test_forces_show_the_masses_that_the_motion_does_not() -> None:
+    found = QualificationCase("saw", SAW, "mujoco", "hardened", Plan(1000, 1.0)).run().found
+    assert found is not None
+    assert {one.defect for one in found.forces if one.by} == MASSES
+    for one in found.forces:
+        assert one.smallest is not None
+        assert one.smallest < one.size
+
+
+def test_nothing_planted_is_nothing_noticed() -> None:
+    engine = engine_named("pymunk")
+    result, settings, start = begun("saw", SAW, engine, "tuned", CHEAP)
+    run = concatenate_pieces(list(engine.run(SAW, settings, result.revolutions, start)))
+    given, judge = Recording(run, SAW), motion_judge(result, SAW, None)
+    assert judge(given).passed is True
+    for defect in MOTION:
+        if defect.unit:
+            for _, plant in defect.plants(given):
+                assert noticed_by(judge(plant(given, 0.0))) == ()
+
+
+def test_another_assembly_is_the_machine_and_not_its_motion() -> None:
+    other = another_assembly(GenericReference(SAW.mechanism(), SAW.speed))
+    assert other is not None
+    angle = SAW.kinematics.angles(24)
+    assert abs(other.residual([other.poses(angle)], angle)).max() < 1e-12
+    assert (other.branch(other.poses(angle)) != SAW.kinematics.branch_at(angle)).all()
+
+
+# -- a run that ends before its time -----------------------------------------------------------------------------------
+
+
+class Quitter(LawfulEngine):
+    """An engine that stops half-way, and says that it is done."""
+
+    def run(
+        self, machine: Any, settings: Any, revolutions: float, start_angle: float = 0.0, steps: int = 8
+    ) -> Iterator[Piece]:
+        pieces = list(super().run(machine, settings, revolutions, start_angle, steps))
+        yield from pieces[: len(pieces) // 2]
+
+
+def test_a_run_that_ends_before_its_time_is_not_complete() -> None:
+    for made, outcome in ((LawfulEngine(), Outcome.COMPLETED), (Quitter(), Outcome.CRASHED)):
+        settings = made.presets["sharp"](SAW, 64)
+        ended = followed(made, SAW, settings, 1.0, 0.0, PointSizes())
+        assert ended.outcome is outcome
+    assert ended.reason == "the run ended after 33 of 65 samples"
+    assert math.isfinite(whole_run(LawfulEngine(), SAW, settings, 1.0).points["C"].position.values[-1, 0])
