@@ -16,6 +16,7 @@ from conrod.cli.options import complete_scene, option
 from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
+from conrod.mjcf.lint.annotations import github, sarif
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of, places_of
@@ -58,6 +59,13 @@ class Asked:
         show_default=True,
         help="Exit status 1 for findings of this severity and worse.",
     )
+    form: str = option(
+        "--format",
+        type=click.Choice(["text", "github", "sarif"]),
+        default="text",
+        show_default=True,
+        help="Print for people, as GitHub's workflow commands, or as SARIF 2.1.0.",
+    )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 
@@ -98,7 +106,10 @@ def lint(model: str, asked: Asked) -> None:
     with waiting(path):
         report = confined(look, path, request)
     with naming("standard output"):
-        print_report(report, files.get("--fix"))
+        if asked.form == "text":
+            print_report(report, files.get("--fix"))
+        else:
+            click.echo({"github": github, "sarif": sarif}[asked.form](report), nl=False)
     texts = {
         "--json": json_document(report.document()),
         "--fix": report.fixed.text if report.fixed else "",
