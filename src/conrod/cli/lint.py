@@ -39,7 +39,7 @@ class Asked:
     )
     assignments: tuple[str, ...] = option("--set")
     crank: str | None = option(
-        "--crank", metavar="JOINT", help="With --scene: the hinge that is driven [the only one on the frame]."
+        "--crank", metavar="JOINT", help="With --scene: the driven hinge [the only one on the frame]."
     )
     points: tuple[str, ...] = option(
         "--point", multiple=True, metavar="NAME=site:SITE", help="Observe this, e.g. C=body:slider [every body]."
@@ -63,8 +63,7 @@ class Asked:
         "--format",
         type=click.Choice(["text", "github", "sarif"]),
         default="text",
-        show_default=True,
-        help="Print for people, as GitHub's workflow commands, or as SARIF 2.1.0.",
+        help="Print for people, or for a build server [text].",
     )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
