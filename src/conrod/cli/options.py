@@ -168,6 +168,11 @@ def scene_argument(name: str = "scene", **attributes: Any) -> Callable[[Command]
     return click.argument(name, shell_complete=complete_scene, **attributes)
 
 
+def engine_argument() -> Callable[[Command], Command]:
+    """An argument that takes an engine."""
+    return click.argument("engine", shell_complete=completed(_engine_names))
+
+
 def option(name: str, **attributes: Any) -> Any:
     """A field that is an option, by its names, attributes as of `click.option`; None or empty where not given."""
     attributes = {**SHARED.get(name, {}), **attributes}

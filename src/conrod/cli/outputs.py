@@ -89,18 +89,20 @@ def _reproduction(
     assignments: Sequence[str],
     folder: Path,
 ) -> Reproduction:
-    """The command that makes a report again; of an option that is a tuple each value was given."""
+    """The command that makes a report again; of an option that is a tuple each value was given, without its name
+    where that is empty."""
     from conrod.studies.frame.resolve_arguments import typed_names
 
     words = ["conrod", command, SCENE]
-    for name, value in options.items():
-        given = value if isinstance(value, tuple) else () if value is None else (value,)
+    for name, found in options.items():
+        given = found if isinstance(found, tuple) else () if found is None else (found,)
         for one in given:
             if one is True:  # a flag
                 words += [name]
                 continue
             # A whole number without the point that a float has.
-            words += [name, shlex.quote(str(int(one) if isinstance(one, float) and one.is_integer() else one))]
+            value = shlex.quote(str(int(one) if isinstance(one, float) and one.is_integer() else one))
+            words += [name, value] if name else [value]
     for assignment in assignments:
         words += ["--set", shlex.quote(assignment)]
     text = " ".join([*words, "--out", shlex.quote(str(folder))])

@@ -11,6 +11,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.engines.free_run import FreeRun
 from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
+from conrod.engines.releases import Releases
 from conrod.engines.rule import Grid, Rule
 from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
@@ -188,6 +189,16 @@ class ModelFile(Protocol):
     def model(self, name: str, machine: Any, settings: Any) -> str: ...
 
 
+@runtime_checkable
+class Released(Protocol):
+    """Releases that can be installed beside each other, and the settings by which they are told apart, by name."""
+
+    @property
+    def releases(self) -> Releases: ...
+
+    def probes(self, machine: Machine, steps_per_revolution: int) -> Mapping[str, Any]: ...
+
+
 MEANINGS: Mapping[type, str] = {
     KinematicMode: "kinematic mode",
     ErrorLaw: "law of its errors",
@@ -201,6 +212,7 @@ MEANINGS: Mapping[type, str] = {
     HasIngredients: "ingredients",
     Pasted: "settings to paste",
     ModelFile: "file of a model",
+    Released: "list of its releases",
 }
 
 Wanted = TypeVar("Wanted")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from conrod.engines import Engine, engine_named
@@ -54,15 +55,20 @@ def followed(
     revolutions: float,
     start_angle: float,
     *recorders: Recorder,
+    every: Callable[[Trajectory], None] = lambda _: None,
 ) -> Verdict:
     """The end of a run of an engine, of which the recorders get what is in one piece; nothing is checked.
 
     Memory does not grow with the run but by what they keep.
+
+    Args:
+        every: gets all pieces, also those of a machine that is no longer in one piece.
     """
     samples = round(settings.steps_per_revolution * revolutions) + 1
     for piece in engine.run(machine, settings, revolutions, start_angle):
         found = piece.trajectory
         left = samples - piece.first_step - len(piece.clock)
+        every(found)
         if found.outcome is Outcome.COMPLETED:
             stretch = Stretch(found, machine, max(0, left))
             for recorder in recorders:

@@ -51,6 +51,7 @@ KINDS: dict[str, str] = {
     "validation": "conrod.report.validation.report",
     "recommendation": "conrod.report.recommendation",
     "sweep": "conrod.report.sweep.report",
+    "versions": "conrod.report.versions",
 }
 
 

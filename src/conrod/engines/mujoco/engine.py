@@ -13,8 +13,10 @@ from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, s
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, motor_run
 from conrod.engines.mujoco.model_edits import edit_refusal
+from conrod.engines.mujoco.probes import probes
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
+from conrod.engines.releases import read_releases
 from conrod.engines.tree import tree_of
 
 
@@ -38,6 +40,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(kinematic.model_mobility)
+    releases = read_releases("conrod.engines.mujoco")
+    probes = staticmethod(probes)
 
     def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
         return standalone_mjcf(name, machine, settings=settings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 
 import pymunk
 
@@ -10,6 +11,7 @@ from conrod.engines.massless_rod import ModelForm
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Point, to_world
 
+VERSION = version("pymunk")  # what 7.0.0 says of itself is 2.0.0
 Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
 
 

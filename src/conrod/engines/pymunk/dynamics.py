@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-import pymunk
 
 from conrod.engines.engine import PIECE, Machine
 from conrod.engines.massless_rod import ModelForm
-from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.built import VERSION, Build
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.points import Staggered, body_states, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
@@ -69,7 +68,7 @@ def run(
         clock = float(clocks[-1])
         yield Piece(
             trajectory=Trajectory(
-                settings.engine, pymunk.version, settings, machine.speed, revolutions,
+                settings.engine, VERSION, settings, machine.speed, revolutions,
                 verdict.outcome, verdict.reason, points, bodies,
             ),
             first_step=first,

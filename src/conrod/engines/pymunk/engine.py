@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import pymunk
-
-from conrod.engines.engine import Engine
+from conrod.engines.engine import Engine, Machine
 from conrod.engines.pymunk import (
+    built,
     drift,
     dynamics,
     forces,
@@ -20,13 +19,14 @@ from conrod.engines.pymunk import (
     variations,
 )
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
+from conrod.engines.releases import read_releases
 
 
 class Pymunk(Engine[PymunkSettings]):
     """pymunk by way of its `Space`, with all capabilities."""
 
     name = "pymunk"
-    version = str(pymunk.version)
+    version = built.VERSION
     presets = PRESETS
     refusal = staticmethod(space.refusal)
     run = staticmethod(dynamics.run)
@@ -44,6 +44,10 @@ class Pymunk(Engine[PymunkSettings]):
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(mobility.space_mobility)
+    releases = read_releases("conrod.engines.pymunk")
+
+    def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, PymunkSettings]:
+        return {name: preset(machine, steps_per_revolution) for name, preset in self.presets.items()}
 
 
 ENGINE = Pymunk()

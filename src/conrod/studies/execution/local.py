@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -102,13 +103,21 @@ class RepeatingExecutor(Executor):
 class LocalProcesses(RepeatingExecutor):
     """An executor of which every job has a worker process; a call that kills, hangs or fills one ends by itself."""
 
-    def __init__(self, jobs: int = 1, *, cell_timeout: float | None = None, cell_memory: int | None = None) -> None:
+    def __init__(
+        self,
+        jobs: int = 1,
+        *,
+        cell_timeout: float | None = None,
+        cell_memory: int | None = None,
+        interpreter: str = sys.executable,
+    ) -> None:
         """Start nothing yet: processes start when they are needed.
 
         Args:
             jobs: how many calls run at a time.
             cell_timeout: longest wall time of a call [s], from when its process begins with it.
             cell_memory: largest address space of a process [bytes], the libraries it has loaded included; POSIX only.
+            interpreter: of the processes, see `WorkerProcess`.
 
         Raises:
             InvalidInput: a number that has no meaning.
@@ -116,7 +125,7 @@ class LocalProcesses(RepeatingExecutor):
         if not 1 <= jobs <= MOST_JOBS:
             raise InvalidInput(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
         super().__init__(Limits(cell_timeout, cell_memory), 4 * jobs, jobs)
-        self._workers = WorkerProcesses(self.limits)
+        self._workers = WorkerProcesses(self.limits, interpreter)
 
     def _call(self, alone: bool, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         if alone:

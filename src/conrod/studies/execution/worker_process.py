@@ -102,26 +102,28 @@ class KilledFromOutside(InvalidInput):
 class WorkerProcess:
     """A Python interpreter of its own that serves one call after another; it ends with its owner, however that ends."""
 
-    def __init__(self, limits: Limits, threads_of_its_own: bool = False) -> None:
+    def __init__(self, limits: Limits, threads_of_its_own: bool = False, interpreter: str = sys.executable) -> None:
         """Start it.
 
         Args:
             threads_of_its_own: whether its linear algebra may use several cores.
+            interpreter: of an environment whose packages come before those of this process.
 
         Raises:
             InvalidInput: the system cannot start it.
         """
         self._limits = limits
         self._pipe, theirs = Pipe()
+        before, behind = (import_path(), []) if interpreter == sys.executable else ([], import_path())
         # Ended without a word by what OpenBLAS sends itself where it may not start its threads.
         code = (
-            "import signal as s; s.signal(s.SIGINT, s.SIG_DFL); "
+            "import signal as s, sys; s.signal(s.SIGINT, s.SIG_DFL); sys.path += {!r}; "
             "from conrod.studies.execution.worker import main; main{}"
         )
         try:
             self._process = subprocess.Popen(
                 # -P: not from the working folder, which Python would put in front of its own library.
-                [sys.executable, "-P", "-c", code.format((theirs.fileno(), limits.memory, limits.headroom))],
+                [interpreter, "-P", "-c", code.format(behind, (theirs.fileno(), limits.memory, limits.headroom))],
                 stdin=subprocess.DEVNULL,
                 # What an engine prints is not what the command has to say.
                 stdout=2,
@@ -130,7 +132,7 @@ class WorkerProcess:
                     **({} if threads_of_its_own else ONE_THREAD),
                     **os.environ,
                     **SAFE_PATH,
-                    "PYTHONPATH": os.pathsep.join(import_path()),
+                    "PYTHONPATH": os.pathsep.join(before),
                 },
                 # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
                 process_group=0,
@@ -231,8 +233,8 @@ def import_path() -> list[str]:
 class WorkerProcesses:
     """As many worker processes as are called at a time, used again and again until one dies."""
 
-    def __init__(self, limits: Limits) -> None:
-        self.limits = limits
+    def __init__(self, limits: Limits, interpreter: str = sys.executable) -> None:
+        self.limits, self._interpreter = limits, interpreter
         self._lock = threading.Lock()
         self._all: set[WorkerProcess] = set()
         self._idle: list[WorkerProcess] = []
@@ -271,7 +273,7 @@ class WorkerProcesses:
                 raise WorkerDied("ended before it began")
             if self._idle:
                 return self._idle.pop()
-            worker = WorkerProcess(self.limits)
+            worker = WorkerProcess(self.limits, interpreter=self._interpreter)
             self._all.add(worker)
             return worker
 

@@ -18,7 +18,7 @@ from conrod.studies.frame.measurement import MEASURES, QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
 
 # Of runs that only one study makes, a part of the identity that only these have.
-MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}}
+MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}, "versions": {"bits"}}
 TIMED = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
 
 

@@ -52,6 +52,11 @@ class RunCase(Case):
     def labels(self) -> dict[str, str]:
         return {} if self.settings.preset == CUSTOM else {"label": self.settings.preset}
 
+    @property
+    def engine_version(self) -> str:
+        """Version of the engine that runs it."""
+        return engine_named(self.settings.engine).version
+
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         # Fields that settings gained later are not in it where they are as they always were: keys stay what they were.
         settings = self.settings.as_dict()
@@ -61,7 +66,7 @@ class RunCase(Case):
             "scene": self.scene.kind,
             "parameters": parameters,
             "engine": self.settings.engine,
-            "engine_version": engine_named(self.settings.engine).version,
+            "engine_version": self.engine_version,
             "settings": settings,
             "revolutions": self.revolutions,
             "start_angle": self.start_angle,

@@ -40,6 +40,10 @@ class Fingerprint:
             whole.update(name.encode() + self._hashes[name].digest())
         return whole.hexdigest()
 
+    def texts(self) -> dict[str, str]:
+        """Return those of all quantities, by name, in 16 hexadecimal digits."""
+        return {name: found.hexdigest()[:16] for name, found in self._hashes.items()}
+
 
 def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
     """Yield the states of the bodies and the motion of the points, by name."""

@@ -1,0 +1,70 @@
+"""`conrod versions`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from conrod.cli import options
+from conrod.cli.options import ReportOptions, RunOptions, option
+
+if TYPE_CHECKING:
+    from conrod.studies.versions.findings import VersionStudy
+
+DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
+
+
+@dataclass(frozen=True)
+class Asked(ReportOptions, RunOptions):
+    """Request to `conrod versions`, as typed."""
+
+    assignments: tuple[str, ...] = option("--set")
+    versions: str | None = option(
+        "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
+    )
+
+
+@options.verb()
+@options.engine_argument()
+@options.scene_argument("scenes", nargs=-1, metavar="[SCENE...]")
+@options.gathered("asked", Asked)
+def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
+    """Measure what each release of an engine changed: error, order, outcome, cost, and the last bit of every state.
+
+    Each release is installed once, in an environment of its own in the cache folder. Finished runs are kept in the
+    ledger: an interrupted study goes on where it stopped.
+    """
+    from conrod.cli.outputs import outputs
+    from conrod.cli.runner import ProgressBar, Runner
+    from conrod.engines.capabilities import Released, required
+    from conrod.engines.registry import engine_named
+    from conrod.errors import InvalidInput
+    from conrod.report.versions import KIND
+    from conrod.studies.frame.files import naming
+    from conrod.studies.frame.resolve_arguments import select_scenes
+    from conrod.studies.versions.running import ReleaseRunner
+    from conrod.studies.versions.study import plan_probes, versions_study
+
+    if asked.cluster is not None:
+        raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
+    made, typed = engine_named(engine), scenes or DEFAULT_SCENES
+    chosen = required(made, Released).releases.chosen(asked.versions)
+    probes = plan_probes(select_scenes(typed, asked.assignments), made)
+    files = outputs(KIND, [engine], asked)
+    with Runner.of(asked) as runner:
+        jobs = options.available_cores() if asked.jobs is None else asked.jobs
+        runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, asked.fresh, ProgressBar)
+        study = versions_study(made, chosen, probes, runs.perform)
+    with naming("standard output"):
+        print_versions(study)
+    files.write({engine: study}, "versions", {engine: engine}, asked, {"": scenes})
+
+
+def print_versions(study: VersionStudy) -> None:
+    """What changed with each release, and what could not be had."""
+    from conrod.report.terminal import console, print_lines, print_table
+    from conrod.report.versions import changes_table, unsupported_lines
+
+    out = console()
+    print_table(out, changes_table(study))
+    print_lines(out, unsupported_lines(study))

@@ -1,0 +1,56 @@
+"""A run in a named release of its engine, whose states and outputs are kept to the last bit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from conrod.engines import engine_named
+from conrod.engines.running import followed
+from conrod.errors import InvalidInput
+from conrod.runs.run_errors import RunErrors
+from conrod.runs.trajectory import Outcome
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, SignedErrors, as_run, not_run
+from conrod.studies.limits.recorders import Fingerprint
+
+BITS_VERSION = 1  # raised when what is kept of a run comes out otherwise, or means something else, than before
+
+
+@dataclass(frozen=True, kw_only=True)
+class VersionCase(RunCase):
+    """A run in a release of its engine, to be performed where that is installed.
+
+    Attributes:
+        version: of the engine.
+    """
+
+    version: str
+
+    @property
+    def engine_version(self) -> str:
+        return self.version
+
+    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
+        return super()._identity(parameters) | {"bits": BITS_VERSION}
+
+    def perform(self) -> Measurement:
+        engine, case = engine_named(self.settings.engine), as_run(self)
+        if engine.version != self.version:
+            raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
+        try:
+            if (unsupported := not_run(case, case.scene)) is not None:
+                return unsupported
+            errors, signed, bits = RunErrors(), SignedErrors(case), Fingerprint()
+            span = case.revolutions, case.start_angle
+            ended = followed(engine, case.scene, case.settings, *span, errors, signed, every=bits.add)
+        except InvalidInput:
+            raise
+        except (AttributeError, TypeError, ValueError) as error:
+            # Of a release that has not what conrod asks of it, which no table of ours foresaw.
+            lacks = f"conrod cannot drive it: {type(error).__name__}: {' '.join(str(error).split())}"
+            return Measurement(Outcome.UNSUPPORTED.slug, lacks)
+        found: dict[str, Any] = {}
+        if ended.outcome is Outcome.COMPLETED:
+            found = {**errors.found(), "signed": signed.errors()}
+        return Measurement(ended.outcome.slug, ended.reason, **found, beside={"bits": bits.texts()})

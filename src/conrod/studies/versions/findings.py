@@ -1,0 +1,113 @@
+"""Findings on the releases of an engine: plain, frozen data that report and command line read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+# Changes of normalised positions, velocities and accelerations up to this are of last digits: what a sum in another
+# order leaves after two turns, hardened closures included.
+ROUNDING = 1e-9
+STATES = "bodies "  # what begins the names of a body's states, as against outputs that are read of them
+
+
+@dataclass(frozen=True)
+class VersionRun:
+    """The run with most steps in a release, with the order along the refinement path.
+
+    Attributes:
+        errors: largest, by quantity, normalised; None unless it completed.
+        seconds: CPU time of a revolution [s]; None where it was not taken.
+        ratio: the same, over a step of the release's own reference loop.
+    """
+
+    version: str
+    outcome: str
+    reason: str
+    errors: Mapping[str, float | None]
+    order: Mapping[str, float | None]
+    seconds: float | None
+    ratio: float | None
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of a run from one release to the next one that was run.
+
+    Attributes:
+        version, before: the release with the change, and the one before.
+        outcomes: before and after.
+        differ: names of the states and outputs that are not the same to the last bit.
+        size: by quantity, the largest difference of the two motions at twenty angles of the last turn, normalised as
+            errors are; empty unless both completed.
+        explained: what the engine's own changelog says of the release that can be the cause; empty where nothing is.
+    """
+
+    version: str
+    before: str
+    outcomes: tuple[str, str]
+    differ: tuple[str, ...]
+    size: Mapping[str, float]
+    explained: tuple[str, ...] = ()
+
+    @property
+    def is_rounding(self) -> bool:
+        """True if last digits changed, and nothing else."""
+        return bool(self.size) and max(self.size.values()) <= ROUNDING
+
+    @property
+    def in_outputs_alone(self) -> bool:
+        """True if the states are the same to the last bit, and what is read of them is not."""
+        return bool(self.differ) and not any(name.startswith(STATES) for name in self.differ)
+
+
+@dataclass(frozen=True)
+class History:
+    """A scene with some settings through the releases.
+
+    Attributes:
+        runs: of the releases that could be had, the oldest first.
+        changes: where a run is not that of the release before, to the last bit.
+    """
+
+    scene: str
+    settings: str
+    steps_per_revolution: int
+    runs: tuple[VersionRun, ...]
+    changes: tuple[Change, ...]
+
+    def change_at(self, version: str) -> Change | None:
+        """The change of a release; None where it is the same as the one before to the last bit."""
+        return next((change for change in self.changes if change.version == version), None)
+
+
+@dataclass(frozen=True)
+class Release:
+    """A release that was asked for, and why it could not be had; empty where it could."""
+
+    version: str
+    unsupported: str = ""
+
+
+@dataclass(frozen=True)
+class VersionStudy:
+    """Releases of an engine, the oldest first, on the same runs.
+
+    Attributes:
+        source: where the engine's own changelog is.
+    """
+
+    engine: str
+    source: str
+    releases: tuple[Release, ...]
+    histories: tuple[History, ...]
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Versions that could be had."""
+        return tuple(release.version for release in self.releases if not release.unsupported)
+
+    def changes_at(self, version: str) -> tuple[tuple[History, Change], ...]:
+        """What changed with a release."""
+        return tuple((one, change) for one in self.histories if (change := one.change_at(version)) is not None)

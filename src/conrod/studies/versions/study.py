@@ -1,0 +1,135 @@
+"""Measured changelog of an engine: the same runs in each of its releases, and where something changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from conrod.engines import Engine
+from conrod.engines.capabilities import Released, required
+from conrod.engines.engine import run_of
+from conrod.errors import InvalidInput
+from conrod.runs.convergence import claimed_order
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.result import refinement_path
+from conrod.studies.frame.timing import Timing
+from conrod.studies.versions.case import VersionCase
+from conrod.studies.versions.findings import Change, History, Release, VersionRun, VersionStudy
+
+LINKAGE_STEPS, CONTACT_STEPS = 1000, 16000  # per revolution
+Runs = Mapping[str, Measurement]
+# Of what is to be installed, cases of one release, and those of them that are timed: measurements and timings by key;
+# InvalidInput where the release cannot be had.
+Perform = Callable[[str, Sequence[VersionCase], Sequence[VersionCase]], tuple[Runs, Mapping[str, Timing]]]
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A scene with some settings, in any release: the finest run of a refinement path comes last."""
+
+    name: str
+    scene: Scene
+    settings: str
+    path: tuple[VersionCase, ...]
+
+    def of(self, version: str) -> tuple[VersionCase, ...]:
+        """Its cases in a release."""
+        return tuple(replace(case, version=version) for case in self.path)
+
+
+def plan_probes(scenes: Mapping[str, Scene], engine: Engine[Any]) -> list[Probe]:
+    """All that is run in each release of an engine.
+
+    Raises:
+        InvalidInput: the engine has no list of its releases.
+    """
+    made, found = required(engine, Released), []
+    for name, scene in scenes.items():
+        steps = CONTACT_STEPS if scene.kinematics.mechanism.cam_contacts else LINKAGE_STEPS
+        by_steps = {n: made.probes(scene, n) for n in refinement_path(scene, steps)}
+        # One stretch for all steps of an input that makes one pass: that of the longest.
+        start, turns = run_of(scene, min(by_steps), 2.0)
+        for label in by_steps[steps]:
+            cases = (
+                VersionCase(name, scene, probes[label], turns, start, version="") for probes in by_steps.values()
+            )
+            found.append(Probe(name, scene, label, tuple(cases)))
+    return found
+
+
+def versions_study(engine: Engine[Any], versions: Sequence[str], probes: Sequence[Probe], perform: Perform) -> VersionStudy:
+    """Findings on releases of an engine, the oldest first; a release that cannot be had is unsupported, others go on.
+
+    Raises:
+        InvalidInput: none of them can be had; says why of the last.
+    """
+    releases, runs = required(engine, Released).releases, dict[str, Runs]()
+    times, unsupported = dict[str, Mapping[str, Timing]](), dict[str, str]()
+    for version in versions:
+        paths = [probe.of(version) for probe in probes]
+        cases, finest = [case for path in paths for case in path], [path[-1] for path in paths]
+        try:
+            runs[version], times[version] = perform(releases.requirement(version), cases, finest)
+        except InvalidInput as error:
+            unsupported[version] = str(error)
+            if len(unsupported) == len(versions):
+                raise InvalidInput(f"{engine.name} {version}: {error}") from None
+    histories = tuple(
+        History(
+            scene=probe.name,
+            settings=probe.settings,
+            steps_per_revolution=probe.path[-1].settings.steps_per_revolution,
+            runs=tuple(_run(probe.of(version), runs[version], times[version]) for version in runs),
+            changes=tuple(_changes(probe, runs, releases.named)),
+        )
+        for probe in probes
+    )
+    listed = tuple(Release(version, unsupported.get(version, "")) for version in versions)
+    return VersionStudy(engine.name, releases.source, listed, histories)
+
+
+def _run(path: Sequence[VersionCase], runs: Runs, times: Mapping[str, Timing]) -> VersionRun:
+    finest, timing = runs[path[-1].key], times.get(path[-1].key)
+    errors = {q: finest.largest(q) for q in QUANTITIES}
+    steps = [(case.settings.steps_per_revolution, runs[case.key]) for case in path]
+    return VersionRun(
+        version=path[-1].version,
+        outcome=finest.outcome,
+        reason=finest.reason,
+        errors=errors,
+        order={q: claimed_order((n, one.largest(q)) for n, one in steps) for q in QUANTITIES},
+        seconds=None if timing is None else timing.seconds_per_revolution,
+        ratio=None if timing is None else timing.ratio,
+    )
+
+
+def _changes(probe: Probe, runs: Mapping[str, Runs], named: Callable[..., tuple[str, ...]]) -> Iterable[Change]:
+    for earlier, later in pairwise(runs):
+        key, case = probe.of(earlier)[-1].key, probe.of(later)[-1]
+        change = change_between(runs[earlier][key], runs[later][case.key])
+        if change is not None:
+            words = named(later, probe.scene, case.settings, change.is_rounding)
+            yield replace(change, version=later, before=earlier, explained=words)
+
+
+def change_between(before: Measurement, after: Measurement) -> Change | None:
+    """What changed from one run to the same in another release, None where nothing did, to the last bit."""
+    bits = [(one.beside or {}).get("bits", {}) for one in (before, after)]
+    differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
+    ended = (before.outcome, after.outcome)
+    if not differ and ended[0] == ended[1]:
+        return None
+    size: dict[str, float] = {}
+    if ended == (Outcome.COMPLETED.slug,) * 2:
+        assert after.signed is not None
+        size = {
+            q: max(float(np.abs(after.signed_of(p, q) - before.signed_of(p, q)).max()) for p in after.signed)
+            for q in QUANTITIES
+        }
+    return Change("", "", ended, tuple(differ), size)
