@@ -9,7 +9,7 @@ from conrod.engines.engine import Engine, Machine
 from conrod.engines.forces import ForceTracks, no_forces
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
-from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, softness, timing, variations
+from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, older, softness, timing, variations
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, motor_run
 from conrod.engines.mujoco.model_edits import edit_refusal
@@ -52,7 +52,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
             return reason
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        reason = form_refusal(mechanism, settings.rod) or edit_refusal(mechanism, settings)
+        reason = older.lacking(settings) or form_refusal(mechanism, settings.rod) or edit_refusal(mechanism, settings)
         return reason or tree_refusal(tree_of(machine, model_form(mechanism, settings.rod)))
 
     def forces(

@@ -26,6 +26,7 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import ModelForm, model_form
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.closures import joint_name
 from conrod.engines.mujoco.loads import by_program, moves_nothing, origin_of
 from conrod.engines.mujoco.mjcf import mjcf
@@ -51,7 +52,8 @@ def compiled(text: str) -> mujoco.MjModel:
         name = f"{hashlib.sha256(content).hexdigest()}.msh"
         mesh.set("file", name)
         files[name] = content
-    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode") if files else text, files)
+    changed = older.adapt(root) or files
+    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode") if changed else text, files)
 
 
 @contextmanager
@@ -170,10 +172,9 @@ class Build:
     def inverse_weight(self, closure: str) -> float:
         """Compiled inverse weight [1/kg] of what closes a loop, by its name."""
         equality = self.model.equality(closure)
-        ends = [int(self.model.eq_obj1id[equality.id]), int(self.model.eq_obj2id[equality.id])]
         if equality.type[0] == mujoco.mjtEq.mjEQ_TENDON:
-            return float(self.model.tendon_invweight0[ends[0]])
-        return float(self.model.body_invweight0[self.model.site_bodyid[ends], 0].sum())
+            return float(self.model.tendon_invweight0[self.model.eq_obj1id[equality.id]])
+        return float(self.model.body_invweight0[older.bodies_of(self.model, equality.id), 0].sum())
 
     def geoms(self, contact: CamContact) -> tuple[int, int]:
         """Indices of cam and roller."""

@@ -1,4 +1,4 @@
-"""Settings by which releases of MuJoCo are told apart: the presets, and the parts of the solver that they do not use."""
+"""Settings by which releases of MuJoCo are told apart: the presets, and parts of the solver that they do not use."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ from contextlib import contextmanager
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import Build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.exact.motion import Array
@@ -50,7 +50,7 @@ def ended_by_engine(
     at = int(np.argmax(off))
     if steps[at] < 0.0:
         return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
-    if settings.autoreset and not BAD_NUMBERS.isdisjoint(warnings):
+    if older.resets_by_itself(settings) and not BAD_NUMBERS.isdisjoint(warnings):
         # In the first step there is nothing yet that a clock could fall back from.
         return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
     return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
@@ -169,15 +169,7 @@ class Recorder:
         # The accelerations of the last step are the solver's first guess in the next: without them a run made in pieces
         # would not be the same to the last bit.
         guess = self._data.qacc_warmstart[None].copy()
-        rollout.rollout(
-            self._model,
-            [self._data],
-            states[:, 0],
-            nstep=sensors.shape[1],
-            initial_warmstart=guess,
-            state=states[:, 1:],
-            sensordata=sensors,
-        )
+        older.roll_out(self._model, self._data, states[:, 0], guess, states[:, 1:], sensors)
 
     def _round_steps(self, states: Array, sensors: Array) -> None:
         """Coordinates and rates go to single precision after every step."""

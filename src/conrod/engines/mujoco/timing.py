@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 
 from conrod.engines.engine import Machine, run_of
-from conrod.engines.mujoco.model import build, laws_acting
+from conrod.engines.mujoco.model import build, compiled, laws_acting
 from conrod.engines.mujoco.recorder import round_state, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Tree
@@ -51,7 +51,7 @@ MODEL = """
 
 def reference_loop() -> BareRun:
     """The slider-crank at its start: in line, the crank at one turn a second, 1000 steps a turn."""
-    model = mujoco.MjModel.from_xml_string(MODEL)
+    model = compiled(MODEL)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     return BareRun(model, data)

@@ -1,4 +1,5 @@
 """Runs through the releases of an engine: where something changed, and by how much."""
+
 from matplotlib.figure import Figure
 
 

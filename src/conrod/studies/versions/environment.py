@@ -30,7 +30,7 @@ PATIENCE = 600.0  # [s] for an installation
 STARTED = 120.0  # [s] for an engine to be imported
 MAKING = ".making-"
 ABANDONED = 3600.0  # [s] after which a folder that is still being made is nobody's
-FRAME = re.compile(r"[│├╰╭─▶×╯]+")  # around what uv says
+FRAME = re.compile("[\u00d7\u2500-\u25ff]+")  # around what uv says
 
 Make = Callable[[Path, Sequence[str]], None]
 
@@ -156,5 +156,5 @@ def _run(command: Sequence[str]) -> None:
 def _said(text: str) -> str:
     """What an installer says, in one line: pip's last error, or all of uv's without its hints."""
     errors = [line.removeprefix("ERROR: ") for line in text.splitlines() if line.startswith("ERROR: ")]
-    words = errors[-1] if errors else FRAME.sub(" ", text.split("\n\n")[0].split("hint:")[0])
+    words = errors[-1] if errors else FRAME.sub(" ", text.partition("\n\n")[0].partition("hint:")[0])
     return " ".join(words.split())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 # Changes of normalised positions, velocities and accelerations up to this are of last digits: what a sum in another
 # order leaves after two turns, hardened closures included.

@@ -48,7 +48,9 @@ class ReleaseRunner:
         if runs.keys() < keys:
             python, limits = self._interpreter(requirement, cases[0]), (self.timeout, self.memory)
             with (
-                LocalProcesses(self.jobs, cell_timeout=limits[0], cell_memory=limits[1], interpreter=python) as executor,
+                LocalProcesses(
+                    self.jobs, cell_timeout=limits[0], cell_memory=limits[1], interpreter=python
+                ) as executor,
                 self.watching(f"runs of {requirement}", Outcome.COMPLETED.slug) as bar,
             ):
                 runs = run_cases(cases, self.ledger, executor, fresh=self.fresh, watcher=bar)

@@ -56,14 +56,14 @@ def plan_probes(scenes: Mapping[str, Scene], engine: Engine[Any]) -> list[Probe]
         # One stretch for all steps of an input that makes one pass: that of the longest.
         start, turns = run_of(scene, min(by_steps), 2.0)
         for label in by_steps[steps]:
-            cases = (
-                VersionCase(name, scene, probes[label], turns, start, version="") for probes in by_steps.values()
-            )
+            cases = (VersionCase(name, scene, probes[label], turns, start, version="") for probes in by_steps.values())
             found.append(Probe(name, scene, label, tuple(cases)))
     return found
 
 
-def versions_study(engine: Engine[Any], versions: Sequence[str], probes: Sequence[Probe], perform: Perform) -> VersionStudy:
+def versions_study(
+    engine: Engine[Any], versions: Sequence[str], probes: Sequence[Probe], perform: Perform
+) -> VersionStudy:
     """Findings on releases of an engine, the oldest first; a release that cannot be had is unsupported, others go on.
 
     Raises:

@@ -1,0 +1,70 @@
+"""What older releases of MuJoCo write otherwise: models and rollouts that mean the same there. All of it is here.
+
+What a release lacks altogether is refused with the reason; what it does wrong is left to be measured.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import mujoco
+from mujoco import rollout
+
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.releases import numbers_of
+from conrod.exact.motion import Array
+
+RELEASE = numbers_of(mujoco.__version__)
+# The first releases in which a bad state can be left as it is, equalities are of sites, rollouts take several data.
+AUTORESET_FLAG, SITE_EQUALITIES, SEVERAL_DATA = (3, 2, 1), (3, 2, 3), (3, 2, 7)
+# ... and in which an integrator, or an option, is there.
+SINCE = {"discrete": (3, 13, 0)}
+
+
+def lacking(settings: MuJoCoSettings) -> str | None:
+    """None, or what this release lacks that settings ask for."""
+    first = SINCE.get(settings.integrator, RELEASE)
+    if first > RELEASE:
+        return f"the integrator {settings.integrator} is there from MuJoCo {'.'.join(map(str, first))} on"
+    return None
+
+
+def resets_by_itself(settings: MuJoCoSettings) -> bool:
+    """True if a state that has gone bad is put back to the start: as is asked for, or because it cannot be helped."""
+    return settings.autoreset or RELEASE < AUTORESET_FLAG
+
+
+def adapt(root: ET.Element) -> bool:
+    """Change a model to one that means the same in this release; return whether anything had to be."""
+    if RELEASE < AUTORESET_FLAG:
+        for flag in root.iterfind("option/flag"):
+            flag.attrib.pop("autoreset", None)
+    if RELEASE < SITE_EQUALITIES:
+        holders = {site.get("name"): (body, site) for body in root.iter() for site in body.iterfind("site")}
+        for connect in root.iterfind("equality/connect[@site1]"):
+            (first, site), (second, _) = (holders[connect.attrib.pop(name)] for name in ("site1", "site2"))
+            # The second anchor is where the first one is in the compiled pose, in which every loop is closed.
+            ends = [body.get("name", "world") for body in (first, second)]
+            connect.attrib |= {"body1": ends[0], "body2": ends[1], "anchor": site.get("pos", "0 0 0")}
+    return max(AUTORESET_FLAG, SITE_EQUALITIES) > RELEASE
+
+
+def bodies_of(model: mujoco.MjModel, equality: int) -> list[int]:
+    """Numbers of the two bodies that a connect holds together."""
+    ends = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])]
+    return ends if RELEASE < SITE_EQUALITIES else [int(body) for body in model.site_bodyid[ends]]
+
+
+def roll_out(
+    model: mujoco.MjModel, data: mujoco.MjData, begin: Array, guess: Array, states: Array, sensors: Array
+) -> None:
+    """Step from a state (1, nstate) with a first guess (1, nv), into states and sensor data (1, steps, ..)."""
+    rollout.rollout(
+        model,
+        data if RELEASE < SEVERAL_DATA else [data],
+        begin,
+        nstep=sensors.shape[1],
+        initial_warmstart=guess,
+        state=states,
+        sensordata=sensors,
+    )
