@@ -22,7 +22,7 @@ from conrod.studies.frame.timing import Timing
 from conrod.studies.versions.case import VersionCase
 from conrod.studies.versions.findings import Change, History, Release, VersionRun, VersionStudy
 
-LINKAGE_STEPS, CONTACT_STEPS = 1000, 16000  # per revolution
+LINKAGE_STEPS, CONTACT_STEPS = 1000, 16000  # per revolution, from which the refinement path follows
 Runs = Mapping[str, Measurement]
 # Of what is to be installed, cases of one release, and those of them that are timed: measurements and timings by key;
 # InvalidInput where the release cannot be had.
@@ -55,7 +55,7 @@ def plan_probes(scenes: Mapping[str, Scene], engine: Engine[Any]) -> list[Probe]
         by_steps = {n: made.probes(scene, n) for n in refinement_path(scene, steps)}
         # One stretch for all steps of an input that makes one pass: that of the longest.
         start, turns = run_of(scene, min(by_steps), 2.0)
-        for label in by_steps[steps]:
+        for label in next(iter(by_steps.values())):
             cases = (VersionCase(name, scene, probes[label], turns, start, version="") for probes in by_steps.values())
             found.append(Probe(name, scene, label, tuple(cases)))
     return found
