@@ -77,6 +77,12 @@ MISTAKES = {
     "sweep saw-500rpm --cell-timeout -1": ("--cell-timeout: -1 s", "0.1.."),
     "sweep saw-500rpm --cell-memory 0": ("--cell-memory: 0 bytes",),
     "sweep saw-500rpm --cell-memory lots": ("--cell-memory", "lots"),
+    # Releases of an engine.
+    "versions mujocco": ("unknown engine 'mujocco'", "did you mean 'mujoco'?"),
+    "versions mujoco saw-500": ("'saw-500'", "saw-500rpm"),
+    "versions mujoco --versions 3.x": ("--versions: '3.x' is no version", "3.6.0,3.7.0"),
+    "versions mujoco --versions 3.1.6": ("--versions: 3.1.6 is older than 3.2.0",),
+    "versions mujoco --cluster tcp://127.0.0.1:9": ("--cluster does not go with versions",),
     "sweep saw-500rpm --cluster tcp://127.0.0.1:9 --jobs 2": ("--jobs does not go with --cluster",),
     "results": ("there is no ledger", "--ledger"),
     "limits --axis step": ("unknown axis 'step'", "did you mean 'steps'?"),

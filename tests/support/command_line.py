@@ -42,9 +42,9 @@ def _kept(limits: Limits, _: Hashable) -> Kept:
     return workers
 
 
-def kept_workers(limits: Limits) -> Kept:
-    """Workers of these limits that import from where this process does now."""
-    return _kept(limits, tuple(sys.path))
+def kept_workers(limits: Limits, interpreter: str | None = None) -> WorkerProcesses:
+    """Workers of these limits that import from where this process does now; new ones of another interpreter."""
+    return _kept(limits, tuple(sys.path)) if interpreter is None else WorkerProcesses(limits, interpreter)
 
 
 def conrod(

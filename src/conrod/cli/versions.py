@@ -63,8 +63,8 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
 def print_versions(study: VersionStudy) -> None:
     """What changed with each release, and what could not be had."""
     from conrod.report.terminal import console, print_lines, print_table
-    from conrod.report.versions import changes_table, unsupported_lines
+    from conrod.report.versions import changes_table, headline, unsupported_lines
 
     out = console()
     print_table(out, changes_table(study))
-    print_lines(out, unsupported_lines(study))
+    print_lines(out, [headline(study), *unsupported_lines(study)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -200,7 +199,7 @@ def time_cases(
     cell_timeout: float | None = None,
     fresh: bool = False,
     watcher: Watcher | None = None,
-    interpreter: str = sys.executable,
+    interpreter: str | None = None,
 ) -> dict[str, Timing]:
     """Time those cases that the ledger has no timing of on this machine, and give the timings of all.
 

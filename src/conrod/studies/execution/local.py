@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -109,7 +108,7 @@ class LocalProcesses(RepeatingExecutor):
         *,
         cell_timeout: float | None = None,
         cell_memory: int | None = None,
-        interpreter: str = sys.executable,
+        interpreter: str | None = None,
     ) -> None:
         """Start nothing yet: processes start when they are needed.
 

@@ -102,19 +102,20 @@ class KilledFromOutside(InvalidInput):
 class WorkerProcess:
     """A Python interpreter of its own that serves one call after another; it ends with its owner, however that ends."""
 
-    def __init__(self, limits: Limits, threads_of_its_own: bool = False, interpreter: str = sys.executable) -> None:
+    def __init__(self, limits: Limits, threads_of_its_own: bool = False, interpreter: str | None = None) -> None:
         """Start it.
 
         Args:
             threads_of_its_own: whether its linear algebra may use several cores.
-            interpreter: of an environment whose packages come before those of this process.
+            interpreter: of an environment whose packages come before those of this process; None for this one's.
 
         Raises:
             InvalidInput: the system cannot start it.
         """
         self._limits = limits
         self._pipe, theirs = Pipe()
-        before, behind = (import_path(), []) if interpreter == sys.executable else ([], import_path())
+        before, behind = (import_path(), []) if interpreter is None else ([], import_path())
+        interpreter = sys.executable if interpreter is None else interpreter
         # Ended without a word by what OpenBLAS sends itself where it may not start its threads.
         code = (
             "import signal as s, sys; s.signal(s.SIGINT, s.SIG_DFL); sys.path += {!r}; "
@@ -233,7 +234,7 @@ def import_path() -> list[str]:
 class WorkerProcesses:
     """As many worker processes as are called at a time, used again and again until one dies."""
 
-    def __init__(self, limits: Limits, interpreter: str = sys.executable) -> None:
+    def __init__(self, limits: Limits, interpreter: str | None = None) -> None:
         self.limits, self._interpreter = limits, interpreter
         self._lock = threading.Lock()
         self._all: set[WorkerProcess] = set()

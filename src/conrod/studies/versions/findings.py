@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-# Changes of normalised positions, velocities and accelerations up to this are of last digits: what a sum in another
-# order leaves after two turns, hardened closures included.
-ROUNDING = 1e-9
+# A change of a normalised position up to this is of last digits; so is one of a velocity or an acceleration that such
+# a one makes when it is differentiated over a step.
+LAST_DIGITS = 1e-12
 STATES = "bodies "  # what begins the names of a body's states, as against outputs that are read of them
 
 
@@ -40,6 +40,7 @@ class Change:
         differ: names of the states and outputs that are not the same to the last bit.
         size: by quantity, the largest difference of the two motions at twenty angles of the last turn, normalised as
             errors are; empty unless both completed.
+        last_digits: whether nothing but these changed.
         explained: what the engine's own changelog says of the release that can be the cause; empty where nothing is.
     """
 
@@ -48,12 +49,8 @@ class Change:
     outcomes: tuple[str, str]
     differ: tuple[str, ...]
     size: Mapping[str, float]
+    last_digits: bool
     explained: tuple[str, ...] = ()
-
-    @property
-    def is_rounding(self) -> bool:
-        """True if last digits changed, and nothing else."""
-        return bool(self.size) and max(self.size.values()) <= ROUNDING
 
     @property
     def in_outputs_alone(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,7 +21,7 @@ from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.result import refinement_path
 from conrod.studies.frame.timing import Timing
 from conrod.studies.versions.case import VersionCase
-from conrod.studies.versions.findings import Change, History, Release, VersionRun, VersionStudy
+from conrod.studies.versions.findings import LAST_DIGITS, Change, History, Release, VersionRun, VersionStudy
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 16000  # per revolution, from which the refinement path follows
 Runs = Mapping[str, Measurement]
@@ -31,7 +32,11 @@ Perform = Callable[[str, Sequence[VersionCase], Sequence[VersionCase]], tuple[Ru
 
 @dataclass(frozen=True)
 class Probe:
-    """A scene with some settings, in any release: the finest run of a refinement path comes last."""
+    """A scene with some settings, in any release: the run that is reported comes last.
+
+    Attributes:
+        path: of a preset a refinement path; of other settings, which only tell releases apart, that run alone.
+    """
 
     name: str
     scene: Scene
@@ -51,12 +56,13 @@ def plan_probes(scenes: Mapping[str, Scene], engine: Engine[Any]) -> list[Probe]
     """
     made, found = required(engine, Released), []
     for name, scene in scenes.items():
-        steps = CONTACT_STEPS if scene.kinematics.mechanism.cam_contacts else LINKAGE_STEPS
-        by_steps = {n: made.probes(scene, n) for n in refinement_path(scene, steps)}
+        steps = refinement_path(scene, CONTACT_STEPS if scene.kinematics.mechanism.cam_contacts else LINKAGE_STEPS)
+        by_steps = [made.probes(scene, n) for n in steps]
         # One stretch for all steps of an input that makes one pass: that of the longest.
-        start, turns = run_of(scene, min(by_steps), 2.0)
-        for label in next(iter(by_steps.values())):
-            cases = (VersionCase(name, scene, probes[label], turns, start, version="") for probes in by_steps.values())
+        start, turns = run_of(scene, min(steps), 2.0)
+        for label in by_steps[-1]:
+            path = by_steps if label in engine.presets else by_steps[-1:]
+            cases = (VersionCase(name, scene, probes[label], turns, start, version="") for probes in path)
             found.append(Probe(name, scene, label, tuple(cases)))
     return found
 
@@ -73,9 +79,9 @@ def versions_study(
     times, unsupported = dict[str, Mapping[str, Timing]](), dict[str, str]()
     for version in versions:
         paths = [probe.of(version) for probe in probes]
-        cases, finest = [case for path in paths for case in path], [path[-1] for path in paths]
+        cases, timed = [case for path in paths for case in path], [path[-1] for path in paths if len(path) > 1]
         try:
-            runs[version], times[version] = perform(releases.requirement(version), cases, finest)
+            runs[version], times[version] = perform(releases.requirement(version), cases, timed)
         except InvalidInput as error:
             unsupported[version] = str(error)
             if len(unsupported) == len(versions):
@@ -111,25 +117,27 @@ def _run(path: Sequence[VersionCase], runs: Runs, times: Mapping[str, Timing]) -
 
 def _changes(probe: Probe, runs: Mapping[str, Runs], named: Callable[..., tuple[str, ...]]) -> Iterable[Change]:
     for earlier, later in pairwise(runs):
-        key, case = probe.of(earlier)[-1].key, probe.of(later)[-1]
-        change = change_between(runs[earlier][key], runs[later][case.key])
+        case, before = probe.of(later)[-1], runs[earlier][probe.of(earlier)[-1].key]
+        change = change_between(before, runs[later][case.key], case.settings.steps_per_revolution)
         if change is not None:
-            words = named(later, probe.scene, case.settings, change.is_rounding)
+            words = named(later, probe.scene, case.settings, change.last_digits)
             yield replace(change, version=later, before=earlier, explained=words)
 
 
-def change_between(before: Measurement, after: Measurement) -> Change | None:
+def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> Change | None:
     """What changed from one run to the same in another release, None where nothing did, to the last bit."""
     bits = [(one.beside or {}).get("bits", {}) for one in (before, after)]
     differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
     ended = (before.outcome, after.outcome)
     if not differ and ended[0] == ended[1]:
         return None
-    size: dict[str, float] = {}
-    if ended == (Outcome.COMPLETED.slug,) * 2:
-        assert after.signed is not None
-        size = {
-            q: max(float(np.abs(after.signed_of(p, q) - before.signed_of(p, q)).max()) for p in after.signed)
-            for q in QUANTITIES
-        }
-    return Change("", "", ended, tuple(differ), size)
+    if ended != (Outcome.COMPLETED.slug,) * 2:
+        return Change("", "", ended, tuple(differ), {}, False)
+    assert after.signed is not None
+    size = {
+        q: max(float(np.abs(after.signed_of(p, q) - before.signed_of(p, q)).max()) for p in after.signed)
+        for q in QUANTITIES
+    }
+    steps_a_radian = steps_per_revolution / (2.0 * math.pi)
+    small = all(size[q] <= LAST_DIGITS * steps_a_radian**k for k, q in enumerate(QUANTITIES))
+    return Change("", "", ended, tuple(differ), size, small)

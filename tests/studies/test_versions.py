@@ -1,0 +1,242 @@
+"""Releases of an engine side by side: what changed is seen, what did not is not, and what cannot be had is said."""
+
+from __future__ import annotations
+
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from conrod.engines import engine_named
+from conrod.engines.mujoco import older
+from conrod.engines.mujoco.model import build, compiled
+from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.releases import numbers_of
+from conrod.errors import InvalidInput
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.versions.case import VersionCase
+from conrod.studies.versions.environment import Environments, python_of
+from conrod.studies.versions.findings import VersionStudy
+from conrod.studies.versions.study import LINKAGE_STEPS, change_between, plan_probes, versions_study
+
+SAW: Any = SCENES["saw-40rpm"]
+MUJOCO: Any = engine_named("mujoco")
+STATE, OUTPUT = "bodies position", "C acceleration"
+DIGIT = 1e-13
+
+
+def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Measurement:
+    """A run whose signed errors are all `off`, with a digest for each state and output."""
+    named = {name.replace("_", " "): text for name, text in bits.items()}
+    if outcome != "completed":
+        return Measurement(outcome, "planted", beside={"bits": named})
+    signed = {"C": {quantity: [[off, 0.0]] for quantity in QUANTITIES}}
+    errors = {"C": {quantity: dict.fromkeys(("max", "rms", "final"), abs(off)) for quantity in QUANTITIES}}
+    return Measurement(outcome, errors=errors, signed=signed, beside={"bits": named})
+
+
+SAME = measured(0.5, bodies_position="a", C_acceleration="b")
+OTHER_STATE = measured(0.5 + DIGIT, bodies_position="x", C_acceleration="b")
+OTHER_OUTPUT = measured(0.5, bodies_position="a", C_acceleration="x")
+
+
+def test_the_same_bits_are_no_change_and_each_other_one_is_seen() -> None:
+    assert change_between(SAME, SAME, LINKAGE_STEPS) is None
+    state, output = (change_between(SAME, other, LINKAGE_STEPS) for other in (OTHER_STATE, OTHER_OUTPUT))
+    assert state is not None
+    assert output is not None
+    assert (state.differ, state.last_digits, state.in_outputs_alone) == ((STATE,), True, False)
+    assert (output.differ, output.last_digits, output.in_outputs_alone) == ((OUTPUT,), True, True)
+    moved = change_between(SAME, measured(0.5 + 1e-4, bodies_position="x", C_acceleration="b"), LINKAGE_STEPS)
+    assert moved is not None
+    assert not moved.last_digits
+    assert moved.size["position"] == pytest.approx(1e-4)
+    opened = change_between(SAME, measured(outcome="opened", bodies_position="a", C_acceleration="b"), LINKAGE_STEPS)
+    assert opened is not None
+    assert (opened.outcomes, opened.last_digits) == (("completed", "opened"), False)
+
+
+def planted(runs: dict[str, Measurement | str]) -> VersionStudy:
+    """The study of planted releases: what each run of one shows, or why it cannot be had."""
+
+    def perform(requirement: str, cases: Sequence[VersionCase], timed: Sequence[VersionCase]) -> Any:
+        found = runs[cases[0].version]
+        assert requirement.endswith(f"=={cases[0].version}")
+        if isinstance(found, str):
+            raise InvalidInput(found)
+        return {case.key: found for case in cases}, {}
+
+    return versions_study(MUJOCO, list(runs), plan_probes({"saw": SAW}, MUJOCO), perform)
+
+
+def test_a_study_names_the_release_of_a_change_and_goes_on_where_one_cannot_be_had() -> None:
+    moved = measured(0.4, bodies_position="x", C_acceleration="y")
+    study = planted({"3.5.0": SAME, "3.6.0": SAME, "3.6.5": "no wheel", "3.7.0": moved, "3.7.1": moved, "4.1.0": SAME})
+    assert study.measured == ("3.5.0", "3.6.0", "3.7.0", "3.7.1", "4.1.0")
+    assert {one.version: one.unsupported for one in study.releases if one.unsupported} == {"3.6.5": "no wheel"}
+    assert {change.version for one in study.histories for change in one.changes} == {"3.7.0", "4.1.0"}
+    changes = [change for _, change in study.changes_at("3.7.0")]
+    assert {change.before for change in changes} == {"3.6.0"}
+    # MuJoCo's changelog names the first; of the second nothing is known.
+    assert all("dJ/dt" in change.explained[0] for change in changes)
+    assert not any(change.explained for _, change in study.changes_at("4.1.0"))
+    with pytest.raises(InvalidInput, match=r"mujoco 4\.1\.0: no network"):
+        planted({"4.1.0": "no network"})
+
+
+def test_a_case_is_of_its_release_and_keeps_every_bit() -> None:
+    made = next(probe for probe in plan_probes({"saw": SAW}, MUJOCO) if probe.settings == "tuned")
+    here, other = (made.of(version)[0] for version in (MUJOCO.version, "3.6.0"))
+    assert here.key != other.key
+    first, again = here.perform(), here.perform()
+    assert change_between(first, again, LINKAGE_STEPS) is None
+    heavier = replace(here, scene=SAW.with_parameters(slider_mass=1.001 * SAW.slider_mass)).perform()
+    assert change_between(first, heavier, LINKAGE_STEPS) is not None
+    with pytest.raises(InvalidInput, match=rf"mujoco {MUJOCO.version} was to run what is for 3\.6\.0"):
+        other.perform()
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_known_releases_are_in_order_and_facts_are_of_them(engine: str) -> None:
+    made: Any = engine_named(engine)
+    known = made.releases.versions
+    assert list(known) == sorted(set(known), key=numbers_of)
+    assert made.version in known
+    assert {fact.version for fact in made.releases.facts} <= set(known)
+    assert made.releases.chosen("7.3.0, 7.0.0") == ("7.0.0", "7.3.0")
+    for wrong, why in {"3.x": "is no version", "": "is no version", "2.1.0": "is older than"}.items():
+        with pytest.raises(InvalidInput, match=why):
+            made.releases.chosen(wrong)
+
+
+def test_from_4_on_the_bindings_are_a_distribution_of_their_own() -> None:
+    wanted = [MUJOCO.releases.requirement(version) for version in ("3.17.0", "4.0.0", "4.1.0")]
+    assert wanted == ["mujoco==3.17.0", "mujoco-core==4.0.0", "mujoco-core==4.1.0"]
+
+
+def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene: Any = scene_named("six-bar")
+    settings = MuJoCoSettings.tuned(scene, 100)
+    usual = build(scene, settings).model
+    monkeypatch.setattr(older, "RELEASE", (3, 2, 0))
+    changed = build(scene, settings).model
+    assert set(usual.eq_objtype) == {int(mujoco.mjtObj.mjOBJ_SITE)}
+    assert set(changed.eq_objtype) == {int(mujoco.mjtObj.mjOBJ_BODY)}
+    gaps = []
+    for model in (usual, changed):
+        data = mujoco.MjData(model)
+        data.qpos[:] = 0.1
+        mujoco.mj_forward(model, data)
+        gaps.append(data.efc_pos.copy())
+    assert np.abs(gaps[0]).max() > 1e-3
+    np.testing.assert_allclose(*gaps, atol=1e-15)
+    text = compiled('<mujoco><option><flag autoreset="disable"/></option></mujoco>')
+    assert text.opt.disableflags == 0
+    assert older.adapt(ET.Element("mujoco"))
+
+
+def test_what_a_release_lacks_is_refused_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = replace(MuJoCoSettings.tuned(SAW, 100), integrator="discrete")
+    assert MUJOCO.refusal(SAW, settings) is None
+    monkeypatch.setattr(older, "RELEASE", (3, 12, 0))
+    assert MUJOCO.refusal(SAW, settings) == "the integrator discrete is there from MuJoCo 3.13.0 on"
+
+
+# -- environments ------------------------------------------------------------------------------------------------------
+
+
+def maker(script: str) -> Callable[[Path, Sequence[str]], None]:
+    """What makes an environment whose interpreter is a script of a shell."""
+
+    def make(folder: Path, requirements: Sequence[str]) -> None:
+        python = python_of(folder)
+        python.parent.mkdir(parents=True)
+        python.write_text(f"#!/bin/sh\n{script}\n")
+        python.chmod(0o755)
+
+    return make
+
+
+HERE = f'exec {getattr(sys, "_base_executable", sys.executable)} "$@"'  # which has no packages of its own
+
+
+def test_an_environment_is_made_once_and_for_its_requirements_alone(tmp_path: Path) -> None:
+    made = Environments(tmp_path / "cache", maker(HERE))
+    requirement = MUJOCO.releases.requirement(MUJOCO.version)
+    first = made.interpreter("mujoco", requirement, MUJOCO.version)
+    again = replace(made, make=maker("exit 1")).interpreter("mujoco", requirement, MUJOCO.version)
+    assert first == again
+    # An engine that is another one than its distribution says is not kept.
+    with pytest.raises(InvalidInput, match=f"mujoco==3.6.0 calls itself {MUJOCO.version}"):
+        made.interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+    assert [python_of(place) for place in (tmp_path / "cache").iterdir()] == [Path(first)]
+
+
+@pytest.mark.parametrize(
+    ("make", "why"),
+    [
+        (maker("kill -SEGV $$"), "cannot be imported|cannot start"),
+        (maker("exit 3"), "ended with status 3"),
+    ],
+)
+def test_an_engine_that_crashes_on_import_leaves_nothing(make: Any, why: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=why):
+        Environments(tmp_path, make).interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_two_that_make_one_environment_the_first_counts(tmp_path: Path) -> None:
+    other = Environments(tmp_path, maker(HERE))
+    asked = ("mujoco", MUJOCO.releases.requirement(MUJOCO.version), MUJOCO.version)
+
+    def beaten(folder: Path, requirements: Sequence[str]) -> None:
+        other.interpreter(*asked)
+        maker(f"# second\n{HERE}")(folder, requirements)
+
+    python = Environments(tmp_path, beaten).interpreter(*asked)
+    assert "second" not in Path(python).read_text()
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InvalidInput, match=r"cannot write into .*file"):
+        Environments(tmp_path / "file" / "cache").interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+
+
+@pytest.mark.slow
+def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
+    from conrod.cli.runner import ProgressBar
+    from conrod.studies.versions.running import ReleaseRunner
+
+    with pytest.raises(InvalidInput, match=r"(?i)mujoco==3\.99\.0"):
+        Environments(tmp_path / "none").interpreter("mujoco", "mujoco==3.99.0", "3.99.0")
+    environments = Environments(tmp_path / "cache")
+    try:
+        for version in ("3.6.0", "3.7.0"):
+            environments.interpreter("mujoco", f"mujoco=={version}", version)
+    except InvalidInput as error:
+        pytest.skip(f"MuJoCo cannot be installed here: {error}")
+    probes = [probe for probe in plan_probes({"saw": SAW}, MUJOCO) if probe.settings in ("tuned", "hardened")]
+    with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
+        runs = ReleaseRunner(ledger, 2, 600.0, None, False, ProgressBar, environments)
+        study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], probes, runs.perform)
+        # All is in the ledger now: nothing is installed for it, nothing runs.
+        broken = replace(runs, environments=Environments(tmp_path / "other", maker("exit 1")))
+        assert versions_study(MUJOCO, ["3.6.0", "3.7.0"], probes, broken.perform) == study
+    tuned, hardened = study.histories
+    assert tuned.changes[0].size["acceleration"] > 1e-4
+    assert all(one.changes[0].explained for one in (tuned, hardened))
+    before, after = tuned.runs
+    assert before.errors["position"] is not None
+    assert after.errors["position"] is not None
+    assert before.errors["position"] > 100.0 * after.errors["position"]
