@@ -38,11 +38,9 @@ class Asked:
         "--scene", metavar="SCENE", help="Drive the crank at this machine's speed.", shell_complete=complete_scene
     )
     assignments: tuple[str, ...] = option("--set")
-    crank: str | None = option(
-        "--crank", metavar="JOINT", help="With --scene: the driven hinge [the only one on the frame]."
-    )
+    crank: str | None = option("--crank", metavar="JOINT", help="Of --scene: the driven hinge [the only one].")
     points: tuple[str, ...] = option(
-        "--point", multiple=True, metavar="NAME=site:SITE", help="Observe this, e.g. C=body:slider [every body]."
+        "--point", multiple=True, metavar="NAME=site:SITE", help="Observed, e.g. C=body:slider [every body]."
     )
     keyframe: str | None = option(
         "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
@@ -63,7 +61,7 @@ class Asked:
         "--format",
         type=click.Choice(["text", "github", "sarif"]),
         default="text",
-        help="Print for people, or for a build server [text].",
+        help="For people, or for a build server [text].",
     )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")

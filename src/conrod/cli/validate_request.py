@@ -69,7 +69,7 @@ class ModelOptions:
 class BaselineOptions:
     """Options of a regression test."""
 
-    heading: ClassVar[str] = "Regression tests"
+    heading: ClassVar[str] = "Tests"
 
     baseline: str | None = option(
         "--baseline",
@@ -83,7 +83,7 @@ class BaselineOptions:
 class InvarianceOptions:
     """What is asked in place of a comparison with an exact motion."""
 
-    heading: ClassVar[str] = "Of any MuJoCo model, or a scene's (docs/invariances.md)"
+    heading: ClassVar[str] = "Tests"
 
     invariances: bool = option("--invariances", is_flag=True, help="Change what must not matter; it needs no --scene.")
 
