@@ -41,6 +41,7 @@ class Bench:
         times, states: of its run (T,) [s] and (T, n), as `conrod.mjcf.runs` has them.
         reference: solved on dense matrices to the end, with the bound that rounding gives them.
         document: the file, None where there is none to take apart.
+        broke: whether the engine gave the run up, or should have.
     """
 
     model: mujoco.MjModel
@@ -48,12 +49,15 @@ class Bench:
     states: Array
     reference: tuple[Accelerations, ...]
     document: Document | None = None
+    broke: bool = False
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, times: Array, states: Array, document: Document | None = None) -> Bench:
+    def of(
+        cls, model: mujoco.MjModel, times: Array, states: Array, document: Document | None = None, broke: bool = False
+    ) -> Bench:
         """The bench of a model."""
         solved = converged(model)
-        return cls(model, times, states, tuple(accelerations(solved, at(solved, s)) for s in states), document)
+        return cls(model, times, states, tuple(accelerations(solved, at(solved, s)) for s in states), document, broke)
 
     def held(self, change: str, others: Callable[[Array], Array], residual: bool = False) -> Invariance:
         """A change judged by the accelerations (nv,) that it gives at each state.

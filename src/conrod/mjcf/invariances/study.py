@@ -42,6 +42,8 @@ def study(
     """
     model = load_model(path)
     check_finite(model)
+    if not model.nv:
+        raise InvalidInput(f"{path}: nothing in it moves: it has no joint")
     start, steps = _start(model, seconds, keyframe, controls)
     document = None if path.suffix.lower() == ".mjb" else Document(path)
     with warnings_kept_quiet():
@@ -54,8 +56,9 @@ def study(
             _same_bits(change, digests) for change, digests in (same | {f"{THREADS} threads": together | {own}}).items()
         ]
         found += [*solving_changed(bench), *similarities(bench), reversed_declaration(bench)]
+    broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
     words = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
-    return f"{words}, from {start_words(model, data_at_start(model, keyframe, controls)[1])}", tuple(found)
+    return f"{words}, from {start_words(model, data_at_start(model, keyframe, controls)[1])}{broke}", tuple(found)
 
 
 def _start(model: mujoco.MjModel, seconds: float | None, keyframe: str | None, controls: Controls) -> tuple[Array, int]:
@@ -81,6 +84,6 @@ def _bench(model: mujoco.MjModel, start: Array, steps: int, document: Document |
     every = max(1, len(made.states) // COMPARED)
     states = made.states[::every][:COMPARED]
     if not len(states):
-        raise InvalidInput("its run breaks off at the first step")
+        raise InvalidInput("its run breaks off at the start")
     interval = model.opt.timestep * max(1, -(-steps // SAMPLES)) * every
-    return Bench.of(model, interval * np.arange(len(states)), states, document)
+    return Bench.of(model, interval * np.arange(len(states)), states, document, made.broke)
