@@ -42,7 +42,7 @@ class PretendedRuns:
     """Runs whose errors and costs are given by formulas of the cell."""
 
     def __init__(self, error: Callable[[RunCase], float], cost: Callable[[RunCase], float]) -> None:
-        self.error, self.cost, self.ran = error, cost, list[RunCase]()
+        self.error, self.cost, self.ran, self.timed = error, cost, list[RunCase](), set[int]()
 
     def run(self, cells: list[RunCase]) -> dict[str, Measurement]:
         self.ran += cells
@@ -50,6 +50,7 @@ class PretendedRuns:
 
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         costs = {cell.key: self.cost(cell) for cell in cells}
+        self.timed |= {c.settings.steps_per_revolution for c in cells if c.settings.preset == "stock"}
         return {key: Timing(1e-6 * cost, 1e-6, cost, 1, 1, "m") for key, cost in costs.items()}
 
     def _measured(self, cell: RunCase) -> Measurement:
@@ -432,6 +433,27 @@ def test_the_nearest_of_all_waves_is_said_and_stock_runs_only_where_something_is
     runs = PretendedRuns(lambda c: 9e-5, per_step)
     assert quickly(runs, of_rules(2), position=1e-4).savings.best["position"] == 9e-5
     assert {20, 40} <= {c.settings.steps_per_revolution for c in runs.ran if c.settings.preset == "stock"}
+
+
+@pytest.mark.parametrize(
+    ("least", "dear", "timed"),
+    # Stock settings get there nowhere, at the finest alone, at coarser ones too; or only the finest is as dear.
+    [(1e-3, 1, {2000}), (1e-4, 1, {2000, 20000}), (1e-5, 1, {2000}), (1e-3, 200, {2000, 20000})],
+)
+def test_the_finest_stock_run_is_timed_only_where_an_answer_rests_on_it(
+    least: float, dear: int, timed: set[int]
+) -> None:
+    def stock(cell: RunCase) -> bool:
+        return cell.settings.preset == "stock"
+
+    runs = PretendedRuns(
+        lambda c: least * 20000 / c.settings.steps_per_revolution if stock(c) else 9e-5,
+        lambda c: per_step(c) * (1 if stock(c) else dear),
+    )
+    answer = quickly(runs, of_rules(2), position=1e-4)
+    assert answer.savings.best["position"] == least
+    assert (answer.savings.cost_factor is None) == (least > 1e-4)
+    assert runs.timed & {2000, 20000} == timed
 
 
 def test_what_an_engine_has_no_rule_for_is_refused_with_its_reason() -> None:

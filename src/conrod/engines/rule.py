@@ -65,17 +65,14 @@ def texts_of(knobs: Any) -> dict[str, str]:
 
 # Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
 # has it, it is left out: keys of results, and reports, stay what they were.
-LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": []}
+LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
 
 
 def plain(settings: object) -> dict[str, Any]:
     """The fields of a settings object as values that JSON has, later ones only where they differ from before."""
     # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
     values = vars(settings).copy()
-    for name, value in values.items():
-        if type(value) is tuple:
-            values[name] = list(value)
     for name, before in LATER_FIELDS.items():
-        if name in values and values[name] == before:
+        if values.get(name) == before:
             del values[name]
     return values

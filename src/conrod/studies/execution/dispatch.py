@@ -107,7 +107,7 @@ def run_cases(
 def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
     finished = ledger.finished(by_key)
     again = {key for key, stop in ledger.stopped(by_key).items() if limits.allow_more(*stop)}
-    return {key: case for key, case in by_key.items() if key not in finished or key in again}
+    return {key: by_key[key] for key in by_key.keys() - finished | again}
 
 
 POLL = 0.1  # [s] between two looks at what other processes have claimed

@@ -253,7 +253,7 @@ def _recommendation(
     how: str,
 ) -> Recommendation:
     stock = [one for one in stock if one.measurement.errors]
-    timings = time([*(one.case for one in stock), choice.case])
+    timings = _timings(choice, stock, allowed, time)
     can, pasted = capability(choice.swept.engine, Pasted), shortened(choice.case.scene, choice.case.settings)
     return Recommendation(
         choice=choice,
@@ -268,15 +268,29 @@ def _recommendation(
     )
 
 
+def _timings(choice: Choice, stock: Sequence[Choice], allowed: Tolerances, time: Clock) -> dict[str, Timing]:
+    """Timings of a setting and of stock runs, the finest left out where `savings_of` can do without it.
+
+    To time it takes longest. It is needed where nothing coarser is within the tolerances, or as dear as the setting.
+    """
+    *coarser, finest = sorted(stock, key=lambda one: one.steps) or [choice]
+    found = dict(time([*(one.case for one in coarser), choice.case]))
+    dearest = max((found[one.case.key].ratio for one in coarser if one.case.key in found), default=0.0)
+    first = min((one.steps for one in stock if one.excess(allowed) <= 1.0), default=0)
+    if stock and (dearest < found[choice.case.key].ratio or first == finest.steps):
+        found |= time([finest.case])
+    return found
+
+
 def savings_of(choice: Choice, stock: Sequence[Choice], timings: Mapping[str, Timing], allowed: Tolerances) -> Savings:
-    """A timed setting beside completed stock runs; those without a timing do not count."""
+    """A timed setting beside completed stock runs; at a cost count only those with a timing."""
     cost, own = timings[choice.case.key].seconds_per_revolution, choice.errors(allowed)
     timed = [(timings[one.case.key].seconds_per_revolution, one) for one in stock if one.case.key in timings]
     within = [c for c, one in timed if one.excess(allowed) <= 1.0]
     errors = {q: sorted((c, one.errors(allowed)[q]) for c, one in timed) for q in allowed}
     return Savings(
         digits={q: _digits(errors[q], cost, own[q]) for q in allowed},
-        best={q: min(error for _, error in errors[q]) for q in allowed if timed},
+        best={q: min(one.errors(allowed)[q] for one in stock) for q in allowed if stock},
         cost_factor=min(within) / cost if within else None,
     )
 
