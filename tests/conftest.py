@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
+
+from conrod.working_folder import ONE_THREAD
+
+os.environ.update(ONE_THREAD)  # as the command does, before numpy is loaded
 
 from conrod.report.figure import Figure
 

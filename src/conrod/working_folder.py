@@ -6,6 +6,9 @@ import sys
 # Environment of all that conrod starts, and that libraries start there: MuJoCo, where something is to be drawn, loads
 # GLFW, which has an interpreter of its own look at a library.
 SAFE_PATH = {"PYTHONSAFEPATH": "1", "MUJOCO_GL": "disable"}
+# Threads of linear algebra, unless the user asks for others. Matrices are small and processes many: more would get in
+# each other's way, and last digits depend on the number of cores.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def leave_working_folder() -> None:

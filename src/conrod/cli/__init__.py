@@ -14,7 +14,7 @@ from click.shell_completion import CompletionItem
 
 from conrod.cli import options as exit_status
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.working_folder import SAFE_PATH
+from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
 NO_THREAD = "can't start new thread"  # as Python says it
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -100,13 +100,13 @@ def main() -> None:
 
 
 def _prepare() -> None:
-    """Output that no locale stops, an end by SIGTERM as by Ctrl-C, and no module from the working folder."""
+    """Output that no locale stops, an end by SIGTERM as by Ctrl-C; one thread, no module from the working folder."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
     # What a batch system or `timeout` sends ends it as Ctrl-C does: with what is under way undone.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    os.environ.update(SAFE_PATH)
+    os.environ.update({**ONE_THREAD, **os.environ, **SAFE_PATH})
 
 
 def _drop_output() -> None:

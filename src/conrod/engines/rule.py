@@ -75,4 +75,7 @@ def plain(settings: object) -> dict[str, Any]:
     for name, before in LATER_FIELDS.items():
         if values.get(name) == before:
             del values[name]
+    for name, value in values.items():
+        if type(value) is tuple:
+            values[name] = list(value)
     return values

@@ -60,7 +60,7 @@ def isolated_once(
     Raises:
         KilledFromOutside: the process was killed, and not by conrod.
     """
-    worker = WorkerProcess(Limits(timeout, headroom=headroom), threads_of_its_own=True)
+    worker = WorkerProcess(Limits(timeout, headroom=headroom))
     try:
         return worker.call(task, *arguments)
     except (TimeoutError, MemoryError, WorkerDied) as error:

@@ -20,13 +20,11 @@ from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.working_folder import SAFE_PATH
+from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
 Result = TypeVar("Result")
 
 LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 2e6  # [s]; a wait for a connection takes no more
-# There are as many processes as cores: the threads of their linear algebra would only get in each other's way.
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 # Where this very conrod is.
 HOME = str(Path(__file__).parents[3])
 # What a kernel short of memory, a batch system or a person sends; an engine does not end itself so.
@@ -102,11 +100,10 @@ class KilledFromOutside(InvalidInput):
 class WorkerProcess:
     """A Python interpreter of its own that serves one call after another; it ends with its owner, however that ends."""
 
-    def __init__(self, limits: Limits, threads_of_its_own: bool = False, interpreter: str | None = None) -> None:
+    def __init__(self, limits: Limits, interpreter: str | None = None) -> None:
         """Start it.
 
         Args:
-            threads_of_its_own: whether its linear algebra may use several cores.
             interpreter: of an environment whose packages come before those of this process; None for this one's.
 
         Raises:
@@ -129,12 +126,7 @@ class WorkerProcess:
                 # What an engine prints is not what the command has to say.
                 stdout=2,
                 pass_fds=[theirs.fileno()],
-                env={
-                    **({} if threads_of_its_own else ONE_THREAD),
-                    **os.environ,
-                    **SAFE_PATH,
-                    "PYTHONPATH": os.pathsep.join(before),
-                },
+                env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before)},
                 # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
                 process_group=0,
             )
