@@ -13,8 +13,9 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import pyarrow
 import pytest
-from command_line import conrod
+from command_line import conrod, kept_workers
 from described import FOUR_BAR
 from table_files import csv_text, exact_table
 
@@ -23,6 +24,7 @@ from conrod.cli.check import keyword_of
 from conrod.cli.validate_request import BaselineOptions, ModelOptions, Request, TableOptions
 from conrod.own.tables.study import TableStudy
 from conrod.scenes.described_scene import read_scene
+from conrod.studies.frame.baseline import Baseline, write
 
 pytestmark = pytest.mark.usefixtures("at_once")
 ROOT = Path(__file__).parents[2]
@@ -43,9 +45,8 @@ def test_a_model_is_judged_as_the_command_judges_it(tmp_path: Path, capsys: pyte
     assert checked.text == done.stdout
     assert checked.json == (tmp_path / "found.json").read_text(encoding="utf-8")
     assert checked.verdict in checked.text
-    # The compiled model, against the scene itself, with a tolerance that it does not hold.
-    compiled = mujoco.MjModel.from_xml_path(str(MODEL))
-    failed = check(compiled, SAW, **ASKED | {"tolerance": {"position": 1e-9}})
+    # The model in memory, against the scene itself, with a tolerance that it does not hold.
+    failed = check(mujoco.MjSpec.from_file(str(MODEL)), SAW, **ASKED | {"tolerance": {"position": 1e-9}})
     assert failed.passed is False
     assert "out of tolerance: position" in failed.verdict
     assert json.loads(failed.json)["parts"]["the model"]["findings"]["file"] == "the model"
@@ -64,6 +65,69 @@ def test_a_table_is_judged_from_a_file_and_from_arrays(tmp_path: Path) -> None:
     assert repr(off).startswith("<Checked passed=False: OUT OF TOLERANCE: position")
     estimated = check(TABLE, SAW, estimate=["time", "frame"], unit={"time": "s"}, set={"crank": 0.1})
     assert "estimated from 200 rows" in estimated.text
+
+
+def test_a_frame_of_any_library_is_a_table() -> None:
+    class Frame:  # as pandas and polars have it; pyarrow's `columns` have no names
+        columns = ("time", "C.x", "C.y")
+
+        def __getitem__(self, name: str) -> Any:
+            return TIMES if name == "time" else EXACT.position[:, "xy".index(name[-1])]
+
+    frame = Frame()
+    for table in (frame, pyarrow.table({name: frame[name] for name in frame.columns})):
+        assert check(table, SAW, tolerance="position=1e-9").passed is True
+
+
+@pytest.mark.slow
+def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conrod.studies.execution.local.WorkerProcesses", kept_workers)
+    file, asked = tmp_path / "saw.json", {"engine": "mujoco", "preset": "hardened", "steps_per_rev": 50}
+    typed = ("validate", "saw-500rpm", *(f"--{n.replace('_', '-')}={v}" for n, v in asked.items()))
+    done = conrod(*typed, "--baseline", str(file))
+    assert (done.returncode, "there was none; it is written" in done.stdout) == (1, True)
+    assert set(json.loads(file.read_text(encoding="utf-8"))["results"]) == {"mujoco kinematic", "mujoco hardened"}
+    checked = check("saw-500rpm", **asked, baseline=file)
+    assert (checked.passed, checked.baseline and checked.baseline.text) == (True, "")
+    assert repr(checked) == "<Checked passed=True: saw-500rpm: All 2 judged results are within tolerance>"
+    # A drift that is planted, and what is out of tolerance, are told apart; the second is not accepted.
+    kept = json.loads(file.read_text(encoding="utf-8"))
+    kept["results"]["mujoco hardened"]["numbers"]["position"]["value"] *= 1.001
+    file.write_text(json.dumps(kept), encoding="utf-8")
+    drifted = conrod(*typed, "--baseline", str(file))
+    assert drifted.returncode == 1
+    assert re.search(r"  mujoco hardened: position .*, was .*: better, drifted by \d+\.\d digits\n", drifted.stdout)
+    accept = drifted.stdout.splitlines()[-1]
+    assert accept == f"accept it: conrod {' '.join(typed)} --baseline {file} --accept"
+    failed = check("saw-500rpm", **asked, baseline=file, accept=True, tolerance={"position": 1e-12})
+    assert (failed.passed, failed.in_law, failed.baseline and failed.baseline.written) == (False, False, True)
+    assert failed.verdict.startswith("saw-500rpm: MuJoCo hardened: OUT OF TOLERANCE: position")
+    assert conrod(*typed, "--baseline", str(file)).returncode == 0
+
+
+BASELINES = {
+    "other words": (("--preset", "stock", "--baseline", "saw.json"), "is the baseline of something else"),
+    "no baseline": (("--baseline", "text"), "text is no baseline of conrod"),
+    "no folder": (("--baseline", "text/saw.json"), "cannot write into text: "),
+    "none named": (("--accept",), "--accept: it is for a baseline"),
+    "the same file": (("--baseline", "new.json", "--json", "new.json"), "it is the same file as the baseline"),
+    "free motion": (("--motion", "free", "--baseline", "new.json"), "--baseline does not go with --motion"),
+}
+
+
+@pytest.mark.parametrize("case", BASELINES)
+def test_a_baseline_that_cannot_be_used_is_refused_before_anything_is_run(case: str, tmp_path: Path) -> None:
+    options, message = BASELINES[case]
+    (tmp_path / "text").write_text("saw", encoding="utf-8")
+    kept = Baseline({"scene": ["saw-500rpm"]}, "ab", {}, {})
+    write(tmp_path / "saw.json", kept)
+    before = {one: one.read_bytes() for one in tmp_path.iterdir()}
+    done = conrod("validate", "saw-500rpm", *options, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert message in done.stderr
+    assert {one: one.read_bytes() for one in tmp_path.iterdir()} == before
 
 
 def test_a_mechanism_file_and_other_parameters_are_taken() -> None:
@@ -88,6 +152,8 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "no file": ("none.xml", {}, "none.xml: there is no such file"),
     "no such kind": (__file__, {}, "a file is known by its ending"),
     "no model": (3, {}, "a int cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data frame or"),
+    "no scene": (TABLE, {"scene": None}, "a dict: say with scene=... what machine it is"),
+    "a scene's keyword": (SAW, {"scene": None, "crank": "crank"}, "--crank does not go with a scene"),
     "no numbers": (TABLE | {"C": ["a"] * 200}, {}, "the table: 'C': an array of numbers is wanted"),
     "no column": ({"time": TIMES}, {}, "the table: no column for any of C, M"),
     "a model's keyword": (TABLE, {"crank": "crank"}, "--crank does not go with a table"),

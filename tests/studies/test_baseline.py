@@ -87,7 +87,7 @@ def test_errors_below_rounding_are_noise_and_one_that_leaves_it_is_not() -> None
 OTHERS: dict[str, tuple[Callable[[Baseline], Baseline], str]] = {
     "words": (
         lambda one: replace(one, of=one.of | {"preset": "stock"}, hash="cd"),
-        "b.json is the baseline of something else: preset tuned, here stock",
+        "b.json is the baseline of something else, accept it or name another: preset tuned, here stock",
     ),
     "a scene of the same name": (lambda one: replace(one, hash="cd"), "another scene of that name"),
     "settings": (

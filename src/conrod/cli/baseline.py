@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ from typing import Any
 import msgspec
 
 from conrod.cli.options import RunOptions, as_given
-from conrod.cli.validate_request import Request
+from conrod.cli.validate_request import BaselineOptions, Request
+from conrod.errors import InvalidInput
 from conrod.own.models.runs import JudgedRun
 from conrod.own.models.study import AS_GIVEN, OWN, ModelStudy
 from conrod.own.tables.samples import ERRORS
@@ -28,15 +29,17 @@ from conrod.scenes import Scene
 from conrod.scenes.canonical import canonical
 from conrod.studies.frame.baseline import Baseline, Line, Number, read, renew
 from conrod.studies.frame.case import key_of
-from conrod.studies.frame.drift import ORDER, Held, OtherBaseline, compared
+from conrod.studies.frame.drift import ORDER, Held, OtherBaseline, check_same, compared
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.resolve_arguments import TOLERANCES
 from conrod.studies.frame.result import Result, SceneResults
 
+Again = Callable[[Sequence[float]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
-NO_PART = (RunOptions, "tolerance", "baseline", "accept", "scene", "assignments", "out", "document", "figures")
+NO_PART = (RunOptions, BaselineOptions, "tolerance", "scene", "assignments", "out", "document", "figures", "qualify")
 # Of a result, what was asked for and not found.
-ASKED_FOR = ("scene", "engine_version", "parameters", "settings", "tolerance", "passed", "reason", "cpu_seconds")
+ASKED_FOR = ("scene", "engine_version", "parameters", "settings", "tolerance", "passed", "reason", "qualified")
 
 
 def lines_of(study: Any) -> dict[str, Line]:
@@ -54,7 +57,8 @@ def lines_of(study: Any) -> dict[str, Line]:
 
 
 def _result(result: Result) -> Line:
-    names = dict.fromkeys([*(result.order or {}), *result.limits]) or dict.fromkeys(QUANTITIES)
+    # Whatever is judged: tolerances may be others the next time.
+    names = [*(result.order or {}), *(TOLERANCES if result.preset else QUANTITIES)]
     sizes = {name: result.judged_error(name) for name in names} if result.completed else {}
     shown = {k: v for k, v in vars(result).items() if k not in ASKED_FOR}
     return _line(result.outcome, result.passed, sizes, result.order or {}, shown, getattr(result, "settings", None))
@@ -90,39 +94,63 @@ def _all_lines(found: Sequence[Any]) -> dict[str, Line]:
     return {line_name(found, study, label): line for study in found for label, line in lines_of(study).items()}
 
 
-def held(
-    asked: Request,
-    scenes: Mapping[str, Scene],
-    found: Sequence[Any],
-    again: Callable[[Sequence[float]], Sequence[Sequence[Any]]],
-    costs: Callable[[], Mapping[str, float]] = dict,
-) -> Held:
-    """Studies held against the baseline that was asked for.
+@dataclass(frozen=True)
+class Holding:
+    """The baseline that --baseline names, looked at before anything is run.
 
-    Args:
-        scenes: what they are of, by name.
-        again: the same studies at speeds times each of some factors.
-        costs: by the name of a line.
+    Attributes:
+        before: what the file has; None where there is none.
+        now: what will be in it, with no results yet.
     """
-    assert asked.baseline is not None
-    of = {"scene": list(scenes)} | {name.lstrip("-"): value for name, value in as_given(asked, *NO_PART).items()}
-    of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
-    of = plain(of)
-    digest = key_of(canonical(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
-    made_with = {"conrod": version("conrod"), **environment()}
-    now = Baseline(of, digest, made_with, _all_lines(found))
-    file = Path(asked.baseline)
-    before = read(file) if file.exists() else None
-    if before is not None and not asked.accept:
-        return compared(file, before, now)
-    check_writable_folder(file.parent)
-    like = {AS_GIVEN: OWN} if OWN in now.results else {}
-    renew(file, now, lambda factors: [_all_lines(one) for one in again(factors)], costs(), like)
-    changed = Held(file)
-    if before is not None:
-        with suppress(OtherBaseline):
-            changed = compared(file, before, now)
-    return replace(changed, written=True, accepted=asked.accept)
+
+    file: Path
+    accept: bool
+    before: Baseline | None
+    now: Baseline
+
+    @classmethod
+    def of(cls, asked: Request, scenes: Mapping[str, Scene]) -> Holding | None:
+        """The one for a study of scenes, by name; None where none was asked for.
+
+        Raises:
+            InvalidInput: the file cannot be read or written, or is the baseline of something else.
+        """
+        if asked.baseline is None:
+            if asked.accept:
+                raise InvalidInput("--accept: it is for a baseline, name its file with --baseline")
+            return None
+        of = {"scene": list(scenes)} | {name.lstrip("-"): value for name, value in as_given(asked, *NO_PART).items()}
+        of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
+        digest = key_of(canonical(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
+        now = Baseline(plain(of), digest, {"conrod": version("conrod"), **environment()}, {})
+        file = Path(asked.baseline)
+        before = read(file) if os.path.lexists(file) else None
+        if before is None or asked.accept:
+            check_writable_folder(file.parent)
+        else:
+            check_same(file, before, now)
+        return cls(file, asked.accept, before, now)
+
+    def held(self, found: Sequence[Any], again: Again, costs: Callable[[], Mapping[str, float]] = dict) -> Held:
+        """Studies held against the baseline, which is written where it is to be.
+
+        Args:
+            again: the same studies at speeds times each of some factors.
+            costs: by the name of a line.
+        """
+        now, drift = replace(self.now, results=_all_lines(found)), Held(self.file)
+        if self.before is not None:
+            try:
+                drift = compared(self.file, self.before, now)
+            except OtherBaseline:
+                if not self.accept:
+                    raise
+            else:
+                if not self.accept or drift == Held(self.file):
+                    return replace(drift, accepted=self.accept)
+        like = {AS_GIVEN: OWN} if OWN in now.results else {}
+        renew(self.file, now, lambda factors: [_all_lines(one) for one in again(factors)], costs(), like)
+        return replace(drift, written=True, accepted=self.accept)
 
 
 def at_speeds(scenes: Mapping[str, Scene], factor: float) -> dict[str, Scene]:

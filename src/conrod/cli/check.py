@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from rich.console import Console
 
-from conrod.cli.baseline import print_held
+from conrod.cli.baseline import Holding
 from conrod.cli.options import refuse
 from conrod.cli.runner import Runner
 from conrod.cli.validate import check_file
@@ -80,9 +80,7 @@ class Checked:
                 print_verdicts([self.study])
             else:
                 self._subject.show(self.study)
-            if self.baseline is not None:
-                print_held(self.baseline)
-        return printed.getvalue()
+        return "\n".join([printed.getvalue(), *([self.baseline.text] if self.baseline else [])])
 
     @property
     def json(self) -> str:
@@ -161,14 +159,16 @@ def check(
                 save_model(subject, model)
                 checked = _check_file(MODEL, model, machine, asked)
         except InvalidInput as error:
-            raise InvalidInput(str(error).replace(str(model), "the model").replace(str(table), "the table")) from None
+            said = str(error).replace(str(model), "the model").replace(str(table), "the table")
+            raise type(error)(said) from None
     named: Any = {"file": "the table" if isinstance(checked.study, TableStudy) else "the model"}
     return dataclasses.replace(checked, study=dataclasses.replace(checked.study, **named))
 
 
 def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request) -> Checked:
+    holding = Holding.of(asked, dict([select_scene(machine, asked.assignments)]))
     study = kind.judge(path, machine, asked)
-    return Checked(study, None if asked.baseline is None else held_file(kind.judge, path, study, asked))
+    return Checked(study, held_file(holding, kind.judge, path, asked, study))
 
 
 def _check_scene(subject: Any, asked: Request) -> Checked:
@@ -179,13 +179,13 @@ def _check_scene(subject: Any, asked: Request) -> Checked:
         raise InvalidInput(f"{shown}: say with scene=... what machine it is; `conrod show` lists them")
     refuse(asked, "a scene: it is for a file", ModelOptions, TableOptions)
     scenes = dict([select_scene(subject, asked.assignments)])
-    measured = measured_of(asked, scenes)
+    measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
     with tempfile.TemporaryDirectory() as folder:
         # What is tested is run: no result of an earlier day answers for it.
         own = dataclasses.replace(asked, ledger=str(Path(folder, "ledger.sqlite")), fresh=True, jobs=1)
         with Runner.of(own, Console(file=io.StringIO())) as runner:
             found = runner.pursue(measured.study)
-            return Checked(found[0], None if asked.baseline is None else held_scenes(asked, scenes, found, runner))
+            return Checked(found[0], held_scenes(holding, asked, found, runner))
 
 
 def _columns_of(subject: Any) -> Mapping[str, Any] | None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rich.text import Text
 
 from conrod.cli import options as exit_status
-from conrod.cli.baseline import at_speeds, held, print_held
+from conrod.cli.baseline import Holding, at_speeds, print_held
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
@@ -42,6 +42,7 @@ from conrod.studies.frame.resolve_arguments import (
     select_scene,
 )
 
+Judge = Callable[[Path, str | Scene, Request], Any]
 DEFAULT_REVOLUTIONS = 2
 # A table of the most rows that are kept is read in a tenth of it.
 READING = 300.0  # [s]
@@ -51,12 +52,11 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
     """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
     subject = subject_of(path)
     part, given = subject.part(path), as_outputs_must_not_be(path) if subject is MODEL else {"the table": path}
-    files = outputs(subject.kind, [part], asked, given)
-    baseline = None
+    holding = Holding.of(asked, dict([select_scene(scene, asked.assignments)]))
+    files = outputs(subject.kind, [part], asked, given | ({"the baseline": holding.file} if holding else {}))
     with waiting(path, subject.timeout):
         found = subject.judge(path, scene, asked)
-        if asked.baseline is not None:
-            baseline = held_file(subject.judge, path, found, asked)
+        baseline = held_file(holding, subject.judge, path, asked, found)
     with naming("standard output"):
         subject.show(found)
     files.write({part: found}, "validate", {part: str(path)}, asked)
@@ -66,15 +66,14 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
         sys.exit(exit_status.FAILED)
 
 
-def held_file(judge: Callable[[Path, str | Scene, Request], Any], path: Path, found: Any, asked: Request) -> Held:
-    """A study of a file held against the baseline that was asked for."""
-    scenes = {found.scene_name: found.scene}
+def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request, found: Any) -> Held | None:
+    """A study of a file held against the baseline, if any; it is judged again as that needs."""
+    own = replace(asked, assignments=())
 
     def again(factors: Sequence[float]) -> list[tuple[Any]]:
-        own = replace(asked, assignments=())
-        return [(judge(path, at_speeds(scenes, factor)[found.scene_name], own),) for factor in factors]
+        return [(judge(path, at_speeds({"": found.scene}, factor)[""], own),) for factor in factors]
 
-    return held(asked, scenes, (found,), again)
+    return None if holding is None else holding.held((found,), again)
 
 
 # -- a model ---------------------------------------------------------------------------------------------------------
@@ -215,7 +214,7 @@ class Subject(NamedTuple):
     """A kind of file: its report, how it is judged, shown and put in words, and the longest time that takes [s]."""
 
     kind: Kind[Any]
-    judge: Callable[[Path, str | Scene, Request], Any]
+    judge: Judge
     show: Callable[[Any], None]
     verdict: Callable[[Any], str]
     timeout: float

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from conrod.cli import options as exit_status
-from conrod.cli.baseline import at_speeds, held, line_name, lines_of, print_held
+from conrod.cli.baseline import Holding, at_speeds, line_name, lines_of, print_held
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.runner import Runner
@@ -86,12 +86,11 @@ def validate_scenes(asked: Request) -> None:
         InvalidInput: what was asked for does not fit together, before anything is run.
     """
     scenes = select_scenes(asked.subjects, asked.assignments)
-    measured, baseline = measured_of(asked, scenes), None
-    files = outputs(measured.kind, scenes, asked)
-    with Runner.of(asked if asked.baseline is None else replace(asked, fresh=True)) as runner:
+    measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
+    files = outputs(measured.kind, scenes, asked, {"the baseline": holding.file} if holding else {})
+    with Runner.of(replace(asked, fresh=True) if holding else asked) as runner:
         found = [measured.found(study) for study in runner.pursue(measured.study)]
-        if asked.baseline is not None:
-            baseline = held_scenes(asked, scenes, found, runner)
+        baseline = held_scenes(holding, asked, found, runner)
     with naming("standard output"):
         measured.show(found)
     with asked.processes() as executor:
@@ -114,13 +113,16 @@ def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
     return _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
 
 
-def held_scenes(asked: Request, scenes: Mapping[str, Scene], found: Sequence[Any], runner: Runner) -> Held:
-    """What was found held against the baseline; what that needs is run."""
+def held_scenes(holding: Holding | None, asked: Request, found: Sequence[Any], runner: Runner) -> Held | None:
+    """What was found held against the baseline, if any; what that needs is run."""
+    if holding is None:
+        return None
+    scenes, plain = {one.name: one.scene for one in found}, replace(asked, qualify=False)
 
     def again(factors: Sequence[float]) -> list[Sequence[Any]]:
-        return runner.pursue_all([measured_of(asked, at_speeds(scenes, factor)).study for factor in factors])
+        return runner.pursue_all([measured_of(plain, at_speeds(scenes, factor)).study for factor in factors])
 
-    return held(asked, scenes, found, again, lambda: _costs(found, runner))
+    return holding.held(found, again, lambda: _costs(found, runner))
 
 
 def _costs(found: Sequence[Any], runner: Runner) -> dict[str, float]:
@@ -259,7 +261,7 @@ def _free_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.free_motion.plan import MOTIONS, SECONDS, MotionPlan, instants
     from conrod.studies.free_motion.results import QUANTITIES
 
-    refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "figures")
+    refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "figures", "baseline")
     if asked.motion not in MOTIONS:
         raise unknown_choice("motion", str(asked.motion), MOTIONS)
     seconds = SECONDS if asked.seconds is None else asked.seconds

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from conrod.studies.frame.baseline import Baseline, Number, exponent_of
 
 NOISE = 1e-12  # normalised errors below it are rounding, and count as it
 ORDER = "order of "
+NAMED = 3  # differences that a message has room for
 
 
 class OtherBaseline(InvalidInput):
@@ -92,8 +93,7 @@ def compared(file: Path, before: Baseline, now: Baseline) -> Held:
     Raises:
         OtherBaseline: it is of another scene, or of other settings; names them.
     """
-    if differing := _differing(before, now):
-        raise OtherBaseline(f"{file} is the baseline of something else: {'; '.join(differing)}")
+    check_same(file, before, now)
     drifts = tuple(drift for name in {**before.results, **now.results} for drift in _drifts(name, before, now))
     drifted, was = {drift.result for drift in drifts}, before.made_with
     bits = [name for name, one in now.results.items() if name not in drifted and one.bits != before.results[name].bits]
@@ -101,19 +101,27 @@ def compared(file: Path, before: Baseline, now: Baseline) -> Held:
     return Held(file, drifts=drifts, other_bits=tuple(bits), versions=tuple(versions))
 
 
-def _differing(before: Baseline, now: Baseline) -> list[str]:
-    """What determines the results and is not the same: words, or else settings of an engine that both have."""
-    pairs: list[tuple[str, Mapping[str, Any], Mapping[str, Any]]] = [("", before.of, now.of)]
-    if before.hash == now.hash:
-        both = sorted(before.results.keys() & now.results.keys())
-        pairs = [(f"{name}: ", before.results[name].settings, now.results[name].settings) for name in both]
+def check_same(file: Path, before: Baseline, now: Baseline) -> None:
+    """Refuse a baseline of another scene or of other words; of settings that an engine makes others of the same words.
+
+    Raises:
+        OtherBaseline: names all that differs.
+    """
+    both = sorted(before.results.keys() & now.results.keys())
+    pairs = [("", before.of, now.of)]
+    pairs += [(f"{name}: ", before.results[name].settings, now.results[name].settings) for name in both]
     found = [
         f"{of}{key} {_shown(was.get(key))}, here {_shown(own.get(key))}"
         for of, was, own in ((of, plain(was), plain(own)) for of, was, own in pairs if was and own)
         for key in {**was, **own}
         if was.get(key) != own.get(key)
     ]
-    return found or ([] if before.hash == now.hash else ["another scene of that name"])
+    if before.hash != now.hash:
+        found = found or ["another scene of that name"]
+    if found:
+        more = [f"and {len(found) - NAMED} more"] if len(found) > NAMED else []
+        words = "; ".join([*found[:NAMED], *more])
+        raise OtherBaseline(f"{file} is the baseline of something else, accept it or name another: {words}")
 
 
 def _shown(value: Any) -> str:
