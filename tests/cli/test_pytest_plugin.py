@@ -144,7 +144,7 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     )
     forced = run(pytester, "--conrod-force-regen")
     forced.assert_outcomes(failed=1)
-    forced.stdout.fnmatch_lines(["conrod: drifted from*", "baseline * written again"])
+    forced.stdout.fnmatch_lines(["conrod: drifted from*", "baseline * is written again"])
     run(pytester).assert_outcomes(passed=1)
     # Other settings are no drift; they are named, and accepted alike.
     test.write_text(TEST.format(steps=250), encoding="utf-8")

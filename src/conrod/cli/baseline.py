@@ -122,7 +122,7 @@ class Holding:
         of = {"scene": list(scenes)} | {name.lstrip("-"): value for name, value in as_given(asked, *NO_PART).items()}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
         digest = key_of(canonical(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
-        now = Baseline(plain(of), digest, {"conrod": version("conrod"), **environment()}, {})
+        now = Baseline(of, digest, {"conrod": version("conrod"), **environment()}, {})
         file = Path(asked.baseline)
         before = read(file) if os.path.lexists(file) else None
         if before is None or asked.accept:

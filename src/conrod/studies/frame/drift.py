@@ -82,8 +82,8 @@ class Held:
         if self.versions and (self.drifts or self.other_bits):
             lines.append(f"the baseline was made with {', '.join(self.versions)}")
         if self.written:
-            why = "written again" if self.accepted else "there was none; it is written: look at it, keep it, run again"
-            lines.append(f"baseline {self.file}: {why}")
+            first = f"no baseline yet: {self.file} is written, look at it, keep it, run again"
+            lines.append(f"baseline {self.file} is written again" if self.accepted else first)
         return "\n".join(lines)
 
 
@@ -111,21 +111,22 @@ def check_same(file: Path, before: Baseline, now: Baseline) -> None:
     pairs = [("", before.of, now.of)]
     pairs += [(f"{name}: ", before.results[name].settings, now.results[name].settings) for name in both]
     found = [
-        f"{of}{key} {_shown(was.get(key))}, here {_shown(own.get(key))}"
-        for of, was, own in ((of, plain(was), plain(own)) for of, was, own in pairs if was and own)
-        for key in {**was, **own}
-        if was.get(key) != own.get(key)
+        f"{of}{key} {one}, here {other}"
+        for of, was, own in pairs
+        for key in ({**was, **own} if was and own else ())
+        if (one := _shown(was.get(key))) != (other := _shown(own.get(key)))
     ]
     if before.hash != now.hash:
         found = found or ["another scene of that name"]
     if found:
         more = [f"and {len(found) - NAMED} more"] if len(found) > NAMED else []
         words = "; ".join([*found[:NAMED], *more])
-        raise OtherBaseline(f"{file} is the baseline of something else, accept it or name another: {words}")
+        raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
 
 
 def _shown(value: Any) -> str:
-    return "not given" if value is None else msgspec.json.encode(value).decode().strip('"')
+    """As JSON has it, which has one kind of list."""
+    return "not given" if value is None else msgspec.json.encode(plain(value)).decode().strip('"')
 
 
 def _drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift]:
