@@ -11,7 +11,6 @@ import pytest
 from described import CATALOGUE, changed, tables
 
 from conrod.engines import engine_named
-from conrod.engines.mujoco.law import regularisation_errors
 from conrod.engines.running import whole_run
 from conrod.exact.linkage.course import crank_range
 from conrod.exact.motion import Array
@@ -199,13 +198,11 @@ def test_other_teeth_give_another_ratio() -> None:
     assert turn_of(scene_of(whole), "carrier", TURN)[-1] == pytest.approx(2.0 * math.pi / (1.0 + 52.0 / 18.0))
 
 
-def test_mujocos_law_allows_for_the_legs_fast_reactions() -> None:
+def test_mujocos_law_knows_of_the_legs_fast_reactions() -> None:
     """Its foot's reactions peak within a tenth of a radian: what gives way to them moves faster than it opened."""
     of, engine = scene("jansen-leg"), engine_named("mujoco")
     settings = engine.presets["tuned"](of, 1000)
     found = compare(whole_run(engine, of, settings, 1.0, 0.0), of).worst("velocity")
-    softness = regularisation_errors(of, settings)[0]
-    opening = softness / (math.e * abs(of.speed) * settings.solref[0]) + softness
     allowed = engine.expected_error(of, settings).velocity
     assert allowed is not None
-    assert opening < found < allowed < 2.0 * found
+    assert found < allowed < 1.1 * found

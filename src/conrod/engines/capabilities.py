@@ -79,7 +79,10 @@ class KinematicMode(Protocol):
 
 @runtime_checkable
 class ErrorLaw(Protocol):
-    """Bounds on the errors of a run, before it is made, from the engine's documented laws and the exact motion."""
+    """Bounds on the errors of a run, before it is made, from the engine's documented laws and the exact motion.
+
+    The run begins exact, at crank angle 0 where its law takes no `start_angle`, or at the begin of the driver's span.
+    """
 
     def expected_error(self, machine: Machine, settings: Any) -> ExpectedError: ...
 
@@ -253,9 +256,13 @@ def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, .
     return swept.grid(machine, grid)
 
 
-def expected_error(engine: Engine[Any], machine: Machine, settings: Any) -> ExpectedError:
-    """Bounds on the errors of a run; none, with the reason in place of the law, of an engine that states no law."""
+def expected_error(engine: Engine[Any], machine: Machine, settings: Any, **start: float) -> ExpectedError:
+    """Bounds on the errors of a run; none, with the reason in place of the law, of an engine that states no law.
+
+    Args:
+        start: `start_angle` [rad], of an engine whose law takes it.
+    """
     law = capability(engine, ErrorLaw)
     if isinstance(law, Lacking):
         return ExpectedError(law=law.reason)
-    return law.expected_error(machine, settings)
+    return law.expected_error(machine, settings, **start)

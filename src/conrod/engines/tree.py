@@ -87,6 +87,26 @@ class Tree:
             columns.append(branch.sense * value)
         return np.column_stack(columns)
 
+    def accelerations(self, poses: Array, rates: Array, accelerations: Array) -> Array:
+        """Joint accelerations (T, nv) of rates and accelerations (T, 3 n) of the poses (T, 3 n)."""
+        columns = []
+        for branch in self.branches:
+            place, rate, bend = (
+                self._pose(branch.child, values) - self._pose(branch.parent, values)
+                for values in (poses, rates, accelerations)
+            )
+            value = bend[:, 2]
+            if isinstance(branch.joint, Prismatic):
+                turn, spin, turning = (self._pose(branch.parent, x)[:, 2] for x in (poses, rates, accelerations))
+                direction = self.slide_direction(branch) + turn
+                along = np.column_stack([np.cos(direction), np.sin(direction)])
+                # The direction turns with the parent, and so does its normal.
+                normal = np.column_stack([-along[:, 1], along[:, 0]])
+                value = ((bend[:, :2] - spin[:, None] ** 2 * place[:, :2]) * along).sum(axis=1)
+                value += ((2.0 * spin[:, None] * rate[:, :2] + turning[:, None] * place[:, :2]) * normal).sum(axis=1)
+            columns.append(branch.sense * value)
+        return np.column_stack(columns)
+
     def forward(
         self, coordinates: Array, rates: Array, known: Mapping[str, tuple[Array, Array]] | None = None
     ) -> tuple[Array, Array]:

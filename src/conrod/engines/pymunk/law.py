@@ -47,11 +47,16 @@ from conrod.mechanism.mechanism import Mechanism
 ORDER = 4  # derivatives by the crank angle that enter
 
 
-def largest_lags(machine: Machine) -> tuple[float, float, float]:
-    """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle."""
+def largest_lags(machine: Machine, start: float = 0.0) -> tuple[float, float, float]:
+    """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle.
+
+    Args:
+        start: crank angle [rad] at which the run begins; the begin of the driver's span where there is one.
+    """
     kinematics = machine.kinematics
     mechanism = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism
-    start = kinematics.span[0 if machine.speed > 0.0 else 1] if kinematics.mechanism.driver.span else 0.0
+    if kinematics.mechanism.driver.span is not None:
+        start = kinematics.span[0 if machine.speed > 0.0 else 1]
     # The start stands before the samples.
     derivatives = kinematics.derivatives(np.concatenate([[start], kinematics.angles(SAMPLES)]), ORDER)
     # The lag belongs to the sense of the motion: seen backwards, odd derivatives change their sign.
@@ -153,7 +158,7 @@ LAW = (
 )
 
 
-def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
+def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
     """Bounds for full correction; none where a share of the error is left at each step."""
     if settings.error_bias > 0.0 or settings.dressing:
         return ExpectedError()
@@ -166,7 +171,7 @@ def expected_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    behind = largest_lags(machine)
+    behind = largest_lags(machine, start_angle)
     bounds = [step**2 * (behind[k] + lag * step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(NEXT_LAGS)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 

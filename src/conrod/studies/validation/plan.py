@@ -97,13 +97,19 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     return result.judged()
 
 
-def begun(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> tuple[ValidationResult, Any, float]:
+def begun(
+    name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan, start_angle: float = 0.0
+) -> tuple[ValidationResult, Any, float]:
     """What is known of a run before it is made: settings and tolerance, the settings, the start angle [rad].
 
     The result is `unsupported` where the engine refuses the machine.
+
+    Args:
+        start_angle: of a crank that turns [rad]; one pass has its own.
     """
     settings = engine.presets[preset](scene, plan.steps(scene))
     start, revolutions = plan.stretch(scene)
+    start = start if scene.kinematics.mechanism.driver.span else start_angle
     empty = started(name, scene, engine, preset, plan)
     refusal = engine.refusal(scene, settings)
     if refusal:
@@ -133,7 +139,9 @@ def _tolerance(
     """
     if not engine.presets[preset].judged:
         return Tolerance()
-    law = expected_error(engine, scene, settings)
+    # An input that makes one pass begins at its end, which its law knows.
+    turning = start_angle and scene.kinematics.mechanism.driver.span is None
+    law = expected_error(engine, scene, settings, **({"start_angle": start_angle} if turning else {}))
     if law.position is None:
         return Tolerance(reason=law.law)
     phase = phase_bound(settings.steps_per_revolution * revolutions, revolutions, start_angle, law.ripple)

@@ -1,0 +1,95 @@
+"""Healthy runs that a verdict must let pass: machines with other parameters, starts, speeds and steps."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from conrod.engines.engine import run_of
+from conrod.engines.running import followed
+from conrod.errors import InvalidInput
+from conrod.runs.run_errors import RunErrors
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
+from conrod.studies.frame.result import EngineCase
+from conrod.studies.validation.plan import Plan, begun, started
+from conrod.studies.validation.results import ValidationResult
+
+PARAMETERS, SPEEDS = 0.2, math.log(5.0)  # largest change of a parameter, of the logarithm of the speed
+STEPS, CONTACT_STEPS = (100, 2000), (0.1, 0.5)  # of linkages; of a machine with a cam, of its usual ones
+TRIES = 100
+
+
+@dataclass(frozen=True)
+class VariantCase(EngineCase[ValidationResult]):
+    """One turn of a healthy machine, or its one pass, judged as `conrod validate` does."""
+
+    study: ClassVar[str] = "variant"
+    kind: ClassVar[type[Any]] = ValidationResult
+    quantities: ClassVar[tuple[str, ...]] = ()
+
+    steps: int
+    start_angle: float
+
+    @property
+    def _plan(self) -> Plan:
+        return Plan(self.steps, 1.0)
+
+    @property
+    def effort(self) -> float:
+        return self.steps
+
+    @property
+    def tolerance(self) -> Mapping[str, float] | None:
+        return None
+
+    def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
+        found = started(self.name, self.scene, self.made_by, self.preset, self._plan)
+        return replace(found, outcome=outcome.slug, reason=reason, passed=False)
+
+    def determined_by(self) -> dict[str, Any]:
+        settings = self.made_by.presets[str(self.preset)](self.scene, self.steps).as_dict()
+        return {"settings": settings, "start_angle": self.start_angle}
+
+    def run(self) -> ValidationResult:
+        result, settings, start = begun(
+            self.name, self.scene, self.made_by, str(self.preset), self._plan, self.start_angle
+        )
+        if not result.completed or not result.limits:
+            return result
+        errors = RunErrors()
+        ended = followed(self.made_by, self.scene, settings, result.revolutions, start, errors)
+        found = errors.found() if ended.outcome is Outcome.COMPLETED else {}
+        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged()
+
+
+def variant(scene: Scene, usual_steps: int, number: int) -> tuple[Scene, int, float]:
+    """A healthy machine of a scene, its steps per revolution and start angle [rad]; the same for the same number.
+
+    Raises:
+        InvalidInput: no parameters near the scene's own are those of a machine.
+    """
+    chance = random.Random(number)
+    contact = bool(scene.mechanism().cam_contacts)
+    for _ in range(TRIES):
+        changed = {
+            name: value * (1.0 + chance.uniform(-PARAMETERS, PARAMETERS)) for name, value in scene.parameters.items()
+        }
+        speed = scene.speed * math.exp(chance.uniform(-SPEEDS, 0.0 if contact else SPEEDS))
+        changed["speed"] = speed if contact else speed * chance.choice((-1.0, 1.0))
+        if contact:
+            steps = round(usual_steps * chance.uniform(*CONTACT_STEPS))
+        else:
+            steps = round(math.exp(chance.uniform(*map(math.log, STEPS))))
+        start = 0.0 if contact else chance.uniform(0.0, 2.0 * math.pi)
+        try:
+            made = scene.with_parameters(**changed)
+            run_of(made, steps, 1.0)
+            _ = made.lengths, made.kinematics.lengths
+        except InvalidInput:
+            continue
+        return made, steps, start
+    raise InvalidInput(f"{scene.kind}: no machine with other parameters was found")
