@@ -18,7 +18,7 @@ from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.points import body_states, point_tracks, staggered
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
-from conrod.runs.outcome import Verdict
+from conrod.runs.outcome import Verdict, judge
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes.catalogue import scene_named
 
@@ -101,11 +101,44 @@ def test_the_engines_own_end_is_told_where_the_motion_is_fine_and_its_reset_alwa
 
 @pytest.mark.filterwarnings("error")
 def test_a_run_beyond_all_numbers_gives_no_warnings() -> None:
-    """A step of half a turn with stiff joints explodes at once."""
-    wild = MuJoCoSettings.tuned(SAW, 3)
-    for piece in engine_named("mujoco").run(SAW, wild, 60.0, 0.0, 50):
-        last = piece
+    """In single precision a state that grows at each step becomes infinite."""
+    wild = replace(MuJoCoSettings.tuned(SAW, 60), rounded_state=True, refsafe=False, solref=(1e-3, 1.0))
+    *_, last = engine_named("mujoco").run(SAW, wild, 1.0, 0.0, 50)
     assert last.trajectory.outcome is not Outcome.COMPLETED
+
+
+def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_back() -> None:
+    stiff = replace(MuJoCoSettings.stock(SAW, 100), solref=(-1e25, -1e12), hardening=1e-6, autoreset=True)
+    (whole,) = engine_named("mujoco").run(SAW, stiff, 0.1)
+    assert np.all(np.diff(whole.clock) >= 0.0)
+    assert whole.trajectory.outcome is Outcome.RESET
+
+
+def test_what_happened_in_one_piece_is_told_of_all_that_follow() -> None:
+    light = replace(MuJoCoSettings.tuned(SAW, 500), armature=0.1)  # stalls near a dead centre, and goes on
+    outcomes, alone = [], []
+    for piece in engine_named("mujoco").run(SAW, light, 1.0, 0.0, 50):
+        assert piece.trajectory.bodies is not None
+        outcomes.append(piece.trajectory.outcome)
+        alone.append(judge(SAW.kinematics, piece.trajectory.bodies, SAW.speed).outcome)
+    first = outcomes.index(Outcome.STALLED)
+    assert set(outcomes[:first]) == {Outcome.COMPLETED} == {alone[-1]}
+    assert set(outcomes[first:]) == {Outcome.STALLED}
+
+
+def test_whole_turns_of_a_free_body_are_counted_wherever_a_run_is_cut() -> None:
+    scene = scene_named("whitworth")  # its lever turns round, free in space with its pins as closures
+    free = replace(MuJoCoSettings.tuned(scene, 60), dressing=("free-bodies",))
+
+    def turns(steps: int) -> Array:
+        pieces = engine_named("mujoco").run(scene, free, 2.2, START, steps)
+        lever = 3 * scene.kinematics.mechanism.body_index["lever"] + 2
+        return np.concatenate([states.position.poses[:, lever] for p in pieces if (states := p.trajectory.bodies)])
+
+    whole = turns(1000)
+    assert np.ptp(whole) > 4.0 * np.pi
+    for steps in (7, 60):
+        np.testing.assert_array_equal(turns(steps), whole)
 
 
 def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:

@@ -69,7 +69,7 @@ def advance(
 def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first: int, last: int) -> Array:
     """Nominal times of the samples from one to before another."""
     # From the step index: a clock that sums its steps drifts.
-    return start_angle / machine.speed + settings.timestep * np.arange(first, last, dtype=float)
+    return start_angle / machine.speed + settings.timestep * np.arange(first, last)
 
 
 def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
@@ -133,7 +133,7 @@ def body_states(
             made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2:],
         )
     ]
-    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)], after)[2]
+    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)])[2]
     return BodyStates(instants, poses, speeds, accelerations)
 
 
