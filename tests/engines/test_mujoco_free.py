@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from free_machines import chain
 
-from conrod.engines.free_run import FreeRun
+from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
@@ -20,6 +20,7 @@ TIMES = np.linspace(0.0, 10.0, 101)
 FIRST = 21  # samples of them where two seconds are enough
 STEP = 0.005  # [s]; ten seconds then cost less than 0.1 s of CPU time
 LENGTH = 1.0  # [m], of a link of the chains
+PACE = Pace(0.92, crosses=True)  # of the chains
 LOADS = (
     Load("spring", Distance("ground", "bar0", (0.0, -0.5), (0.3, 0.0)), Elastic(20.0, 0.7)),
     Load("damper", Distance("ground", "rocker1", (0.0, 0.6), (0.5, 0.1)), Viscous(0.4)),
@@ -40,10 +41,12 @@ def loaded(count: int, loads: int) -> Mechanism:
     return replace(chain(count), loads=LOADS[:loads])
 
 
-def swing(mechanism: Mechanism, motion: FreeMotion, preset: str = "hardened", step: float = STEP) -> FreeRun:
+def swing(
+    mechanism: Mechanism, motion: FreeMotion, preset: str = "hardened", step: float = STEP, pace: Pace = PACE
+) -> FreeRun:
     start = motion.poses[0], motion.rates[0]
     steps = round(float(motion.times[-1]) / step)
-    return ENGINE.free_run(mechanism, preset, step, steps, *start, every=round(0.1 / step))
+    return ENGINE.free_run(mechanism, preset, step, steps, *start, pace, every=round(0.1 / step))
 
 
 def error(run: FreeRun, motion: FreeMotion) -> float:
@@ -116,7 +119,7 @@ def test_laws_are_taken_back_when_a_run_fails() -> None:
     law = replace(LOADS[5], law=TimePulse(1.0, 0.0, 1.0))
     object.__setattr__(law.law, "force", refuse)
     with pytest.raises((Broken, ValueError, RuntimeError, mujoco.FatalError)):
-        ENGINE.free_run(replace(mechanism, loads=(law,)), "hardened", STEP, 10, motion.poses[0], motion.rates[0])
+        ENGINE.free_run(replace(mechanism, loads=(law,)), "hardened", STEP, 10, motion.poses[0], motion.rates[0], PACE)
     assert mujoco.get_mjcb_act_bias() is None
 
 

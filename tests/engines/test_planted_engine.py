@@ -27,6 +27,7 @@ from conrod.engines.capabilities import (
     capability,
     required,
 )
+from conrod.engines.free_run import Pace
 from conrod.engines.registry import _brought, engine_packages, line_style, look_of
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
@@ -202,4 +203,4 @@ def test_a_preset_without_a_rule_for_free_motion_is_refused_and_not_taken_for_an
     monkeypatch.setitem(made.presets, "new", made.presets["stock"])
     poses = SAW.kinematics.start[0]
     with pytest.raises(InvalidInput, match="preset 'new' has no rule"):
-        made.free_run(SAW.kinematics.mechanism, "new", 1e-3, 2, poses, np.zeros_like(poses))
+        made.free_run(SAW.kinematics.mechanism, "new", 1e-3, 2, poses, np.zeros_like(poses), Pace(1.0))

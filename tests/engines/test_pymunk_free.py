@@ -13,7 +13,7 @@ import pytest
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energy_drift, exact, pose_error
 
 from conrod.engines import engine_named
-from conrod.engines.free_run import FreeRun
+from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.pymunk import free_run as own
 from conrod.engines.pymunk import settings
 from conrod.engines.pymunk.built import Build
@@ -24,6 +24,7 @@ from conrod.mechanism.mechanism import GROUND, Mechanism
 from conrod.runs.trajectory import Outcome
 
 PYMUNK: Any = engine_named("pymunk")
+PACE = Pace(1.0)  # no rule of pymunk's asks for it
 REFINED = (2e-3, 1e-3, 5e-4)  # steps [s]
 
 Swing = tuple[FreeRun, FreeMotion]
@@ -34,7 +35,7 @@ def swing(mechanism: Mechanism, h: float, seconds: float, rate: float = 0.0, pre
     steps = round(seconds / h)
     every = max(1, steps // 250)
     right = exact(mechanism, h, steps, rate, every)
-    return PYMUNK.free_run(mechanism, preset, h, steps, right.poses[0], right.rates[0], every), right
+    return PYMUNK.free_run(mechanism, preset, h, steps, right.poses[0], right.rates[0], PACE, every), right
 
 
 def orders(errors: list[float]) -> list[float]:
@@ -69,7 +70,7 @@ def test_at_the_change_points_of_the_chain_the_iteration_not_the_step_limits(mon
     errors = []
     for iterations in (160, 1280):
         monkeypatch.setattr(settings, "iterations_needed", lambda _, iterations=iterations: iterations)
-        run = PYMUNK.free_run(mechanism, "tuned", h, steps, right.poses[0], right.rates[0], 50)
+        run = PYMUNK.free_run(mechanism, "tuned", h, steps, right.poses[0], right.rates[0], PACE, 50)
         errors.append(pose_error(run, right))
     assert errors[1] < 0.5 * errors[0]
 
@@ -126,7 +127,9 @@ def against(loaded: Mechanism) -> list[float]:
         steps = round(1.0 / h)
         every = steps // 250
         right = exact(loaded, h, steps, 0.0, every)
-        found.append(pose_error(PYMUNK.free_run(bare, "tuned", h, steps, right.poses[0], right.rates[0], every), right))
+        found.append(
+            pose_error(PYMUNK.free_run(bare, "tuned", h, steps, right.poses[0], right.rates[0], PACE, every), right)
+        )
     return found
 
 
@@ -183,7 +186,7 @@ def test_a_wrong_body_is_seen_in_free_motion(changes: dict[str, Callable[[Any], 
     mechanism, h, steps = LOPSIDED, 5e-4, 4000
     right = exact(mechanism, h, steps, 0.0, 16)
     found = [
-        pose_error(PYMUNK.free_run(one, "tuned", h, steps, right.poses[0], right.rates[0], 16), right)
+        pose_error(PYMUNK.free_run(one, "tuned", h, steps, right.poses[0], right.rates[0], PACE, 16), right)
         for one in (mechanism, wrong(mechanism, **changes))
     ]
     assert found[1] > 5.0 * found[0]

@@ -57,7 +57,7 @@ def study(name: str, error: float = 1e-9, curves: bool = True) -> MotionStudy:
         leaving=1e-6, tolerance={"position": 1e-8}, errors={scene.output: sizes}, angle=sizes, energy=sizes,
         cpu_seconds=3.0, curves=drawn if curves else None, passed=True,
     )  # fmt: skip
-    return MotionStudy(name, scene, (result,), "free", (), ExactSummary(1e-13, "", times, np.sin(times)))
+    return MotionStudy(name, scene, (result,), "free", (), ExactSummary(1e-13, "", times, np.sin(times), 1.0))
 
 
 def write(folder: Path, *studies: MotionStudy) -> None:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -13,22 +14,33 @@ import pytest
 from command_line import conrod
 
 from conrod.engines import engine_named
-from conrod.engines.free_run import FreeRun
+from conrod.engines.free_run import FreeRun, Pace
+from conrod.engines.mujoco.free_run import SETTLING
 from conrod.errors import InvalidInput
+from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import Elastic
-from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.report.free_motion import KIND
 from conrod.report.saved import shortened
 from conrod.runs.trajectory import Outcome
-from conrod.scenes.catalogue import dynamics_names
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_names, dynamics_names
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
-from conrod.studies.free_motion.exact import ExactCourse, exact_course, shortest_pulse
-from conrod.studies.free_motion.perform import MotionCase, _on_its_branch, left_out, run_motion
+from conrod.studies.free_motion.exact import ExactCourse, duration, exact_course, shortest_pulse
+from conrod.studies.free_motion.perform import MotionCase, _errors, _on_its_branch, _run, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
 SHORT = MotionPlan(FREE, 2.0)
+# Machines of which free motion is judged; contact, a follower's flight and other reasons leave the rest unjudged.
+JUDGED = (
+    "shear-press", "saw-40rpm", "saw-500rpm", "crank-shaper", "double-rocker", "geneva", "inverted-slider-crank",
+    "jansen-leg", "one-cylinder-engine", "planetary-gear", "rack-and-wheel", "rolling-on-concave",
+    "rolling-on-convex", "rolling-on-flat", "six-bar", "slider-crank", "swinging-four-bar", "two-slider-linkage",
+    "watt-straight-line", "web-cutter", "whitworth", "four-bar-swing", "press-cutting-flywheel", "six-bar-swing",
+    "slider-crank-spring",
+)  # fmt: skip
 
 
 @cache
@@ -61,7 +73,7 @@ def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
         (result(course("pendulum")),),
         FREE,
         (),
-        ExactSummary(EXACT_DRIFT, "", times, times),
+        ExactSummary(EXACT_DRIFT, "", times, times, 1.0),
     )
     assert held.passed
     drifting = replace(held, exact=replace(held.exact, drift=2.0 * EXACT_DRIFT))
@@ -105,10 +117,10 @@ def test_a_pendulum_converges_with_the_order_of_the_integrator() -> None:
 def test_pymunk_is_measured_and_judged_where_a_tolerance_is_given() -> None:
     pendulum = course("pendulum")
     assert result(pendulum, "pymunk", "tuned").passed is None
-    judged = result(pendulum, "pymunk", "tuned", replace(SHORT, tolerance={"position": 1e-4, "energy": 1.0}))
+    judged = result(pendulum, "pymunk", "tuned", replace(SHORT, tolerance={"position": 1e-5, "energy": 1.0}))
     assert judged.passed is False
     assert set(judged.exceeded()) == {"position"}
-    assert judged.leaving == 1e-4
+    assert judged.leaving == 1e-5
 
 
 def test_a_run_on_the_other_branch_is_flipped_and_has_no_errors() -> None:
@@ -131,7 +143,7 @@ def test_a_friction_that_reverses_within_a_step_is_measured_and_judged_only_wher
     saw = course("saw-coasting", FREE, 0.1)
     assert saw.unresolved.startswith("the sign of forces.friction changes within 0.0")
     assert result(saw).passed is None
-    assert result(saw, plan=replace(SHORT, tolerance={"position": 1e-9})).passed is False
+    assert result(saw, plan=replace(SHORT, tolerance={"position": 1e-13})).passed is False
     scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
     resolved = exact_course("saw-coasting", scene, MotionPlan(FREE, 0.1, 4e-5))
     assert "--step 0.04ms" in saw.unresolved or "--step 0.05ms" in saw.unresolved
@@ -149,6 +161,90 @@ def test_a_long_chain_that_crosses_is_measured_and_a_short_one_judged() -> None:
     assert result(early).passed is True
 
 
+def moved(mechanism: Mechanism) -> Mechanism:
+    """The pin that is farthest from its body's origin, further by a ten-thousandth."""
+    pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and joint.name != mechanism.driver.joint]
+    pin = max(pins, key=lambda one: np.hypot(*one.point_a) + np.hypot(*one.point_b))
+    wrong = replace(pin, point_a=away(pin.point_a)) if any(pin.point_a) else replace(pin, point_b=away(pin.point_b))
+    return replace(mechanism, joints=tuple(wrong if joint is pin else joint for joint in mechanism.joints))
+
+
+def away(point: tuple[float, float]) -> tuple[float, float]:
+    return 1.0001 * point[0], 1.0001 * point[1]
+
+
+def with_defect(right: ExactCourse, name: str, defect: Callable[[Mechanism], Mechanism]) -> ExactCourse:
+    """A wrong machine that begins in poses which fit its own lengths, held against the right one's motion."""
+    wrong = defect(right.mechanism)
+    rates = select_scenes([name], [])[name].start_rates
+    start, motion = ForwardDynamics(wrong).motion(np.zeros(1), rates=rates), right.motion
+    poses, turning = (np.vstack([a, b[1:]]) for a, b in ((start.poses, motion.poses), (start.rates, motion.rates)))
+    return replace(right, mechanism=wrong, motion=replace(motion, poses=poses, rates=turning))
+
+
+CHEAP = ("whitworth", "saw-40rpm", "four-bar-swing")
+
+
+def found_wrong(name: str, seconds: float | None) -> None:
+    right = exact_course(name, select_scenes([name], [])[name], MotionPlan(FREE, seconds))
+    assert result(right).passed is True
+    assert result(with_defect(right, name, moved)).passed is False
+    assert result(with_defect(right, name, heaviest)).passed is False
+
+
+def heaviest(mechanism: Mechanism) -> Mechanism:
+    """The heaviest body but the crank, heavier by a hundredth all over."""
+    body = max((b for b in mechanism.bodies if b.name != mechanism.crank), key=lambda b: b.mass)
+    wrong = replace(body, mass=1.01 * body.mass, inertia=1.01 * body.inertia)
+    return replace(mechanism, bodies=tuple(wrong if b is body else b for b in mechanism.bodies))
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_a_pin_moved_by_a_ten_thousandth_is_out_of_tolerance(name: str) -> None:
+    found_wrong(name, 0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", JUDGED)
+def test_every_judged_machine_shows_a_moved_pin_and_a_wrong_mass_with_default_settings(name: str) -> None:
+    found_wrong(name, None)
+
+
+def test_a_run_lasts_ten_seconds_or_fifty_of_the_fastest_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = select_scenes(["four-bar-swing"], [])["four-bar-swing"]
+    assert duration("four-bar-swing", scene, MotionPlan(FREE)) == 10.0
+    assert duration("four-bar-swing", scene, MotionPlan(FREE, 3.0)) == 3.0
+    duration.cache_clear()
+    monkeypatch.setattr("conrod.studies.free_motion.exact.TURNS", 2.0)
+    assert duration("four-bar-swing", scene, MotionPlan(FREE)) == pytest.approx(2.0 * 0.58, rel=0.01)
+    duration.cache_clear()
+
+
+def test_closures_that_follow_the_fastest_turn_keep_the_integrators_order() -> None:
+    saw = exact_course("saw-40rpm", select_scenes(["saw-40rpm"], [])["saw-40rpm"], MotionPlan(FREE, 2.0, 0.005))
+
+    def falls(twelve_steps: bool) -> float:
+        """By how much the error falls with half the step."""
+        errors = []
+        for divisor in (1, 2):
+            pace = Pace(12.0 * SETTLING * saw.grid.step / divisor) if twelve_steps else saw.pace
+            run = _run(replace(saw, pace=pace), engine_named("mujoco"), "hardened", divisor)
+            errors.append(max(float(one.max()) for one in _errors(saw, run).values()))
+        return errors[0] / errors[1]
+
+    assert falls(twelve_steps=False) > 12.0
+    assert falls(twelve_steps=True) < 8.0
+
+
+@pytest.mark.slow
+def test_a_crank_that_stands_where_branches_cross_is_measured() -> None:
+    peaucellier = course("peaucellier", FREE, 0.4)
+    assert len(peaucellier.motion.crossings) == 3
+    assert peaucellier.unresolved.startswith("the crank stands in a dead centre just where branches cross")
+    assert result(peaucellier).passed is None
+    assert course("peaucellier", FREE, 0.2).unresolved == ""  # one crossing, at which it moves
+
+
 # What validate --motion answers for each dynamics scene with default settings, where that is not a run: what it says.
 REFUSED = {("cam-spring-fast", FREE): "leaves the cam", ("press-cutting", FREE): "comes to rest in a force"}
 DRIVEN = ("press-cutting", "press-cutting-flywheel")
@@ -156,9 +252,11 @@ CHAINS = ("four-bar-chain-2", "four-bar-chain-10", "four-bar-chain-40")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("motion", [FREE, TORQUE])
-@pytest.mark.parametrize("name", [*dynamics_names(), *CHAINS])
-def test_no_dynamics_scene_fails_with_default_settings(name: str, motion: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "motion"),
+    [*((name, FREE) for name in (*SCENES, *catalogue_names())), *product((*dynamics_names(), *CHAINS), (FREE, TORQUE))],
+)
+def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) -> None:
     # Nothing but hardened MuJoCo is judged.
     done = conrod("validate", name, "--motion", motion, "--engine", "mujoco", "--preset", "hardened", "--jobs", "1")
     said = "no torque that drives its crank" if motion == TORQUE and name not in DRIVEN else REFUSED.get((name, motion))
@@ -179,7 +277,7 @@ def test_a_pulse_of_a_load_has_as_many_steps_as_the_fastest_turn() -> None:
     press = course("press-cutting-flywheel", FREE, 0.5)
     pulse = shortest_pulse(press.mechanism, press.motion)
     assert 0.02 / 0.25 < pulse < 0.02 / 0.1  # [m] over [m/s]
-    assert pulse / 200 < press.grid.step <= pulse / 100
+    assert pulse / 900 < press.grid.step <= pulse / 800
 
 
 def test_an_estimate_grows_with_the_time_and_knows_the_saw_for_long() -> None:
@@ -276,7 +374,7 @@ def test_the_command_writes_a_page_a_figure_and_numbers_without_clocks(tmp_path:
         (("--motion", "free", "--seconds", "-1"), "--seconds = -1 s is out of range"),
         (("--motion", "free", "--seconds", "nan"), "--seconds = nan is not a finite number"),
         (("--motion", "free", "--step", "1e-9"), "--step = 1e-09 s is out of range"),
-        (("--motion", "free", "--step", "1e-6"), "steps; it must be 1 to"),
+        (("--motion", "free", "--step", "1e-6", "--seconds", "10"), "steps; it must be 1 to"),
         (("--motion", "free", "--step", "5 kg"), "--step"),
         (("--motion", "free", "--tolerance", "velocity=1"), "velocity"),
         (("--motion", "free", "--revolutions", "3"), "--revolutions does not go with --motion"),

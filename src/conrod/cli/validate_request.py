@@ -22,7 +22,9 @@ class MotionOptions:
         metavar="KIND",
         help="Nothing holds the crank's speed: free, without a torque that drives it, or torque, with its torques.",
     )
-    seconds: float | None = option("--seconds", type=float, metavar="S", help="Length of the run [10].")
+    seconds: float | None = option(
+        "--seconds", type=float, metavar="S", help="Length of the run [10, or 50 fastest turns]."
+    )
     step: str | None = option("--step", metavar="TIME", help="Time step of the engines, e.g. 2ms [5 ms or less].")
 
 

@@ -258,20 +258,21 @@ def print_forces(found: Sequence[ForceStudy]) -> None:
 def _free_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.free_motion import KIND
     from conrod.studies.free_motion.perform import motion_study
-    from conrod.studies.free_motion.plan import MOTIONS, SECONDS, MotionPlan, instants
+    from conrod.studies.free_motion.plan import MOTIONS, MotionPlan, instants
     from conrod.studies.free_motion.results import QUANTITIES
 
     refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "figures", "baseline")
     if asked.motion not in MOTIONS:
         raise unknown_choice("motion", str(asked.motion), MOTIONS)
-    seconds = SECONDS if asked.seconds is None else asked.seconds
-    check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
+    longest = LONGEST_RUN if asked.seconds is None else asked.seconds
+    check_number("--seconds", longest, SHORTEST_RUN, LONGEST_RUN, "s")
     step = None if asked.step is None else parse_quantity("--step", asked.step, "s")
     if step is not None:
-        check_number("--step", step, SHORTEST_STEP, seconds, "s")
+        check_number("--step", step, SHORTEST_STEP, longest, "s")
     judged = None if asked.tolerance is None else parse_tolerance(asked.tolerance, QUANTITIES)
-    plan = MotionPlan(asked.motion, seconds, step, judged)
-    instants(plan)
+    plan = MotionPlan(asked.motion, asked.seconds, step, judged)
+    if asked.seconds is not None:
+        instants(plan, asked.seconds)
     for name, scene in chosen.scenes.items():
         plan.mechanism(scene.kinematics.mechanism, name)
     return Measured(

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.forces import ForceTracks
-from conrod.engines.free_run import FreeRun
+from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
 from conrod.engines.releases import Releases
@@ -117,8 +117,9 @@ class FreeMotion(Protocol):
     """
 
     def free_run(
-        self, mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, every: int = 1
-    ) -> FreeRun: ...
+        self, mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, pace: Pace,
+        every: int = 1,
+    ) -> FreeRun: ...  # fmt: skip
 
 
 @runtime_checkable

@@ -16,6 +16,19 @@ from conrod.runs.trajectory import Outcome
 
 
 @dataclass(frozen=True)
+class Pace:
+    """How fast a motion is, in place of the period that a machine with a drive has.
+
+    Attributes:
+        turn: the fastest [s].
+        crosses: whether it passes configurations where branches cross.
+    """
+
+    turn: float
+    crosses: bool = False
+
+
+@dataclass(frozen=True)
 class FreeRun:
     """A free or torque-driven run, sampled at every so-many-th step from its start on.
 

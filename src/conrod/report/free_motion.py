@@ -14,7 +14,16 @@ from conrod.report.results import index_page, name_of, results_table, summary_of
 from conrod.report.scene_words import described
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.studies.free_motion.plan import CONTACT_STEPS_A_TURN, FREE, LENGTH_ERROR, LONGEST_STEP, STEPS_A_TURN
+from conrod.studies.free_motion.plan import (
+    CONTACT_STEPS_A_TURN,
+    CROSSING_STEPS_A_TURN,
+    FREE,
+    LENGTH_ERROR,
+    LONGEST_STEP,
+    SECONDS,
+    STEPS_A_TURN,
+    TURNS,
+)
 from conrod.studies.free_motion.results import EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -37,7 +46,11 @@ def exact_words(study: MotionStudy) -> str:
     """The exact motion's own balance of energy, and where it had a choice."""
     drift = study.exact.drift
     compared = "<=" if drift <= EXACT_DRIFT else "above"
-    said = f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
+    seconds, turn = float(study.exact.times[-1]), study.exact.turn
+    said = (
+        f"Run: {seconds:.3g} s, {seconds / turn:.3g} times the fastest turn. "
+        f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
+    )
     return ". ".join(filter(None, (said, *map(_sentence, (study.exact.continuation, study.exact.unresolved))))) + "."
 
 
@@ -114,7 +127,8 @@ def _page(part: Part[MotionStudy]) -> Page:
         exact=exact_words(study), summary=summary_words(study.results), results=verdicts_table([study]),
         steps=steps_table(study), versions=versions_words(study.results),
         command=part.command, longest=1e3 * LONGEST_STEP,
-        steps_a_turn=STEPS_A_TURN, contact_steps=CONTACT_STEPS_A_TURN, seconds=float(study.exact.times[-1]),
+        steps_a_turn=STEPS_A_TURN, contact_steps=CONTACT_STEPS_A_TURN, crossing_steps=CROSSING_STEPS_A_TURN,
+        usual=SECONDS, turns=TURNS, seconds=float(study.exact.times[-1]),
     )  # fmt: skip
     return Page(text, figures)
 

@@ -5,6 +5,7 @@ States are of the instants counted in steps; position and rate belong to one ins
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK, Machine
-from conrod.engines.free_run import FreeRun
+from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mujoco.mjcf import mjcf
@@ -24,22 +25,25 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 
-# The driven machines' rules need a period, which is unknown here, and a slow stabilisation, which loses the branch
-# where a linkage could go two ways. Both rules below are measured: docs/free-motion.md, "Closures by the step".
-# Regularisation is soft and damped, and takes energy at every crossing of branches; less damping takes less. A closure
-# that is stiffer still (0.4 steps in place of 0.8) is better at crossings, and five times worse where there are none.
+# Both rules below are measured: docs/free-motion.md, "How closures are stabilised". Regularisation is soft and damped,
+# and takes energy at every crossing of branches; less damping takes less. A closure that is stiffer still (0.4 steps in
+# place of 0.8) is better at crossings, and five times worse where there are none.
 TUNED_STEPS, TUNED_DAMPING = 2.0, 0.4  # time constant, damping ratio
 # Hardened closures have no such loss. With stock's solver tolerance of 1e-8 the solver's rest was the largest error;
 # with 0 it goes on to its last iteration, and more than five change nothing (ten four-bars: 6.7e-8, with 100 6.6e-8).
-# Fewer steps close tighter and take order from RK4; with 14, two four-bars lose their branch in steps of 10 ms.
-HARDENED_STEPS, FREE_HARDENING, HARDENED_ITERATIONS = 12.0, 1e-8, 5
+# Time constants are parts of the fastest turn: the stages of RK4 leave the joints by the square of the step, and a
+# closure that follows the step pushes them back by as much as it does at any step, so that order is lost. Where
+# branches cross, a gap moves links by it over the sine of their angle, and has to be closed before: a slow
+# stabilisation (a fifth of the turn) diverges there.
+SETTLING, SETTLING_AT_CROSSINGS = 5.0, 100.0
+FREE_HARDENING, HARDENED_ITERATIONS = 1e-8, 5
 STOCK_TOLERANCE = 1e-8
 # MuJoCo's documentation recommends this integrator for actuators with velocity feedback. A gain of a hundred times the
 # inertia that a turn exchanges, times the speed, keeps the speed to a hundredth (0.03 % to 3 % on shipped machines).
 MOTOR, MOTOR_STIFFNESS, MOTOR_INTEGRATOR = "own-motor", 100.0, "implicitfast"
 
 
-def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoSettings:
+def free_settings(mechanism: Mechanism, preset: str, timestep: float, pace: Pace) -> MuJoCoSettings:
     """A preset for a motion that no crank prescribes, with a step of this length [s].
 
     Raises:
@@ -63,7 +67,7 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
     return replace(
         tuned,
         preset="hardened",
-        solref=(HARDENED_STEPS * timestep, 1.0),
+        solref=(pace.turn / (SETTLING_AT_CROSSINGS if pace.crosses else SETTLING), 1.0),
         hardening=FREE_HARDENING,
         tolerance=0.0,
         iterations=HARDENED_ITERATIONS,
@@ -71,14 +75,15 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float) -> MuJoCoS
 
 
 def free_run(
-    mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, every: int = 1
-) -> FreeRun:
+    mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, pace: Pace,
+    every: int = 1,
+) -> FreeRun:  # fmt: skip
     """So many steps from exact poses and rates (3 n,), sampled at every so-many-th.
 
     Raises:
         InvalidInput: there is no such preset, or MuJoCo cannot have the mechanism as a tree with closures; says why.
     """
-    return _stepped(mechanism, free_settings(mechanism, preset, timestep), steps, poses, rates, every)
+    return _stepped(mechanism, free_settings(mechanism, preset, timestep, pace), steps, poses, rates, every)
 
 
 def motor_run(
@@ -91,7 +96,7 @@ def motor_run(
     """
     mechanism, speed = machine.kinematics.mechanism, machine.speed
     gain = float(f"{MOTOR_STIFFNESS * exchanged_inertia(machine) * abs(speed):.1g}")
-    settings = replace(free_settings(mechanism, STOCK, timestep), integrator=MOTOR_INTEGRATOR)
+    settings = replace(free_settings(mechanism, STOCK, timestep, Pace(math.inf)), integrator=MOTOR_INTEGRATOR)
     # The hinge's coordinate is the crank angle, in its sense.
     run = _stepped(mechanism, settings, steps, poses, rates, 1, (gain, speed))
     return run, {"actuator": "a velocity actuator", "kv": gain, "integrator": MOTOR_INTEGRATOR}

@@ -22,7 +22,7 @@ import numpy as np
 import pymunk
 
 from conrod.engines.engine import PIECE, STOCK, Machine
-from conrod.engines.free_run import FreeRun
+from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes
@@ -36,9 +36,10 @@ from conrod.mechanism.mechanism import Mechanism
 
 
 def free_run(
-    mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, every: int = 1
-) -> FreeRun:
-    """So many steps from exact poses and rates (3 n,), sampled at every so-many-th.
+    mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, pace: Pace,
+    every: int = 1,
+) -> FreeRun:  # fmt: skip
+    """So many steps from exact poses and rates (3 n,), sampled at every so-many-th; no rule here asks for the pace.
 
     Raises:
         InvalidInput: there is no such preset, or pymunk cannot have a joint of the mechanism; says why.

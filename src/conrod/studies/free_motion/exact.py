@@ -10,6 +10,7 @@ from time import process_time
 
 import numpy as np
 
+from conrod.engines.free_run import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
@@ -22,7 +23,7 @@ from conrod.mechanism.loads import Friction, Law, StrokePulse, TimePulse
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import MEETING
 from conrod.scenes import Scene
-from conrod.studies.free_motion.plan import Grid, MotionPlan, chosen, instants
+from conrod.studies.free_motion.plan import SECONDS, TURNS, Grid, MotionPlan, chosen, fastest_turn, instants
 
 # Of the largest push of a contact, what rounding may make of one that is none.
 NO_PULL = 1e-9
@@ -31,6 +32,7 @@ PROBE = 1.0  # [s] of a motion, by which its cost is estimated
 # Loops that may be singular at once. Hardened MuJoCo keeps 3e-8 to 7e-7 of the length in chains of 2 to 14 four-bars,
 # and 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long chains").
 MOST_CROSSING = 10
+STANDING = 1e-6  # of the fastest turning body
 COURSES_KEPT = 4  # by a process that runs one engine and preset after the other
 
 
@@ -69,6 +71,7 @@ class ExactCourse:
         grid: instants of `motion`, and the engines' step.
         lengths: L of each observed point [m].
         dynamics: what the motion was integrated with.
+        pace: of the motion.
         turn: where it passed a crossing of branches, its own branch all round.
         unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
@@ -78,6 +81,7 @@ class ExactCourse:
     motion: FreeMotion
     lengths: Mapping[str, float]
     dynamics: ForwardDynamics
+    pace: Pace
     turn: ExactTurn | None = None
     unresolved: str = ""
 
@@ -94,15 +98,34 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
             has no inertia, the follower would fly, or there would be too many steps.
     """
     mechanism = plan.mechanism(scene.kinematics.mechanism, name)
-    grid = instants(plan)
-    times = np.asarray(grid.step * grid.every * np.arange(grid.count + 1), dtype=float)
+    grid = instants(plan, duration(name, scene, plan))
     dynamics = ForwardDynamics(mechanism)
-    motion = dynamics.motion(times, rates=scene.start_rates)
+    motion = dynamics.motion(grid.times, rates=scene.start_rates)
     _check_contact(name, mechanism, motion)
     turn = _turn(dynamics.line) if motion.crossings else None
-    steps = chosen(plan, grid, mechanism, motion, shortest_pulse(mechanism, motion))
-    unresolved = _unresolved(mechanism, motion, steps.step)
-    return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, turn, unresolved)
+    pace = _pace(mechanism, motion)
+    if fastest_turn(mechanism, motion) == math.inf:
+        raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
+    steps = chosen(plan, grid, mechanism, pace)
+    unresolved = _unresolved(mechanism, motion, dynamics.line, steps.step)
+    return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, pace, turn, unresolved)
+
+
+@lru_cache(COURSES_KEPT)
+def duration(name: str, scene: Scene, plan: MotionPlan) -> float:
+    """What is asked for [s]; else ten seconds, but no more than fifty of the fastest turns of the first second."""
+    if plan.seconds is not None:
+        return plan.seconds
+    mechanism = plan.mechanism(scene.kinematics.mechanism, name)
+    times = instants(replace(plan, step=None), PROBE).times
+    return min(
+        SECONDS, TURNS * _pace(mechanism, ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)).turn
+    )
+
+
+def _pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:
+    """How fast a motion is; a pulse of a load is held to be a turn, too."""
+    return Pace(min(fastest_turn(mechanism, motion), shortest_pulse(mechanism, motion)), bool(motion.crossings))
 
 
 @lru_cache(COURSES_KEPT)
@@ -111,24 +134,31 @@ def exact_seconds(name: str, scene: Scene, plan: MotionPlan) -> tuple[ExactCours
 
     What is known of the curve of configurations is not worked out again: it grows until the crank has turned once.
     """
+    started = process_time()
+    seconds = duration(name, scene, plan)
     begun = process_time()
-    course = exact_course(name, scene, replace(plan, seconds=min(plan.seconds, PROBE)))
+    course = exact_course(name, scene, replace(plan, seconds=min(seconds, PROBE)))
     known, motion, mechanism = process_time(), course.motion, course.mechanism
     course.dynamics.motion(motion.times, rates=scene.start_rates)
-    again, times = process_time() - known, plan.seconds / float(motion.times[-1])
+    again, times = process_time() - known, seconds / float(motion.times[-1])
     turns = float(np.ptp(crank_angle(mechanism, motion.poses))) / (2.0 * math.pi)
     closed = course.dynamics.line.configurations.loop is not None
     grows = 1.0 if closed else min(times, max(1.0, 1.0 / turns))
-    return course, max(known - begun - again, 0.0) * grows + again * times
+    return course, begun - started + max(known - begun - again, 0.0) * grows + again * times
 
 
-def _unresolved(mechanism: Mechanism, motion: FreeMotion, step: float) -> str:
+def _unresolved(mechanism: Mechanism, motion: FreeMotion, line: Line, step: float) -> str:
     """The reason why no law of errors comes of the motion alone: a step [s] too long, or rounding that grows."""
     loops = len(mechanism.joints) - len(mechanism.bodies)
     if motion.crossings and loops > MOST_CROSSING:
         return (
             f"where branches cross, {loops} loops are singular at once, and what an engine rounds grows there: with "
             f"more than {MOST_CROSSING} errors are measured, and judged by --tolerance alone"
+        )
+    if _crank_stands_at_a_crossing(mechanism, motion, line):
+        return (
+            "the crank stands in a dead centre just where branches cross: closures are singular more than once there, "
+            "and what an engine rounds grows; errors are measured, and judged by --tolerance alone"
         )
     name, time = quickest_reversal(mechanism, motion)
     if step <= time:
@@ -139,6 +169,15 @@ def _unresolved(mechanism: Mechanism, motion: FreeMotion, step: float) -> str:
         f"the sign of {name} changes within {1e3 * time:.2g} ms, less than a step of {1e3 * step:.4g} ms: errors are "
         f"measured, and judged by --tolerance alone, or with --step {enough:.1g}ms"
     )
+
+
+def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, line: Line) -> bool:
+    if not motion.crossings:
+        return False
+    turning = 3 * mechanism.body_index[mechanism.crank] + 2
+    crossings = line.crossings(float(motion.along.min()), float(motion.along.max()))
+    tangents = np.abs([line.point(along)[1] for along in crossings])[:, 2::3]
+    return bool((tangents[:, turning // 3] < STANDING * tangents.max(axis=1)).any())
 
 
 def _turn(line: Line) -> ExactTurn | None:

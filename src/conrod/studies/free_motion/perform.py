@@ -24,7 +24,7 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.result import EngineCase
-from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, exact_seconds, places
+from conrod.studies.free_motion.exact import ExactCourse, crank_angle, duration, exact_course, exact_seconds, places
 from conrod.studies.free_motion.plan import FREE, PATH, Grid, MotionPlan, drives
 from conrod.studies.free_motion.results import (
     QUANTITIES,
@@ -73,7 +73,7 @@ def _judged_by(course: ExactCourse, engine: Engine[Any], preset: str, plan: Moti
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
     grid, motion = course.grid.finer(divisor), course.motion
     run = required(engine, FreeMotion).free_run(
-        course.mechanism, preset, grid.step, grid.steps, motion.poses[0], motion.rates[0], every=grid.every
+        course.mechanism, preset, grid.step, grid.steps, motion.poses[0], motion.rates[0], course.pace, every=grid.every
     )
     return _on_its_branch(course, run) if run.outcome is Outcome.COMPLETED else run
 
@@ -148,7 +148,7 @@ class MotionCase(EngineCase[MotionResult]):
     study: ClassVar[str] = "motion"
     kind: ClassVar[type[Any]] = MotionResult
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES
-    version: ClassVar[int] = 3  # long chains are not judged
+    version: ClassVar[int] = 4  # closures follow the fastest turn; ten seconds are fifty of them at most
 
     plan: MotionPlan
     beside: int = 1  # cases of the scene, which share its exact motion
@@ -166,7 +166,8 @@ class MotionCase(EngineCase[MotionResult]):
         except InvalidInput:
             return 0.0
         around = process_time() - begun - run.cpu_seconds
-        steps = self.plan.seconds / course.grid.step * sum(PATH)
+        seconds = duration(self.name, self.scene, replace(self.plan, tolerance=None))
+        steps = seconds / course.grid.step * sum(PATH)
         # Each process works the exact motion out for itself.
         shared = exact * min(self.beside, cpu_count() or 1) / self.beside
         return shared + around * len(PATH) + run.cpu_seconds / PROBED_STEPS * steps
@@ -210,7 +211,7 @@ def exact_summary(course: ExactCourse) -> ExactSummary:
     """The summary of an exact motion."""
     motion = course.motion
     angle = crank_angle(course.mechanism, motion.poses)
-    return ExactSummary(motion.drift, motion.continuation, motion.times, angle, course.unresolved)
+    return ExactSummary(motion.drift, motion.continuation, motion.times, angle, course.pace.turn, course.unresolved)
 
 
 def motion_study(

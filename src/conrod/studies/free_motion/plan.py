@@ -10,19 +10,22 @@ from typing import Any
 import numpy as np
 
 from conrod.engines.engine import Preset
+from conrod.engines.free_run import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.exact.joint_equations import pose_jets
+from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, SpeedLine, Steady, TimePulse, Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
 FREE, TORQUE = "free", "torque"
 MOTIONS = (FREE, TORQUE)
 DRIVING = (Steady, TimePulse, SpeedLine)  # laws that can drive a crank; friction, dampers and springs do not
-SECONDS = 10.0
+SECONDS, TURNS = 10.0, 50.0  # what a run lasts, and at most so many of the fastest turns: phase errors grow with them
 LONGEST_STEP = 0.005  # [s]
 # Steps that the fastest turn has, at least. Contact is closed in a step, not by an equation, and needs shorter ones.
-STEPS_A_TURN, CONTACT_STEPS_A_TURN = 100, 1000
+# Where branches cross, shorter ones change nothing but how near one comes to the crossing, and what is rounded there.
+STEPS_A_TURN, CONTACT_STEPS_A_TURN, CROSSING_STEPS_A_TURN = 800, 1000, 100
 FEWEST_INSTANTS, MOST_INSTANTS = 200, 2000
 MOST_STEPS = 200_000
 PATH = (1, 2, 4)  # the step is divided by these
@@ -35,13 +38,13 @@ class MotionPlan:
 
     Attributes:
         motion: one of `MOTIONS`.
-        seconds: length of the run [s].
+        seconds: length of the run [s], None for that of the rule.
         step: of the engines [s], None for that of the rule.
         tolerance: what every preset is judged by, by quantity; None for the rule.
     """
 
     motion: str
-    seconds: float = SECONDS
+    seconds: float | None = None
     step: float | None = None
     tolerance: Mapping[str, float] | None = None
 
@@ -92,6 +95,11 @@ class Grid:
         """In all."""
         return self.every * self.count
 
+    @property
+    def times(self) -> Array:
+        """Of the instants and the start [s]."""
+        return np.asarray(self.step * self.every * np.arange(self.count + 1), dtype=float)
+
     def finer(self, divisor: int) -> Grid:
         """The same instants with shorter steps."""
         return Grid(self.step / divisor, self.every * divisor, self.count)
@@ -103,61 +111,49 @@ def drives(load: Load, mechanism: Mechanism) -> bool:
     return isinstance(along, Turn) and {along.a, along.b} == {GROUND, mechanism.crank} and isinstance(load.law, DRIVING)
 
 
-def instants(plan: MotionPlan) -> Grid:
-    """Instants of a run, and the step with which they would be reached if the rule did not ask for a shorter one.
+def instants(plan: MotionPlan, seconds: float) -> Grid:
+    """Instants of a run of so long [s], and the step that reaches them where the rule does not ask for a shorter one.
 
     Raises:
         InvalidInput: more steps than a run may have, or none.
     """
     if plan.step is not None:
-        steps = round(plan.seconds / plan.step)
+        steps = round(seconds / plan.step)
         if not 1 <= steps <= MOST_STEPS:
             raise InvalidInput(
-                f"--step {plan.step:g} s in --seconds {plan.seconds:g}: {steps} steps; it must be 1 to {MOST_STEPS}"
+                f"--step {plan.step:g} s in --seconds {seconds:g}: {steps} steps; it must be 1 to {MOST_STEPS}"
             )
         every = math.ceil(steps / MOST_INSTANTS)
         return Grid(plan.step, every, steps // every)
     interval = LONGEST_STEP
-    while plan.seconds / interval < FEWEST_INSTANTS:
+    while seconds / interval < FEWEST_INSTANTS:
         interval *= 0.5
-    every = math.ceil(plan.seconds / interval / MOST_INSTANTS * (1.0 - 1e-12))
-    return Grid(interval, every, math.floor(plan.seconds / interval / every * (1.0 + 1e-12)))
+    every = math.ceil(seconds / interval / MOST_INSTANTS * (1.0 - 1e-12))
+    return Grid(interval, every, math.floor(seconds / interval / every * (1.0 + 1e-12)))
 
 
-def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, motion: FreeMotion, shortest: float) -> Grid:
-    """The rule of the step: 5 ms, halved until the fastest turn of the exact motion has a hundred of them.
-
-    The fastest turn is found from the largest acceleration against the largest velocity of an observed point: 2 pi
-    velocity / acceleration, which is the period of a point that turns or oscillates. A pulse of a load is held to be
-    one, too.
-
-    Args:
-        shortest: pulse [s], inf where there is none.
+def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, pace: Pace) -> Grid:
+    """The rule of the step: 5 ms, divided so that the fastest turn of the exact motion has as many as it needs.
 
     Raises:
-        InvalidInput: nothing that is observed moves, or more steps than a run may have.
+        InvalidInput: more steps than a run may have.
     """
-    rate = pace(mechanism, motion)
     if plan.step is not None:
         return grid
-    turn = min(2.0 * math.pi / rate, shortest)
-    wanted = turn / (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else STEPS_A_TURN)
-    divisor = 1
-    while grid.step / divisor > wanted:
-        divisor *= 2
-        if grid.finer(divisor).steps > MOST_STEPS:
-            raise InvalidInput(
-                f"{mechanism.name}: moves as fast as {rate:g} rad/s, and would take more than {MOST_STEPS} steps: give "
-                "--seconds or --step"
-            )
-    return grid.finer(divisor)
+    usual = CROSSING_STEPS_A_TURN if pace.crosses else STEPS_A_TURN
+    finer = grid.finer(math.ceil(grid.step / pace.turn * (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else usual)))
+    if finer.steps > MOST_STEPS:
+        raise InvalidInput(
+            f"{mechanism.name}: its fastest turn takes {pace.turn:.3g} s, and the run more than {MOST_STEPS} steps: "
+            "give --seconds or --step"
+        )
+    return finer
 
 
-def pace(mechanism: Mechanism, motion: FreeMotion) -> float:
-    """Largest acceleration against the largest velocity [rad/s], of the observed point where that is most.
+def fastest_turn(mechanism: Mechanism, motion: FreeMotion) -> float:
+    """The period of a point that turns or oscillates [s]: 2 pi largest velocity / largest acceleration.
 
-    Raises:
-        InvalidInput: no observed point moves.
+    Of the observed point where it is shortest; inf where none moves.
     """
     bodies = pose_jets(mechanism, [motion.poses, motion.rates, 0.5 * motion.accelerations])
     fastest = 0.0
@@ -166,6 +162,4 @@ def pace(mechanism: Mechanism, motion: FreeMotion) -> float:
         velocity = float(np.hypot(x[1], y[1]).max())
         if velocity > 0.0:
             fastest = max(fastest, float(2.0 * np.hypot(x[2], y[2]).max()) / velocity)
-    if fastest == 0.0:
-        raise InvalidInput(f"{mechanism.name}: it stays at rest: there is no motion to compare; start it in motion")
-    return fastest
+    return 2.0 * math.pi / fastest if fastest else math.inf

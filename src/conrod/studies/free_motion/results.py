@@ -92,6 +92,7 @@ class ExactSummary:
         drift: error of its own balance of energy, over the largest energy that took part.
         continuation: where branches cross, in words; empty where none do.
         times: (T,) [s]; angle: of the crank (T,) [rad].
+        turn: the fastest [s].
         unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
 
@@ -99,6 +100,7 @@ class ExactSummary:
     continuation: str
     times: Array
     angle: Array
+    turn: float
     unresolved: str = ""
 
 
