@@ -26,7 +26,7 @@ LONGEST_STEP = 0.005  # [s]
 # Steps that the fastest turn has, at least. Contact is closed in a step, not by an equation, and needs shorter ones.
 # Where branches cross, shorter ones change nothing but how near one comes to the crossing, and what is rounded there.
 STEPS_A_TURN, CONTACT_STEPS_A_TURN, CROSSING_STEPS_A_TURN = 800, 1000, 100
-FEWEST_INSTANTS, MOST_INSTANTS = 200, 2000
+FEWEST_INSTANTS, MOST_INSTANTS = 1000, 2000  # enough to see how fast a link whips round
 MOST_STEPS = 200_000
 PATH = (1, 2, 4)  # the step is divided by these
 LENGTH_ERROR = 1e-6  # of the length: what judged presets are held to
