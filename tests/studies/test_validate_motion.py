@@ -140,11 +140,11 @@ def test_a_run_on_the_other_branch_is_flipped_and_has_no_errors() -> None:
 
 
 def test_a_friction_that_reverses_within_a_step_is_measured_and_judged_only_where_a_tolerance_is_given() -> None:
-    saw = course("saw-coasting", FREE, 0.1)
+    scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
+    saw = exact_course("saw-coasting", scene, MotionPlan(FREE, 0.1, 6e-5))
     assert saw.unresolved.startswith("the sign of forces.friction changes within 0.0")
     assert result(saw).passed is None
     assert result(saw, plan=replace(SHORT, tolerance={"position": 1e-13})).passed is False
-    scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
     resolved = exact_course("saw-coasting", scene, MotionPlan(FREE, 0.1, 4e-5))
     assert "--step 0.04ms" in saw.unresolved or "--step 0.05ms" in saw.unresolved
     assert resolved.unresolved == ""
@@ -277,7 +277,7 @@ def test_a_pulse_of_a_load_has_as_many_steps_as_the_fastest_turn() -> None:
     press = course("press-cutting-flywheel", FREE, 0.5)
     pulse = shortest_pulse(press.mechanism, press.motion)
     assert 0.02 / 0.25 < pulse < 0.02 / 0.1  # [m] over [m/s]
-    assert pulse / 900 < press.grid.step <= pulse / 800
+    assert pulse / 1600 < press.grid.step <= pulse / 800
 
 
 def test_an_estimate_grows_with_the_time_and_knows_the_saw_for_long() -> None:
