@@ -16,7 +16,7 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.massless_rod import DISTANCE_JOINT
-from conrod.engines.mujoco import recorder
+from conrod.engines.mujoco import older, recorder
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.recorder import ended_by_engine
 from conrod.engines.pymunk import dynamics, stepping
@@ -130,13 +130,13 @@ def test_a_piece_has_so_many_new_samples_and_the_first_one_the_start() -> None:
 
 
 def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = recorder.rollout.rollout
+    right = older.rollout.rollout
 
     def forgetful(*arguments: Any, initial_warmstart: Array, **named: Any) -> Any:
         return right(*arguments, initial_warmstart=0.0 * initial_warmstart, **named)
 
     expected = recorded(whole("press, two iterations"))
-    monkeypatch.setattr(recorder.rollout, "rollout", forgetful)
+    monkeypatch.setattr(older.rollout, "rollout", forgetful)
     in_pieces.cache_clear()
     assert "bodies.position.poses" in differing(joined("press, two iterations", 7), expected)
     in_pieces.cache_clear()

@@ -69,7 +69,7 @@ def advance(
 def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first: int, last: int) -> Array:
     """Nominal times of the samples from one to before another."""
     # From the step index: a clock that sums its steps drifts.
-    return start_angle / machine.speed + settings.timestep * np.arange(first, last)
+    return start_angle / machine.speed + settings.timestep * np.arange(first, last, dtype=float)
 
 
 def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
