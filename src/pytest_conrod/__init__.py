@@ -9,7 +9,7 @@ import re
 import shlex
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import pytest
 
@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 # Keywords of `conrod.check`, which are also words of the marker, options and settings; of these, numbers and lists.
 WORDS = (
     "scene", "engine", "preset", "steps_per_rev", "revolutions", "set", "tolerance", "crank", "point", "plane",
-    "rotation", "crank_zero", "length_unit", "keyframe", "touching", "ctrl", "column", "unit", "estimate",
+    "rotation", "crank_zero", "length_unit", "keyframe", "touching", "ctrl", "column", "unit", "estimate", "qualify",
 )  # fmt: skip
 COUNTS, LISTS = ("steps_per_rev", "revolutions"), ("set", "point", "ctrl", "column", "unit")
+Kind: TypeAlias = tuple[str, Literal["string", "args", "bool"]]
+KINDS: dict[str, Kind] = {**dict.fromkeys(LISTS, ("append", "args")), "qualify": ("store_true", "bool")}
 LAW = "law"  # in the place of a tolerance: what the engine's own law allows
 FOLDER, LONGEST = "conrod-baselines", 100  # characters of a file's name
 NOTE = "conrod"  # of what a passed test has to say
@@ -35,11 +37,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--conrod-force-regen", action="store_true", help="Write all baselines again; tests whose has changed fail."
     )
     for word in WORDS:
-        many = word in LISTS
-        text = f"{word.replace('_', '-')} of conrod_check, as of `conrod validate`."
-        group.addoption(f"--conrod-{word.replace('_', '-')}", action="append" if many else "store", help=text)
-        kind: Literal["args", "string"] = "args" if many else "string"
-        parser.addini(f"conrod_{word}", text, type=kind, default=None)
+        option, (action, kind) = word.replace("_", "-"), KINDS.get(word, ("store", "string"))
+        group.addoption(f"--conrod-{option}", action=action, help=f"{option} of conrod_check, as of `conrod validate`.")
+        parser.addini(f"conrod_{word}", f"The same as --conrod-{option}.", type=kind, default=None)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -88,7 +88,7 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
         checked = conrod.check(subject, words.pop("scene", None), **words, baseline=file, accept=forced or accepted)
     except conrod.InvalidInput as error:
         refused = f"conrod: {error}".replace(str(file), _short(file))
-        refused += f"\naccept what is there now: {_command(request)}" if isinstance(error, OtherBaseline) else ""
+        refused += f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
     if refused:
         pytest.fail(refused, pytrace=False)
     held = checked.baseline
@@ -97,10 +97,10 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
     failed = [f"out of the law: {checked.verdict}"] if checked.in_law is False else []
     if not held.passed or (forced and held.drifts):
         failed.append(said)
-        if not held.written:
+        if not held.written and checked.in_law is not False:
             failed.append(f"accept: {_command(request)}")
     if failed:
-        pytest.fail("\n".join(["conrod: " + failed[0], *failed[1:]]), pytrace=False)
+        pytest.fail("conrod: " + "\n".join(failed), pytrace=False)
     if said:
         request.node.user_properties.append((NOTE, said))
     return checked

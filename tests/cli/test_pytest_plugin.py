@@ -117,9 +117,7 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     test = pytester.makepyfile(test_a=TEST.format(steps=500))
     first = run(pytester)
     first.assert_outcomes(failed=1)
-    first.stdout.fnmatch_lines(
-        ["conrod: baseline conrod-baselines/test_a/test_saw.json: there was none; it is written*"]
-    )
+    first.stdout.fnmatch_lines(["conrod: no baseline yet: conrod-baselines/test_a/test_saw.json is written, *"])
     run(pytester).assert_outcomes(passed=1)
     file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
     kept = json.loads(file.read_text(encoding="utf-8"))
@@ -152,7 +150,7 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     changed.assert_outcomes(failed=1)
     changed.stdout.fnmatch_lines(
         [
-            "conrod: *test_saw.json is the baseline of something else, *: steps-per-rev 500, here 250",
+            "conrod: the baseline is of something else: steps-per-rev 500, here 250 (*",
             "accept*regen-all*",
         ]
     )

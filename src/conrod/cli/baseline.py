@@ -17,81 +17,98 @@ import msgspec
 
 from conrod.cli.options import RunOptions, as_given
 from conrod.cli.validate_request import BaselineOptions, Request
+from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.own.models.runs import JudgedRun
 from conrod.own.models.study import AS_GIVEN, OWN, ModelStudy
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
+from conrod.report.numbers import rounded
 from conrod.report.terminal import console, print_lines
 from conrod.report.writer import environment
 from conrod.runs.plain import plain
 from conrod.scenes import Scene
 from conrod.scenes.canonical import canonical
-from conrod.studies.frame.baseline import Baseline, Line, Number, read, renew
+from conrod.studies.frame.baseline import FACTORS, Baseline, Line, Number, banded, read, write
 from conrod.studies.frame.case import key_of
-from conrod.studies.frame.drift import ORDER, Held, OtherBaseline, check_same, compared
+from conrod.studies.frame.drift import ORDER, Held, check_same, compared, differing
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.resolve_arguments import TOLERANCES
 from conrod.studies.frame.result import Result, SceneResults
+from conrod.studies.frame.run import RunCase
+from conrod.studies.frame.timing import Timing
+from conrod.studies.validation.results import ValidationResult
 
-Again = Callable[[Sequence[float]], Sequence[Sequence[Any]]]
+Again = Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
 NO_PART = (RunOptions, BaselineOptions, "tolerance", "scene", "assignments", "out", "document", "figures", "qualify")
 # Of a result, what was asked for and not found.
 ASKED_FOR = ("scene", "engine_version", "parameters", "settings", "tolerance", "passed", "reason", "qualified")
 
 
-def lines_of(study: Any) -> dict[str, Line]:
-    """The lines of a study of a scene, of a model or of a table."""
+def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
+    """The lines of studies of scenes, or of the one of a model or a table."""
+    study = found[0]
     if isinstance(study, SceneResults):
-        return {" ".join(filter(None, (r.engine, r.preset or "kinematic"))): _result(r) for r in study.results}
+        return {name: _result(result) for name, (_, result) in _named(found).items()}
     if isinstance(study, TableStudy):
-        found = {name: study.largest(name) for name in (*ERRORS, "phase")}
-        return {"table": _line("completed", study.passed, found, {}, study.errors)}
+        sizes = {name: study.largest(name) for name in (*ERRORS, "phase")}
+        return {"table": _line("completed", study.passed, sizes, study.errors)}
     assert isinstance(study, ModelStudy)
-    runs = dict(study.runs) | ({study.own_run.run.label: study.own_run.run} if study.own_run else {})
-    identity = study.identity
-    paths = _line("completed", study.is_machine, {"position": identity.largest}, {}, identity.off)
-    return {"paths": paths} | {label: _run(study, run) for label, run in runs.items()}
+    runs = [*study.runs.values(), *([study.own_run.run] if study.own_run else [])]
+    paths = _line("completed", study.is_machine, {"position": study.identity.largest}, study.identity.off)
+    return {"paths": paths} | {run.label: _run(study, run) for run in runs}
+
+
+def _named(found: Sequence[SceneResults[Any]]) -> dict[str, tuple[Scene, Any]]:
+    """Results with their scenes, by the names of their lines."""
+    pairs = [(study, result) for study in found for result in study.results]
+    scenes = [f"{study.name} " if len(found) > 1 else "" for study, _ in pairs]
+    return {
+        f"{scene}{result.engine} {result.preset or 'kinematic'}": (study.scene, result)
+        for scene, (study, result) in zip(scenes, pairs, strict=True)
+    }
 
 
 def _result(result: Result) -> Line:
-    # Whatever is judged: tolerances may be others the next time.
-    names = [*(result.order or {}), *(TOLERANCES if result.preset else QUANTITIES)]
-    sizes = {name: result.judged_error(name) for name in names} if result.completed else {}
-    shown = {k: v for k, v in vars(result).items() if k not in ASKED_FOR}
-    return _line(result.outcome, result.passed, sizes, result.order or {}, shown, getattr(result, "settings", None))
+    orders = result.order or {}
+    # Whatever may be judged: tolerances may be others the next time.
+    names = [*orders, *(TOLERANCES if result.preset else QUANTITIES)] if result.completed else []
+    sizes = {name: result.judged_error(name) for name in names} | {f"{ORDER}{name}": orders[name] for name in orders}
+    shown = {name: value for name, value in vars(result).items() if name not in ASKED_FOR}
+    return _line(result.outcome, result.passed, sizes, shown, getattr(result, "settings", None))
 
 
 def _run(study: ModelStudy, run: JudgedRun) -> Line:
     passed = not study.exceeded(run) if run in study.judged else None
-    sizes = {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
-    completed = run.errors is not None
-    return _line(run.outcome.slug, passed, sizes if completed else {}, {}, (run.errors, run.phase, run.ripple, run.gap))
+    sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
+    return _line(run.outcome.slug, passed, sizes, (run.errors, run.phase, run.ripple, run.gap))
 
 
 def _line(
     outcome: str,
     passed: bool | None,
     sizes: Mapping[str, float | None],
-    orders: Mapping[str, float | None],
     shown: Any,
     settings: Mapping[str, Any] | None = None,
 ) -> Line:
-    values = {**sizes, **{f"{ORDER}{name}": order for name, order in orders.items()}}
-    numbers = {name: Number(value, 0.0) for name, value in values.items() if value is not None and math.isfinite(value)}
+    numbers = {name: Number(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)}
     bits = hashlib.sha256(msgspec.json.encode(plain(shown))).hexdigest()[:16]
     return Line(outcome, passed, numbers, bits, {k: v for k, v in (settings or {}).items() if k != "preset"})
 
 
-def line_name(found: Sequence[Any], study: Any, label: str) -> str:
-    """Name of a line of one of some studies: with that of its scene where there are several."""
-    return f"{study.name} {label}" if len(found) > 1 else label
-
-
-def _all_lines(found: Sequence[Any]) -> dict[str, Line]:
-    return {line_name(found, study, label): line for study in found for label, line in lines_of(study).items()}
+def costs_of(
+    found: Sequence[SceneResults[Any]], time: Callable[[list[RunCase]], Mapping[str, Timing]]
+) -> dict[str, float]:
+    """CPU time of a revolution of each completed run, over the engine's reference loop, by the name of its line."""
+    cases = {}
+    for name, (scene, result) in _named(found).items():
+        preset = engine_named(result.engine).presets.get(result.preset)
+        if isinstance(result, ValidationResult) and result.completed and preset and result.steps_per_revolution:
+            cases[name] = RunCase(result.scene, scene, preset(scene, result.steps_per_revolution))
+    timed = time(list(cases.values()))
+    return {name: rounded(timed[case.key].ratio, 2) for name, case in cases.items() if case.key in timed}
 
 
 @dataclass(frozen=True)
@@ -99,18 +116,20 @@ class Holding:
     """The baseline that --baseline names, looked at before anything is run.
 
     Attributes:
+        scenes: that are studied, by name.
         before: what the file has; None where there is none.
         now: what will be in it, with no results yet.
     """
 
     file: Path
     accept: bool
+    scenes: Mapping[str, Scene]
     before: Baseline | None
     now: Baseline
 
     @classmethod
     def of(cls, asked: Request, scenes: Mapping[str, Scene]) -> Holding | None:
-        """The one for a study of scenes, by name; None where none was asked for.
+        """The baseline of a study; None where none is asked for.
 
         Raises:
             InvalidInput: the file cannot be read or written, or is the baseline of something else.
@@ -129,37 +148,33 @@ class Holding:
             check_writable_folder(file.parent)
         else:
             check_same(file, before, now)
-        return cls(file, asked.accept, before, now)
+        return cls(file, asked.accept, scenes, before, now)
 
     def held(self, found: Sequence[Any], again: Again, costs: Callable[[], Mapping[str, float]] = dict) -> Held:
         """Studies held against the baseline, which is written where it is to be.
 
         Args:
-            again: the same studies at speeds times each of some factors.
+            again: the same studies of each of some scenes.
             costs: by the name of a line.
         """
-        now, drift = replace(self.now, results=_all_lines(found)), Held(self.file)
-        if self.before is not None:
-            try:
-                drift = compared(self.file, self.before, now)
-            except OtherBaseline:
-                if not self.accept:
-                    raise
-            else:
-                if not self.accept or drift == Held(self.file):
-                    return replace(drift, accepted=self.accept)
+        now, drift = replace(self.now, results=_lines_of(found)), None
+        if self.before is not None and not (self.accept and differing(self.before, now)):
+            drift = compared(self.file, self.before, now)
+        if drift is not None and (not self.accept or drift == Held(self.file)):
+            return replace(drift, accepted=self.accept)
+        others = [
+            {name: one.with_parameters(speed=one.speed * factor) for name, one in self.scenes.items()}
+            for factor in FACTORS
+        ]
         like = {AS_GIVEN: OWN} if OWN in now.results else {}
-        renew(self.file, now, lambda factors: [_all_lines(one) for one in again(factors)], costs(), like)
-        return replace(drift, written=True, accepted=self.accept)
+        write(self.file, banded(now, [_lines_of(one) for one in again(others)], like), costs())
+        return replace(drift or Held(self.file), written=True, accepted=self.accept)
 
 
-def at_speeds(scenes: Mapping[str, Scene], factor: float) -> dict[str, Scene]:
-    """Scenes at their speeds times a factor."""
-    return {name: scene.with_parameters(speed=scene.speed * factor) for name, scene in scenes.items()}
-
-
-def print_held(held: Held) -> None:
-    """What was found, and the command that accepts it."""
-    print_lines(console(), held.text.splitlines())
-    if not held.passed and not held.written:
-        print_lines(console(), [f"accept it: {shlex.join(['conrod', *sys.argv[1:], '--accept'])}"])
+def holds(held: Held | None) -> bool:
+    """True if nothing is to be said against a baseline; prints what is, and the command that accepts it."""
+    if held is None:
+        return True
+    accept = [] if held.passed or held.written else [f"accept it: {shlex.join(['conrod', *sys.argv[1:], '--accept'])}"]
+    print_lines(console(), [*held.text.splitlines(), *accept])
+    return held.passed

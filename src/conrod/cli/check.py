@@ -6,13 +6,12 @@ import dataclasses
 import io
 import tempfile
 from collections.abc import Mapping, Sequence
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from rich.console import Console
 
 from conrod.cli.baseline import Holding
 from conrod.cli.options import refuse
@@ -119,6 +118,7 @@ def check(
     revolutions: int | None = None,
     tolerance: Given = None,
     set: Given = None,
+    qualify: bool = False,
     baseline: str | Path | None = None,
     accept: bool = False,
 ) -> Checked:
@@ -183,7 +183,7 @@ def _check_scene(subject: Any, asked: Request) -> Checked:
     with tempfile.TemporaryDirectory() as folder:
         # What is tested is run: no result of an earlier day answers for it.
         own = dataclasses.replace(asked, ledger=str(Path(folder, "ledger.sqlite")), fresh=True, jobs=1)
-        with Runner.of(own, Console(file=io.StringIO())) as runner:
+        with redirect_stderr(io.StringIO()), Runner.of(own) as runner:
             found = runner.pursue(measured.study)
             return Checked(found[0], held_scenes(holding, asked, found, runner))
 

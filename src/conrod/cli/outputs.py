@@ -75,6 +75,8 @@ def outputs(
     """
     if isinstance(asked, RunOptions):
         given = {"the ledger": asked.ledger_file, **given}
+    if baseline := getattr(asked, "baseline", None):
+        given = {"the baseline": Path(baseline), **given}
     file = files_to_write({"--json": asked.document}, given).get("--json")
     folder = None if asked.out is None else folder_to_write(asked.out, "--out")
     if folder:

@@ -40,15 +40,11 @@ class Runner:
     ledger: Ledger
     options: RunOptions
     executor: RepeatingExecutor
-    console: Console | None = None
 
     @classmethod
     @contextmanager
-    def of(cls, options: RunOptions, console: Console | None = None) -> Iterator[Self]:
+    def of(cls, options: RunOptions) -> Iterator[Self]:
         """A runner on the ledger that the options name; an interrupt says how to go on.
-
-        Args:
-            console: for the progress; None for standard error.
 
         Raises:
             InvalidInput: options that exclude each other.
@@ -59,17 +55,16 @@ class Runner:
         # What the executor refuses is refused before there is a ledger.
         with options.executor() as executor, Ledger.open(path) as ledger:
             try:
-                yield cls(ledger, options, executor, console)
+                yield cls(ledger, options, executor)
             except KeyboardInterrupt:
-                if console is None:
-                    say(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
+                say(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
                 raise
 
     @contextmanager
     def answering(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
         """A function that gives the measurements of cells, batch after batch: one bar."""
         answered: dict[str, Measurement] = {}
-        with ProgressBar("runs", console=self.console) as bar:
+        with ProgressBar("runs") as bar:
 
             def answer(cells: Sequence[Case]) -> dict[str, Measurement]:
                 # What is asked for twice runs once, with --fresh too.
@@ -82,12 +77,8 @@ class Runner:
 
     def pursue(self, study: Study[Found]) -> Found:
         """The findings of a study."""
-        return self.pursue_all([study])[0]
-
-    def pursue_all(self, studies: Sequence[Study[Found]]) -> list[Found]:
-        """The findings of several studies, whose runs are made together."""
         with self.answering() as run:
-            return pursue(studies, run)
+            return pursue([study], run)[0]
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
         """Measurements of cells, one at a time on this machine, for cases that measure how long something takes."""
@@ -98,7 +89,7 @@ class Runner:
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
         fresh = self.options.timed_again
-        with ProgressBar("costs", "timed", self.console) as bar:
+        with ProgressBar("costs", "timed") as bar:
             return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 
 

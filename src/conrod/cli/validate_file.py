@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rich.text import Text
 
 from conrod.cli import options as exit_status
-from conrod.cli.baseline import Holding, at_speeds, print_held
+from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
@@ -53,16 +53,14 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
     subject = subject_of(path)
     part, given = subject.part(path), as_outputs_must_not_be(path) if subject is MODEL else {"the table": path}
     holding = Holding.of(asked, dict([select_scene(scene, asked.assignments)]))
-    files = outputs(subject.kind, [part], asked, given | ({"the baseline": holding.file} if holding else {}))
+    files = outputs(subject.kind, [part], asked, given)
     with waiting(path, subject.timeout):
         found = subject.judge(path, scene, asked)
         baseline = held_file(holding, subject.judge, path, asked, found)
     with naming("standard output"):
         subject.show(found)
     files.write({part: found}, "validate", {part: str(path)}, asked)
-    if baseline is not None:
-        print_held(baseline)
-    if found.passed is False or (baseline is not None and not baseline.passed):
+    if not holds(baseline) or found.passed is False:
         sys.exit(exit_status.FAILED)
 
 
@@ -70,8 +68,8 @@ def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request,
     """A study of a file held against the baseline, if any; it is judged again as that needs."""
     own = replace(asked, assignments=())
 
-    def again(factors: Sequence[float]) -> list[tuple[Any]]:
-        return [(judge(path, at_speeds({"": found.scene}, factor)[""], own),) for factor in factors]
+    def again(others: Sequence[Mapping[str, Scene]]) -> list[list[Any]]:
+        return [[judge(path, scene, own) for scene in scenes.values()] for scenes in others]
 
     return None if holding is None else holding.held((found,), again)
 
@@ -90,7 +88,7 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
     from conrod.own.models.scanning import scan
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
-    refuse(asked, its_own, "engine", "preset", "steps_per_rev")
+    refuse(asked, its_own, "engine", "preset", "steps_per_rev", "qualify")
     refuse(asked, "a model: it is for a table", TableOptions)
     machine = select_scene(scene, asked.assignments)[1]
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
@@ -172,7 +170,7 @@ def judge_table(table: Path, scene: str | Scene, asked: Request) -> TableStudy:
         InvalidInput: the table or an option cannot be used; those of an engine's runs may not be given.
     """
     refuse(asked, "a table: it is for a model", ModelOptions)
-    refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions")
+    refuse(asked, "a table: it is for runs of an engine", "engine", "preset", "steps_per_rev", "revolutions", "qualify")
     machine = select_scene(scene, asked.assignments)[1]
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
     estimate = () if asked.estimate is None else parse_estimate(asked.estimate)

@@ -8,20 +8,19 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from conrod.cli import options as exit_status
-from conrod.cli.baseline import Holding, at_speeds, line_name, lines_of, print_held
+from conrod.cli.baseline import Holding, costs_of, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.runner import Runner
 from conrod.cli.validate_request import Request
-from conrod.engines import Engine, engine_named
+from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.report.kind import Kind
-from conrod.report.numbers import rounded
 from conrod.report.results import name_of, summary_words, verdict_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Study
+from conrod.studies.frame.case import Study, pursue
 from conrod.studies.frame.drift import Held
 from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
@@ -34,8 +33,6 @@ from conrod.studies.frame.resolve_arguments import (
     select_scenes,
 )
 from conrod.studies.frame.result import SceneResults
-from conrod.studies.frame.run import RunCase
-from conrod.studies.validation.results import ValidationResult
 
 if TYPE_CHECKING:
     from conrod.studies.forces.results import ForceStudy
@@ -87,7 +84,7 @@ def validate_scenes(asked: Request) -> None:
     """
     scenes = select_scenes(asked.subjects, asked.assignments)
     measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
-    files = outputs(measured.kind, scenes, asked, {"the baseline": holding.file} if holding else {})
+    files = outputs(measured.kind, scenes, asked)
     with Runner.of(replace(asked, fresh=True) if holding else asked) as runner:
         found = [measured.found(study) for study in runner.pursue(measured.study)]
         baseline = held_scenes(holding, asked, found, runner)
@@ -98,9 +95,7 @@ def validate_scenes(asked: Request) -> None:
         draw = executor.map if len(found) > 1 else map
         every = {one.name: one for one in found}
         files.write(every, "validate", asked.subjects, asked, measured.given, measured.drawn, draw)
-    if baseline is not None:
-        print_held(baseline)
-    if not all(one.passed for one in found) or (baseline is not None and not baseline.passed):
+    if not holds(baseline) or not all(one.passed for one in found):
         sys.exit(exit_status.FAILED)
 
 
@@ -115,27 +110,13 @@ def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
 
 def held_scenes(holding: Holding | None, asked: Request, found: Sequence[Any], runner: Runner) -> Held | None:
     """What was found held against the baseline, if any; what that needs is run."""
-    if holding is None:
-        return None
-    scenes, plain = {one.name: one.scene for one in found}, replace(asked, qualify=False)
+    own = replace(asked, qualify=False)
 
-    def again(factors: Sequence[float]) -> list[Sequence[Any]]:
-        return runner.pursue_all([measured_of(plain, at_speeds(scenes, factor)).study for factor in factors])
+    def again(others: Sequence[Mapping[str, Scene]]) -> list[Sequence[Any]]:
+        with runner.answering() as run:
+            return pursue([measured_of(own, scenes).study for scenes in others], run)
 
-    return holding.held(found, again, lambda: _costs(found, runner))
-
-
-def _costs(found: Sequence[Any], runner: Runner) -> dict[str, float]:
-    """CPU time of a revolution of each completed run, over the engine's reference loop, by the name of its line."""
-    cases = {}
-    for study in found:
-        for label, result in zip(lines_of(study), study.results, strict=True):
-            preset = engine_named(result.engine).presets.get(result.preset or "")
-            if isinstance(result, ValidationResult) and result.completed and preset and result.steps_per_revolution:
-                settings = preset(study.scene, result.steps_per_revolution)
-                cases[line_name(found, study, label)] = RunCase(study.name, study.scene, settings)
-    timed = runner.time(list(cases.values()))
-    return {name: rounded(timed[case.key].ratio, 2) for name, case in cases.items() if case.key in timed}
+    return None if holding is None else holding.held(found, again, lambda: costs_of(found, runner.time))
 
 
 def _turns(asked: Request) -> int:

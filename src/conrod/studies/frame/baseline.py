@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -67,19 +67,16 @@ class Baseline:
     results: Mapping[str, Line]
 
 
-# -- the file ----------------------------------------------------------------------------------------------------------
-
-
 def read(file: Path) -> Baseline:
     """The baseline in a file; raises InvalidInput where there is none that this conrod can read."""
     try:
         values = json.loads(file.read_bytes())
     except OSError as error:
         raise InvalidInput(f"cannot read {file}: {error.strerror or error}") from None
-    except ValueError as error:
-        raise InvalidInput(f"{file} is no baseline of conrod: {error}") from None
+    except ValueError:
+        values = None
     if not isinstance(values, dict) or MARK not in values:
-        raise InvalidInput(f"{file} is no baseline of conrod: it has no {MARK!r}")
+        raise InvalidInput(f"{file} is no baseline of conrod")
     if values[MARK] != SCHEMA:
         raise InvalidInput(f"{file} is a baseline of schema {values[MARK]}, and this conrod reads {SCHEMA}: delete it")
     try:
@@ -88,48 +85,41 @@ def read(file: Path) -> Baseline:
         raise InvalidInput(f"{file} is a damaged baseline, delete it: {error}") from None
 
 
-def write(file: Path, baseline: Baseline) -> None:
+def write(file: Path, baseline: Baseline, costs: Mapping[str, float]) -> None:
     """Write a baseline, whole or not at all: a number and its band on a line, for those who read differences."""
-    text = json_document({MARK: SCHEMA, **plain(baseline)})
+    results = {name: replace(line, cost=costs.get(name)) for name, line in baseline.results.items()}
+    text = json_document({MARK: SCHEMA, **plain(replace(baseline, results=results))})
     text = re.sub(r"[\[{][^\[\]{}]{,120}[\]}]", lambda found: re.sub(r"\n\s*", " ", found[0]), text)
     write_together([single(file, text)])
 
 
-# -- bands -------------------------------------------------------------------------------------------------------------
-
-Again = Callable[[Sequence[float]], Sequence[Mapping[str, Line]]]
-
-
-def banded(results: Mapping[str, Line], again: Again, like: Mapping[str, str]) -> dict[str, Line]:
-    """Results with the bands that follow from runs that round otherwise, in the digits that rounding leaves.
+def banded(now: Baseline, others: Sequence[Mapping[str, Line]], like: Mapping[str, str]) -> Baseline:
+    """A baseline with the bands that follow from runs that round otherwise, in the digits that rounding leaves.
 
     Args:
-        again: results at the scene's speed times each of some factors.
+        others: results at the scene's speed times each of `FACTORS`.
         like: results that the scene's speed does not drive, and those whose rounding stands for theirs.
     """
-    others = again(FACTORS)
 
     def spread(name: str, quantity: str) -> float:
-        found = [line.numbers[quantity].value for one in (results, *others) if quantity in (line := one[name]).numbers]
-        return math.sqrt(sum((x - found[0]) ** 2 for x in found[1:]) / max(len(found) - 1, 1)) if found else 0.0
+        lines = [results[name].numbers for results in (now.results, *others)]
+        first, *found = [numbers[quantity].value for numbers in lines if quantity in numbers] or [0.0]
+        return math.sqrt(sum((value - first) ** 2 for value in found) / max(len(found), 1))
 
     def number(name: str, quantity: str, value: float) -> Number:
-        spreads = [spread(one, quantity) for one in (name, like.get(name, name))]
-        exponent = math.ceil(math.log10(max(DEVIATIONS * max(spreads), ROUNDED * max(1.0, abs(value)))))
+        widest = max(spread(one, quantity) for one in (name, like.get(name, name)))
+        exponent = math.ceil(math.log10(max(DEVIATIONS * widest, ROUNDED * max(1.0, abs(value)))))
         return Number(float(f"{value:.{max(0, exponent_of(value) - exponent + 1)}e}"), float(f"1e{exponent}"))
 
-    return {
-        name: replace(line, numbers={q: number(name, q, one.value) for q, one in line.numbers.items()})
-        for name, line in results.items()
-    }
+    return replace(
+        now,
+        results={
+            name: replace(line, numbers={q: number(name, q, one.value) for q, one in line.numbers.items()})
+            for name, line in now.results.items()
+        },
+    )
 
 
 def exponent_of(value: float) -> int:
     """Power of ten of the first digit; 0 of 0."""
     return math.floor(math.log10(abs(value))) if value else 0
-
-
-def renew(file: Path, now: Baseline, again: Again, costs: Mapping[str, float], like: Mapping[str, str]) -> None:
-    """Write what was found as the new baseline, with bands and costs; arguments as of `banded`."""
-    lines = banded(now.results, again, like)
-    write(file, replace(now, results={name: replace(one, cost=costs.get(name)) for name, one in lines.items()}))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +77,10 @@ class Held:
         """What was found, the drifts first; empty where there is nothing to be said."""
         lines = []
         if self.drifts:
-            lines += [f"drifted from the baseline {self.file}:", *(f"  {drift}" for drift in self.drifts)]
+            lines.append(f"drifted from the baseline {self.file}:")
+        for _, same in groupby(self.drifts, key=lambda drift: drift.result):
+            worst, *others = sorted(same, key=lambda drift: -(drift.digits or math.inf))
+            lines.append(f"  {worst}" + (f" ({', '.join(one.what for one in others)} too)" if others else ""))
         if self.other_bits:
             lines.append(f"other bits only, which is no failure: {', '.join(self.other_bits)}")
         if self.versions and (self.drifts or self.other_bits):
@@ -102,11 +106,15 @@ def compared(file: Path, before: Baseline, now: Baseline) -> Held:
 
 
 def check_same(file: Path, before: Baseline, now: Baseline) -> None:
-    """Refuse a baseline of another scene or of other words; of settings that an engine makes others of the same words.
+    """Refuse a baseline that is of something else; raises OtherBaseline, which names what differs."""
+    if found := differing(before, now):
+        more = [f"and {len(found) - NAMED} more"] if len(found) > NAMED else []
+        words = "; ".join([*found[:NAMED], *more])
+        raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
 
-    Raises:
-        OtherBaseline: names all that differs.
-    """
+
+def differing(before: Baseline, now: Baseline) -> list[str]:
+    """What differs of all that determines the results, in words: scene, what was asked for, an engine's settings."""
     both = sorted(before.results.keys() & now.results.keys())
     pairs = [("", before.of, now.of)]
     pairs += [(f"{name}: ", before.results[name].settings, now.results[name].settings) for name in both]
@@ -116,12 +124,7 @@ def check_same(file: Path, before: Baseline, now: Baseline) -> None:
         for key in ({**was, **own} if was and own else ())
         if (one := _shown(was.get(key))) != (other := _shown(own.get(key)))
     ]
-    if before.hash != now.hash:
-        found = found or ["another scene of that name"]
-    if found:
-        more = [f"and {len(found) - NAMED} more"] if len(found) > NAMED else []
-        words = "; ".join([*found[:NAMED], *more])
-        raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
+    return found or (["another scene of that name"] if before.hash != now.hash else [])
 
 
 def _shown(value: Any) -> str:
