@@ -346,11 +346,11 @@ def test_a_centre_of_gravity_is_seen_as_the_torque_says() -> None:
 def test_what_no_quantity_can_see_is_listed() -> None:
     kinematics = Kinematics(slider_crank())
     angle = np.linspace(0.0, 6.0, 20)
-    found = sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle, angle))
+    found = tuple(sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle, angle)))
     unseen = {(s.body, s.quality) for s in found if s.unseen}
     # The slider does not turn; the crank turns evenly. With angular acceleration the crank's is seen.
     assert unseen == {("slider", INERTIA), ("crank", INERTIA)}
-    quickening = sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle + 3.0, angle))
+    quickening = tuple(sensitivities(kinematics, State(angle, 0.0 * angle + 5.0, 0.0 * angle + 3.0, angle)))
     assert {(s.body, s.quality) for s in quickening if s.unseen} == {("slider", INERTIA)}
     # The torque alone does not tell the crank's inertia from its mass at a distance.
     assert len(blind_changes(quickening, [TORQUE])) > len(blind_changes(quickening)) >= 1

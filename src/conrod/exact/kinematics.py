@@ -16,6 +16,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.branch_walk import BranchWalk
+from conrod.exact.elimination import Elimination
 from conrod.exact.equations import Equations
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import active_arcs, pose_jets
@@ -206,11 +207,15 @@ class Kinematics:
 
     def solve(self, poses: Array, right: Array) -> Array:
         """Changes of the poses (T, 3 n) that make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
-        return self._equations.elimination(poses).solve(list(right.T))
+        return self.factors(poses).solve(list(right.T))
 
     def solve_transposed(self, poses: Array, right: Array) -> Array:
         """Multipliers (T, 3 n) of all equations that make forces (T, 3 n) along the poses: J^-T right."""
-        return self._equations.elimination(poses).solve_transposed(list(right.T))
+        return self.factors(poses).solve_transposed(list(right.T))
+
+    def factors(self, poses: Array) -> Elimination:
+        """The factors of J at poses (T, 3 n), for several right-hand sides."""
+        return self._equations.elimination(poses)
 
     def residual(self, derivatives: list[Array], crank: Array) -> Array:
         """Residual (T, 3 n) of all equations in a measured state: of their highest derivative in time given.

@@ -7,7 +7,7 @@ mass, a place of a centre of gravity or an inertia solves the same equations wit
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,22 +49,18 @@ class Sensitivity:
         return max(self.effects.values()) < SEEN
 
 
-def sensitivities(kinematics: Kinematics, state: State) -> tuple[Sensitivity, ...]:
-    """Of drive torque and reactions in a motion, to each property of each body."""
+def sensitivities(kinematics: Kinematics, state: State) -> Iterator[Sensitivity]:
+    """Of drive torque and reactions in a motion, to each property of each body, one after the other."""
     mechanism, inverse = kinematics.mechanism, InverseDynamics(kinematics)
     poses, rates, accelerations = inverse.motion(state)
-    jacobian = np.swapaxes(kinematics.jacobian(poses), 1, 2)
-    peaks = _peaks(inverse.forces(state))
-    found = []
+    factors, peaks = kinematics.factors(poses), _peaks(inverse.forces(state))
     for body in mechanism.bodies:
         by_name = _derivatives(mechanism, body, poses, rates, accelerations)
-        multipliers = np.linalg.solve(jacobian, np.stack(list(by_name.values()), axis=2))
-        for k, name in enumerate(by_name):
-            derivatives = quantities(inverse.forces_of(np.asarray(multipliers[:, :, k], dtype=float)))
+        for name, right in by_name.items():
+            derivatives = quantities(inverse.forces_of(factors.solve_transposed(list(right.T))))
             change = _change(kinematics, body, name)
             effects = {key: float(np.abs(value).max()) * change / peaks[key] for key, value in derivatives.items()}
-            found.append(Sensitivity(body.name, name, change, derivatives, effects))
-    return tuple(found)
+            yield Sensitivity(body.name, name, change, derivatives, effects)
 
 
 def quantities(forces: JointForces) -> dict[str, Array]:
@@ -73,7 +69,7 @@ def quantities(forces: JointForces) -> dict[str, Array]:
     return {TORQUE: forces.drive_torque} | reactions
 
 
-def blind_changes(found: Sequence[Sensitivity], among: Sequence[str] | None = None) -> list[Changes]:
+def blind_changes(found: Iterable[Sensitivity], among: Sequence[str] | None = None) -> list[Changes]:
     """Changes of properties together that no quantity sees to first order; those of one property alone are among them.
 
     The largest share of each is as that of `Sensitivity`.
@@ -81,20 +77,24 @@ def blind_changes(found: Sequence[Sensitivity], among: Sequence[str] | None = No
     Args:
         among: names of the quantities that are looked at, all where it is left out.
     """
-    names = list(found[0].derivatives) if among is None else list(among)
-    columns = []
+    columns, properties = [], []
     for some in found:
         scaled = []
-        for name in names:
+        for name in some.derivatives if among is None else among:
             largest = float(np.abs(some.derivatives[name]).max()) * some.change
             weight = some.effects[name] / largest if largest > 0.0 else 0.0
             scaled.append(some.derivatives[name] * some.change * weight)
         columns.append(np.concatenate(scaled))
-    matrix = np.column_stack(columns)
-    _, sizes, directions = np.linalg.svd(matrix, full_matrices=False)
+        properties.append((some.body, some.quality, some.change))
+    # Of the triangular factor, which has the same singular values and directions, and far fewer rows.
+    _, sizes, directions = np.linalg.svd(np.linalg.qr(np.column_stack(columns), mode="r"), full_matrices=False)
     blind = _sparse(directions[sizes <= SEEN * sizes[0]])
     return [
-        {(s.body, s.quality): float(v) * s.change for s, v in zip(found, row, strict=True) if abs(v) > 1e-6}
+        {
+            (body, quality): float(v) * change
+            for (body, quality, change), v in zip(properties, row, strict=True)
+            if abs(v) > 1e-6
+        }
         for row in blind
     ]
 
