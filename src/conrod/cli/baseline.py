@@ -31,7 +31,7 @@ from conrod.scenes import Scene
 from conrod.scenes.canonical import canonical
 from conrod.studies.frame.baseline import FACTORS, Baseline, Line, Number, banded, read, write
 from conrod.studies.frame.case import key_of
-from conrod.studies.frame.drift import ORDER, Held, check_same, compared, differing
+from conrod.studies.frame.drift import ORDER, Held, check_same, compared
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.resolve_arguments import TOLERANCES
@@ -158,7 +158,7 @@ class Holding:
             costs: by the name of a line.
         """
         now, drift = replace(self.now, results=_lines_of(found)), None
-        if self.before is not None and not (self.accept and differing(self.before, now)):
+        if self.before is not None and self.before.hash == now.hash:
             drift = compared(self.file, self.before, now)
         if drift is not None and (not self.accept or drift == Held(self.file)):
             return replace(drift, accepted=self.accept)

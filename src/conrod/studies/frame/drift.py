@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -12,7 +12,6 @@ from typing import Any
 import msgspec
 
 from conrod.errors import InvalidInput
-from conrod.runs.plain import plain
 from conrod.studies.frame.baseline import Baseline, Number, exponent_of
 
 NOISE = 1e-12  # normalised errors below it are rounding, and count as it
@@ -29,7 +28,7 @@ class Drift:
     """A result that is other than rounding makes it.
 
     Attributes:
-        what: the number, or `outcome`.
+        what: the number, a setting of the engine, or `outcome`.
         was, now: as a person reads them.
         digits: by which the change exceeds its band; None where there is no size.
         better: whether an error fell; None of what is no error.
@@ -91,13 +90,16 @@ class Held:
         return "\n".join(lines)
 
 
-def compared(file: Path, before: Baseline, now: Baseline) -> Held:
-    """What has drifted from the baseline in a file, and what has other bits alone.
+def check_same(file: Path, before: Baseline, now: Baseline) -> None:
+    """Refuse a baseline of another scene, or of other words; raises OtherBaseline, which names what differs."""
+    found = [f"{name} {was}, here {here}" for name, was, here in _differing(before.of, now.of)]
+    if before.hash != now.hash:
+        words = "; ".join(found[:NAMED] or ["another scene of that name"]) + ("; ..." if found[NAMED:] else "")
+        raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
 
-    Raises:
-        OtherBaseline: it is of another scene, or of other settings; names them.
-    """
-    check_same(file, before, now)
+
+def compared(file: Path, before: Baseline, now: Baseline) -> Held:
+    """What has drifted from the baseline in a file, and what has other bits alone."""
     drifts = tuple(drift for name in {**before.results, **now.results} for drift in _drifts(name, before, now))
     drifted, was = {drift.result for drift in drifts}, before.made_with
     bits = [name for name, one in now.results.items() if name not in drifted and one.bits != before.results[name].bits]
@@ -105,31 +107,10 @@ def compared(file: Path, before: Baseline, now: Baseline) -> Held:
     return Held(file, drifts=drifts, other_bits=tuple(bits), versions=tuple(versions))
 
 
-def check_same(file: Path, before: Baseline, now: Baseline) -> None:
-    """Refuse a baseline that is of something else; raises OtherBaseline, which names what differs."""
-    if found := differing(before, now):
-        more = [f"and {len(found) - NAMED} more"] if len(found) > NAMED else []
-        words = "; ".join([*found[:NAMED], *more])
-        raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
-
-
-def differing(before: Baseline, now: Baseline) -> list[str]:
-    """What differs of all that determines the results, in words: scene, what was asked for, an engine's settings."""
-    both = sorted(before.results.keys() & now.results.keys())
-    pairs = [("", before.of, now.of)]
-    pairs += [(f"{name}: ", before.results[name].settings, now.results[name].settings) for name in both]
-    found = [
-        f"{of}{key} {one}, here {other}"
-        for of, was, own in pairs
-        for key in ({**was, **own} if was and own else ())
-        if (one := _shown(was.get(key))) != (other := _shown(own.get(key)))
-    ]
-    return found or (["another scene of that name"] if before.hash != now.hash else [])
-
-
-def _shown(value: Any) -> str:
-    """As JSON has it, which has one kind of list."""
-    return "not given" if value is None else msgspec.json.encode(plain(value)).decode().strip('"')
+def _differing(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Names whose values differ, with both as JSON has them, which has one kind of list."""
+    pairs = [(name, *(msgspec.json.encode(one.get(name)).decode() for one in (was, now))) for name in {**was, **now}]
+    return [(name, one, other) for name, one, other in pairs if one != other]
 
 
 def _drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift]:
@@ -139,9 +120,10 @@ def _drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift]:
     elif was.outcome != own.outcome:
         yield Drift(name, "outcome", was.outcome, own.outcome)
     else:
+        for setting, one, other in _differing(was.settings, own.settings):
+            yield Drift(name, setting, one, other)
         for what in {**was.numbers, **own.numbers}:
-            drift = _drift(name, what, was.numbers.get(what), own.numbers.get(what))
-            if drift is not None:
+            if drift := _drift(name, what, was.numbers.get(what), own.numbers.get(what)):
                 yield drift
 
 
