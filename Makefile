@@ -7,7 +7,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep prior limits ablate audit test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue sweep prior limits ablate audit detection test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -53,6 +53,9 @@ types: $(READY)
 mjcf: $(READY) ## rewrite the committed models from the translator
 	for scene in $$($(BIN)/python -c "from conrod import SCENES; print(*SCENES)"); do \
 	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
+
+detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
+	$(BIN)/python -m benchmarks.detection --out reports/detection
 
 golden: $(READY) ## compare today's results with the golden ones, to 1e-13: after a change that should change none
 	$(BIN)/python -m golden check

@@ -15,7 +15,7 @@ from conrod.engines import engine_named
 from conrod.engines.running import followed, whole_run
 from conrod.exact.reference import GenericReference
 from conrod.runs.run_errors import PointSizes
-from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
+from conrod.runs.trajectory import Outcome, Piece
 from conrod.scenes import SCENES
 from conrod.studies.detection.defects import MOTION
 from conrod.studies.detection.judging import FINE, motion_judge, noticed_by, smallest_noticed
@@ -93,8 +93,7 @@ def test_forces_show_the_masses_that_the_motion_does_not() -> None:
 def test_nothing_planted_is_nothing_noticed() -> None:
     engine = engine_named("pymunk")
     result, settings, start = begun("saw", SAW, engine, "tuned", CHEAP)
-    run = concatenate_pieces(list(engine.run(SAW, settings, result.revolutions, start)))
-    given, judge = Recording(run, SAW), motion_judge(result, SAW, None)
+    given, judge = Recording.of(engine, SAW, settings, result.revolutions, start), motion_judge(result, SAW, None)
     assert judge(given).passed is True
     for defect in MOTION:
         if defect.unit:

@@ -20,6 +20,7 @@ from conrod.studies.detection.machine_defects import (
     another_assembly,
     lengths,
     of_bodies,
+    softness,
     weight,
 )
 from conrod.studies.frame.measurement import QUANTITIES
@@ -212,6 +213,7 @@ MOTION = (
     Defect("sign of a velocity", "% of the way", 1.0, 1.0, _on_run(_sign)),
     Defect("gravity left in an acceleration", PERCENT, 1.0, 1.0, _on_run(_gravity_left)),
     Defect("missing term of an acceleration", PERCENT, 1.0, 1.0, _missing_term),
+    Defect("softness", "steps", 20.0, 1000.0, softness),
     Defect("other branch", "", 1.0, 1.0, _other_branch),
     Defect("NaN in a sample", "", 1.0, 1.0, _on_run(_no_number)),
     Defect("run cut short", "", 0.1, 0.1, _on_run(_cut_short)),

@@ -10,15 +10,17 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from conrod.engines.capabilities import Lacking, Varied, capability
+from conrod.engines.engine import Engine
 from conrod.errors import InvalidInput
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.reference import ExactReference, GenericReference
 from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
-from conrod.runs.trajectory import Piece
+from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import Scene
 
 ASSEMBLIES, APART = 40, 0.01  # starts from which another assembly is looked for; of the size, how far it is off
@@ -27,14 +29,47 @@ ASKEW = np.array([0.8, 0.6])  # direction in which a place is moved: along no sl
 
 @dataclass(frozen=True)
 class Recording:
-    """A run as it was recorded, and the machine that it is compared with."""
+    """A run as it was recorded, and the machine that it is compared with.
+
+    Attributes:
+        made_by: the engine, to make the run again.
+        start_angle: of the run [rad].
+    """
 
     run: Piece
     reference: ExactReference
+    made_by: Engine[Any]
+    start_angle: float = 0.0
+
+    @classmethod
+    def of(cls, engine: Engine[Any], scene: ExactReference, settings: Any, turns: float, start_angle: float) -> Self:
+        """The run of an engine, as one piece."""
+        steps = max(round(settings.steps_per_revolution * turns), 1)
+        run = concatenate_pieces(list(engine.run(scene, settings, turns, start_angle, steps)))
+        return cls(run, scene, engine, start_angle)
 
 
 Plant = Callable[[Recording, float], Recording]
 Plants = Callable[[Recording], Iterator[tuple[str, Plant]]]  # by where they are planted; none where there is no place
+
+
+def softness(given: Recording) -> Iterator[tuple[str, Plant]]:
+    """The run made again, with joints or contacts that take so many steps longer to mend an error."""
+    variations = capability(given.made_by, Varied)
+    if isinstance(variations, Lacking):
+        return
+    settings: Any = given.run.trajectory.settings
+    contact = bool(given.reference.mechanism().cam_contacts)
+    own = settings.time_constant(contact) / settings.timestep
+
+    def softer(now: Recording, steps: float) -> Recording:
+        if steps == 0.0:
+            return now
+        changed = variations.variations.stabilised(now.reference, settings, own + abs(steps))
+        turns = now.run.trajectory.revolutions
+        return Recording.of(now.made_by, now.reference, changed, turns, now.start_angle)
+
+    yield "", softer
 
 
 def _machines(places: Callable[[Mechanism], Iterator[tuple[str, Callable[[float], Mechanism]]]]) -> Plants:

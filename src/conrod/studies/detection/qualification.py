@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import ReportsForces
-from conrod.runs.trajectory import Outcome, concatenate_pieces
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASSES, MOTION
 from conrod.studies.detection.judging import examined, force_judge, motion_judge
@@ -23,9 +23,14 @@ from conrod.studies.validation.results import Noticed, Qualified, SceneStudy
 
 @dataclass(frozen=True, kw_only=True)
 class Qualification(Result):
-    """What the verdicts on one run notice; of a run that did not pass there is nothing to be said."""
+    """What the verdicts on one run notice; of a run that did not pass there is nothing to be said.
+
+    Attributes:
+        tightness: by judged quantity the error of the run, and what is allowed.
+    """
 
     found: Qualified | None = None
+    tightness: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def limits(self) -> Mapping[str, float]:
@@ -78,15 +83,15 @@ class QualificationCase(EngineCase[Qualification]):
         result, settings, start = begun(self.name, scene, engine, preset, plan)
         if not result.completed:
             return self.ended(Outcome.of(result.outcome), result.reason)
-        steps = max(round(settings.steps_per_revolution * result.revolutions), 1)
-        run = concatenate_pieces(list(engine.run(scene, settings, result.revolutions, start, steps)))
-        given, judge = Recording(run, scene), motion_judge(result, scene, plan.tolerance)
+        given = Recording.of(engine, scene, settings, result.revolutions, start)
+        judge = motion_judge(result, scene, plan.tolerance)
         healthy = judge(given)
         if healthy.passed is not True:
             return self.ended(Outcome.of(healthy.outcome), healthy.reason)
         motion = [examined(defect, given, judge) for defect in (*MOTION, *MASSES)]
         found = Qualified(tuple(one for one in motion if one), self._forces(given))
-        return replace(self.ended(Outcome.COMPLETED, ""), found=found)
+        tightness = {q: (healthy.judged_error(q) or 0.0, allowed) for q, allowed in healthy.limits.items()}
+        return replace(self.ended(Outcome.COMPLETED, ""), found=found, tightness=tightness)
 
     def _forces(self, given: Recording) -> tuple[Noticed, ...]:
         """What the verdict on the forces notices of wrong masses; nothing where they are not judged."""

@@ -1,0 +1,244 @@
+"""`python -m benchmarks.detection [--out DIR]`: how small a defect each verdict notices, and how often it is wrong.
+
+Of each machine, engine and judged preset: the smallest size of each kind of defect, by `conrod validate --qualify`; how
+tight its tolerances are; and of how many healthy machines with other parameters, speeds, starts and steps it says that
+they are out of tolerance. Runs are kept in the ledger: an interrupted study goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from conrod.cli.options import RunOptions
+from conrod.cli.runner import Runner
+from conrod.engines import engine_named, engine_names
+from conrod.engines.engine import default_steps
+from conrod.report import numbers
+from conrod.report.charts.canvas import drawing_style, log_axis, rows_axis, svg_text
+from conrod.report.charts.styles import preset_style, preset_title
+from conrod.report.results import name_of
+from conrod.report.table import Table, table
+from conrod.report.template import table_text
+from conrod.runs.plain import json_document, plain
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.studies.detection.qualification import Qualification, QualificationCase
+from conrod.studies.detection.variants import VariantCase, variant
+from conrod.studies.frame.case import Study
+from conrod.studies.frame.files import Batch, folder_to_write, write_together
+from conrod.studies.frame.result import results_of
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.results import ValidationResult
+
+# Healthy machines of each of the scenes, of the catalogue, and of those with a cam, whose runs take 100 times as long.
+MANY, FEW, CAMS = 200, 25, 10
+LOOSE = 10.0  # times the error, of a tolerance that should be sharper
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Findings on one machine.
+
+    Attributes:
+        healthy: of the same machine with other parameters.
+    """
+
+    name: str
+    verdicts: tuple[Qualification, ...]
+    healthy: tuple[ValidationResult, ...]
+
+
+def detection(scenes: Mapping[str, Scene], share: float) -> Study[list[Machine]]:
+    """The study: first what is noticed, then what is not to be; `share` of the numbers of healthy machines."""
+    judged = [(e, p) for e in map(engine_named, engine_names()) for p, rule in e.presets.items() if rule.judged]
+    noticed = yield from results_of(
+        QualificationCase(name, scene, engine.name, preset, Plan())
+        for name, scene in scenes.items()
+        for engine, preset in judged
+    )
+    passed = {name: [(r.engine, str(r.preset)) for r in found if r.found] for name, found in noticed.items()}
+    healthy = yield from results_of(
+        VariantCase(name, made, engine, preset, steps, start)
+        for name, scene in scenes.items()
+        for number in range(round(share * _count(name, scene)))
+        for made, steps, start in [variant(scene, default_steps(scene), number)]
+        for engine, preset in passed[name]
+    )
+    return [Machine(name, noticed[name], healthy.get(name, ())) for name in scenes]
+
+
+def _count(name: str, scene: Scene) -> int:
+    return CAMS if scene.mechanism().cam_contacts else MANY if name in SCENES else FEW
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+
+def _kinds(machines: Sequence[Machine]) -> dict[tuple[str, str], str]:
+    """Defects by verdict and name, with their unit."""
+    found: dict[tuple[str, str], str] = {}
+    for verdict in (v for machine in machines for v in machine.verdicts if v.found):
+        assert verdict.found is not None
+        for kind, some in vars(verdict.found).items():
+            found |= {(kind, one.defect): one.unit for one in some}
+    return found
+
+
+def _sizes(machines: Sequence[Machine], kind: str, defect: str) -> dict[tuple[str, str], dict[str, Any]]:
+    """By engine and preset what is found of a defect, by machine."""
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for machine in machines:
+        for verdict in machine.verdicts:
+            for one in getattr(verdict.found, kind, ()):
+                if one.defect == defect:
+                    found.setdefault((verdict.engine, str(verdict.preset)), {})[machine.name] = one
+    return found
+
+
+def limits_table(machines: Sequence[Machine]) -> Table:
+    """A row for each defect: over all machines, the median and the largest of the smallest sizes that are noticed."""
+    presets = dict.fromkeys((v.engine, str(v.preset)) for m in machines for v in m.verdicts if v.found)
+    rows = []
+    for (kind, defect), unit in _kinds(machines).items():
+        sizes = _sizes(machines, kind, defect)
+        cells = []
+        for preset in presets:
+            found = list(sizes.get(preset, {}).values())
+            seen = [one for one in found if one.visible]
+            least = [one.smallest for one in seen if one.smallest is not None]
+            missed = [one for one in seen if (one.smallest is None if unit else not one.by)]
+            text = "cannot be seen" if found and not seen else "not judged" if not found else "noticed"
+            if unit and least:
+                text = f"{numbers.sized(float(np.median(least)), unit)}, {numbers.sized(max(least), unit)}"
+            cells.append(text + (f"; not noticed on {len(missed)} of {len(seen)}" if missed else ""))
+        rows.append((defect + (" (forces)" if kind == "forces" else ""), *cells))
+    return table(["defect", *(preset_title(*preset) for preset in presets)], rows)
+
+
+def alarms_table(machines: Sequence[Machine]) -> Table:
+    """False alarms and tightness of each machine's verdicts."""
+    rows = []
+    for machine in machines:
+        for verdict in machine.verdicts:
+            runs = [r for r in machine.healthy if name_of(r) == name_of(verdict) and r.passed is not None]
+            alarms = sum(r.passed is False for r in runs)
+            tight = [_times(*verdict.tightness[q]) if q in verdict.tightness else "n/a" for q in QUANTITIES]
+            judged = f"{alarms} of {len(runs)}" if runs else verdict.reason or "not judged"
+            rows.append((machine.name, *name_of(verdict), judged, *tight))
+    head = ["machine", "engine", "preset", "false alarms", *(f"{q}: tolerance / error" for q in QUANTITIES)]
+    return table(head, rows, head[3:])
+
+
+QUANTITIES = ("position", "velocity", "acceleration", "velocity_rms")
+
+
+def _times(error: float, allowed: float) -> str:
+    return numbers.quantity(allowed / error, 3) if error > numbers.ROUNDING else "rounding"
+
+
+def alarms(machines: Sequence[Machine]) -> list[str]:
+    """Each false alarm in words."""
+    return [
+        f"{m.name}, {r.engine} {r.preset}, {r.steps_per_revolution} steps, speed {r.parameters['speed']:.4g} rad/s: "
+        + (", ".join(f"{q} {f / a:.3g} times its tolerance" for q, (f, a) in r.exceeded().items() if f) or r.reason)
+        for m in machines
+        for r in m.healthy
+        if r.passed is False
+    ]
+
+
+# -- the report --------------------------------------------------------------------------------------------------------
+
+
+def figure(machines: Sequence[Machine]) -> Figure:
+    """A row for each defect that has a size, a dot for each machine, over the smallest size that is noticed."""
+    kinds = {key: unit for key, unit in _kinds(machines).items() if unit}
+    drawn = Figure(figsize=(10.5, 0.34 * len(kinds) + 1.2))
+    axes = drawn.subplots()
+    labels: dict[str, Any] = {}
+    for row, key in enumerate(kinds):
+        for k, (preset, found) in enumerate(sorted(_sizes(machines, *key).items())):
+            least = sorted(one.smallest for one in found.values() if one.smallest is not None)
+            style = preset_style(*preset) | {"linestyle": "none", "markersize": 4.0}
+            if least:
+                (mark,) = axes.plot(least, [row + 0.22 * (k - 1)] * len(least), **style)
+                labels.setdefault(preset_title(*preset), mark)
+    log_axis(axes, (1e-13, 1e3), [10.0**k for k in range(-12, 4, 3)])
+    names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
+    units = [
+        unit.replace("% of the way", "way").replace("% of L", "L").replace("%", "share") for unit in kinds.values()
+    ]
+    rows_axis(axes, [f"{n} [{'rad' if u == 'deg' else u}]" for n, u in zip(names, units, strict=True)], 0.6)
+    axes.set_xlabel("smallest size that the verdict notices; one mark for each machine")
+    height = drawn.get_figheight()
+    drawn.subplots_adjust(left=0.3, right=0.98, top=1.0 - 0.42 / height, bottom=0.55 / height)
+    drawn.legend(labels.values(), labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.6, 1.0))
+    return drawn
+
+
+def page(machines: Sequence[Machine]) -> str:
+    """The page in Markdown."""
+    runs = [r for m in machines for r in m.healthy if r.passed is not None]
+    wrong = alarms(machines)
+    pairs = [
+        (m.name, v, q, *v.tightness[q]) for m in machines for v in m.verdicts for q in QUANTITIES if q in v.tightness
+    ]
+    loose = [
+        f"{name}, {' '.join(name_of(v))}: {q} {_times(error, allowed)}"
+        for name, v, q, error, allowed in pairs
+        if error > numbers.ROUNDING and allowed > LOOSE * error
+    ]
+    lines = [
+        "# Would it notice?", "",
+        f"**{len(wrong)} false alarms in {len(runs)} healthy runs; {len(loose)} tolerances of {len(pairs)} are more "
+        f"than {LOOSE:g} times what is measured.**", "",
+        "![Smallest defects that the verdicts notice](figures/detection.svg)", "",
+        f"On {len(machines)} machines, by `make detection`; what is planted and how is in "
+        "[detection.md](../../docs/detection.md). [detection.json](detection.json) has all sizes, by machine.", "",
+        "## The smallest defect that is noticed", "",
+        "Median and largest over the machines, in the place where the verdict sees least, whatever the sign.", "",
+        table_text(limits_table(machines)), "",
+        "## False alarms, and how tight tolerances are", "",
+        "Healthy machines: every parameter up to 20 % off, the speed up to five times more or less and of either sense, "
+        f"100 to 2000 steps a turn, any start; {MANY} of each scene, {FEW} of each of the catalogue, {CAMS} with a cam "
+        "(a tenth to a half of its usual steps). What is below 1e-12 is rounding, and no law is sharp there.", "",
+        table_text(alarms_table(machines)), "",
+    ]  # fmt: skip
+    for title, points in (("False alarms", wrong), (f"Tolerances of more than {LOOSE:g} times the error", loose)):
+        lines += [f"## {title}", "", *(f"- {point}" for point in points or ["none"]), ""]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Pursue the study, print what it finds, and write the report where it is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.detection", description=main.__doc__)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="[all scenes and the catalogue]")
+    parser.add_argument("--healthy", type=float, default=1.0, metavar="SHARE", help="of the healthy machines [1]")
+    parser.add_argument("--ledger", metavar="FILE", help="where finished runs are kept [in the cache folder]")
+    parser.add_argument("--jobs", type=int, metavar="N", help="runs at a time [one a core]")
+    parser.add_argument("--out", metavar="DIR", help="write page, figure and sizes")
+    asked = parser.parse_args()
+    scenes = {name: SCENES.get(name) or scene_named(name) for name in asked.scenes or [*SCENES, *catalogue_names()]}
+    with Runner.of(RunOptions(ledger=asked.ledger, jobs=asked.jobs)) as runner:
+        machines = runner.pursue(detection(scenes, asked.healthy))
+    text = page(machines)
+    print(text)
+    if asked.out:
+        with drawing_style():
+            drawn = svg_text(figure(machines))
+        sizes = {m.name: {" ".join(name_of(v)): plain(v.found) for v in m.verdicts} for m in machines}
+        folder: Path = folder_to_write(asked.out, "--out")
+        (folder / "figures").mkdir(parents=True, exist_ok=True)
+        files = {"README.md": text, "detection.json": json_document(sizes)}
+        write_together([Batch(folder, files), Batch(folder / "figures", {"detection.svg": drawn})])
+
+
+if __name__ == "__main__":
+    main()
