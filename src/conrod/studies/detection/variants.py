@@ -19,7 +19,7 @@ from conrod.studies.validation.plan import Plan, begun, started
 from conrod.studies.validation.results import ValidationResult
 
 PARAMETERS, SPEEDS = 0.2, math.log(5.0)  # largest change of a parameter, of the logarithm of the speed
-STEPS, CONTACT_STEPS = (100, 2000), (0.1, 0.5)  # of linkages; of a machine with a cam, of its usual ones
+STEPS, CONTACT_STEPS = (100, 2000), (2000, 6000)  # of linkages; of a machine with a cam
 TRIES = 100
 
 
@@ -66,7 +66,7 @@ class VariantCase(EngineCase[ValidationResult]):
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged()
 
 
-def variant(scene: Scene, usual_steps: int, number: int) -> tuple[Scene, int, float]:
+def variant(scene: Scene, number: int) -> tuple[Scene, int, float]:
     """A healthy machine of a scene, its steps per revolution and start angle [rad]; the same for the same number.
 
     Raises:
@@ -80,10 +80,7 @@ def variant(scene: Scene, usual_steps: int, number: int) -> tuple[Scene, int, fl
         }
         speed = scene.speed * math.exp(chance.uniform(-SPEEDS, 0.0 if contact else SPEEDS))
         changed["speed"] = speed if contact else speed * chance.choice((-1.0, 1.0))
-        if contact:
-            steps = round(usual_steps * chance.uniform(*CONTACT_STEPS))
-        else:
-            steps = round(math.exp(chance.uniform(*map(math.log, STEPS))))
+        steps = round(math.exp(chance.uniform(*map(math.log, CONTACT_STEPS if contact else STEPS))))
         start = 0.0 if contact else chance.uniform(0.0, 2.0 * math.pi)
         try:
             made = scene.with_parameters(**changed)
