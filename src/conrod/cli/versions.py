@@ -22,6 +22,13 @@ class Asked(ReportOptions, RunOptions):
     versions: str | None = option(
         "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
     )
+    reproducer: str | None = option(
+        "--reproducer", metavar="FILE", help="Write a script that shows the largest change, with the engine alone."
+    )
+
+    @property
+    def given(self) -> dict[str, object]:
+        return options.as_given(self, RunOptions, "assignments", "out", "document", "reproducer")
 
 
 @options.verb()
@@ -40,8 +47,9 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.engines.registry import engine_named
     from conrod.errors import InvalidInput
     from conrod.report.versions import KIND
-    from conrod.studies.frame.files import naming
+    from conrod.studies.frame.files import files_to_write, naming, single, write_together
     from conrod.studies.frame.resolve_arguments import select_scenes
+    from conrod.studies.versions import reproducer
     from conrod.studies.versions.running import ReleaseRunner
     from conrod.studies.versions.study import plan_probes, versions_study
 
@@ -51,12 +59,16 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     chosen = required(made, Released).releases.chosen(asked.versions)
     probes = plan_probes(select_scenes(typed, asked.assignments), made)
     files = outputs(KIND, [engine], asked)
+    script = files_to_write({"--reproducer": asked.reproducer}, {"the ledger": asked.ledger_file}).get("--reproducer")
     with Runner.of(asked) as runner:
         jobs = options.available_cores() if asked.jobs is None else asked.jobs
         runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, asked.fresh, ProgressBar)
         study = versions_study(made, chosen, probes, runs.perform)
     with naming("standard output"):
         print_versions(study)
+    if script is not None:
+        text = reproducer.reproducer(study, probes, made, runs.environments)
+        write_together([single(script, text)])
     files.write({engine: study}, "versions", {engine: engine}, asked, {"": scenes})
 
 

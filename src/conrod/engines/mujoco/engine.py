@@ -14,6 +14,7 @@ from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, motor_run
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.probes import probes
+from conrod.engines.mujoco.reproducer import reproducer
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.releases import read_releases
@@ -42,6 +43,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     mobility = staticmethod(kinematic.model_mobility)
     releases = read_releases("conrod.engines.mujoco")
     probes = staticmethod(probes)
+    reproducer = staticmethod(reproducer)
 
     def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
         return standalone_mjcf(name, machine, settings=settings)

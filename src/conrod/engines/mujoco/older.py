@@ -16,7 +16,8 @@ from conrod.exact.motion import Array
 
 RELEASE = numbers_of(mujoco.__version__)
 # The first releases in which a bad state can be left as it is, equalities are of sites, rollouts take several data.
-AUTORESET_FLAG, SITE_EQUALITIES, SEVERAL_DATA = (3, 2, 1), (3, 2, 3), (3, 2, 7)
+# (In 3.2.3 and 3.2.4, which had sites first, connects of them write beyond their memory: six-bar ends by a signal.)
+AUTORESET_FLAG, SITE_EQUALITIES, SEVERAL_DATA = (3, 2, 1), (3, 2, 5), (3, 2, 7)
 # ... and in which an integrator, or an option, is there.
 SINCE = {"discrete": (3, 13, 0)}
 
@@ -34,19 +35,20 @@ def resets_by_itself(settings: MuJoCoSettings) -> bool:
     return settings.autoreset or RELEASE < AUTORESET_FLAG
 
 
-def adapt(root: ET.Element) -> bool:
-    """Change a model to one that means the same in this release; return whether anything had to be."""
-    if RELEASE < AUTORESET_FLAG:
+def adapt(root: ET.Element, release: tuple[int, ...] | None = None) -> bool:
+    """Change a model to one that means the same in a release, or this one; return whether anything had to be."""
+    release = RELEASE if release is None else release
+    if release < AUTORESET_FLAG:
         for flag in root.iterfind("option/flag"):
             flag.attrib.pop("autoreset", None)
-    if RELEASE < SITE_EQUALITIES:
+    if release < SITE_EQUALITIES:
         holders = {site.get("name"): (body, site) for body in root.iter() for site in body.iterfind("site")}
         for connect in root.iterfind("equality/connect[@site1]"):
             (first, site), (second, _) = (holders[connect.attrib.pop(name)] for name in ("site1", "site2"))
             # The second anchor is where the first one is in the compiled pose, in which every loop is closed.
             ends = [body.get("name", "world") for body in (first, second)]
             connect.attrib |= {"body1": ends[0], "body2": ends[1], "anchor": site.get("pos", "0 0 0")}
-    return max(AUTORESET_FLAG, SITE_EQUALITIES) > RELEASE
+    return release < max(AUTORESET_FLAG, SITE_EQUALITIES)
 
 
 def bodies_of(model: mujoco.MjModel, equality: int) -> list[int]:

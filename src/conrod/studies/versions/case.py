@@ -46,10 +46,11 @@ class VersionCase(RunCase):
             ended = followed(engine, case.scene, case.settings, *span, errors, signed, every=bits.add)
         except InvalidInput:
             raise
-        except (AttributeError, TypeError, ValueError) as error:
+        except (AttributeError, TypeError) as error:
             # Of a release that has not what conrod asks of it, which no table of ours foresaw.
-            lacks = f"conrod cannot drive it: {type(error).__name__}: {' '.join(str(error).split())}"
-            return Measurement(Outcome.UNSUPPORTED.slug, lacks)
+            return Measurement(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
+        except Exception as error:  # the engine's own, of whatever kind
+            return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")
         found: dict[str, Any] = {}
         if ended.outcome is Outcome.COMPLETED:
             found = {**errors.found(), "signed": signed.errors()}

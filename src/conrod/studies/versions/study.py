@@ -12,7 +12,7 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import Released, required
-from conrod.engines.engine import run_of
+from conrod.engines.engine import judged_preset, run_of
 from conrod.errors import InvalidInput
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
@@ -78,8 +78,8 @@ def versions_study(
     releases, runs = required(engine, Released).releases, dict[str, Runs]()
     times, unsupported = dict[str, Mapping[str, Timing]](), dict[str, str]()
     for version in versions:
-        paths = [probe.of(version) for probe in probes]
-        cases, timed = [case for path in paths for case in path], [path[-1] for path in paths if len(path) > 1]
+        cases = [case for probe in probes for case in probe.of(version)]
+        timed = [probe.of(version)[-1] for probe in probes if probe.settings == judged_preset(engine)]
         try:
             runs[version], times[version] = perform(releases.requirement(version), cases, timed)
         except InvalidInput as error:
