@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.mobility import jacobian_rank
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.own.models.loading import name_or_number
@@ -99,10 +100,8 @@ def ties_bodies(model: mujoco.MjModel, index: int) -> bool:
 
 def bodies_of(model: mujoco.MjModel, index: int) -> tuple[int, int]:
     """The bodies that a connect or weld ties together."""
-    ends = (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
-    if model.eq_objtype[index] == mujoco.mjtObj.mjOBJ_SITE:
-        return int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])
-    return ends
+    one, other = older.bodies_of(model, index)
+    return one, other
 
 
 def ties(model: mujoco.MjModel) -> list[tuple[int, tuple[int, int]]]:

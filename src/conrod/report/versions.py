@@ -31,7 +31,9 @@ def size_words(change: Change) -> str:
     """How a run changed: its outcome, the sizes of what is above rounding, or that last digits did."""
     if change.outcomes[0] != change.outcomes[1]:
         return f"{change.outcomes[0]}, now {change.outcomes[1]}"
-    if change.size and not change.last_digits:
+    if not change.size:
+        return f"other bits, {change.outcomes[1]}"
+    if not change.last_digits:
         above = {q: size for q, size in change.size.items() if size > numbers.ROUNDING}
         return ", ".join(f"{quantity} {numbers.measured(size)}" for quantity, size in above.items())
     return "last digits, of outputs alone" if change.in_outputs_alone else "last digits"

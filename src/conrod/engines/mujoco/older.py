@@ -52,9 +52,17 @@ def adapt(root: ET.Element, release: tuple[int, ...] | None = None) -> bool:
 
 
 def bodies_of(model: mujoco.MjModel, equality: int) -> list[int]:
-    """Numbers of the two bodies that a connect holds together."""
-    ends = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])]
-    return ends if RELEASE < SITE_EQUALITIES else [int(body) for body in model.site_bodyid[ends]]
+    """Numbers of the two bodies that a connect or weld ties together."""
+    ends, kinds = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])], getattr(model, "eq_objtype", None)
+    if kinds is None or kinds[equality] != mujoco.mjtObj.mjOBJ_SITE:
+        return ends
+    return [int(body) for body in model.site_bodyid[ends]]
+
+
+def flag(name: str) -> int:
+    """The bit that disables something, mjDSBL_NAME; 0 where this release has none."""
+    found = mujoco.mjtDisableBit.__members__.get(f"mjDSBL_{name}")
+    return 0 if found is None else int(found)
 
 
 def roll_out(

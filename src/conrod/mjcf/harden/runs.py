@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, rows_at
@@ -132,7 +133,7 @@ def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
     """A copy that steps at the pace and does not begin again by itself where it breaks."""
     run = copy.copy(model)
     run.opt.timestep = pace.timestep
-    run.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    run.opt.disableflags |= older.flag("AUTORESET")
     return run
 
 
@@ -154,9 +155,10 @@ HIDDEN = 1e-9
 def conservative(model: mujoco.MjModel) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     """A copy without what takes or gives energy, and the names of what was left out of it."""
     flags, bare = int(model.opt.disableflags), copy.copy(model)
-    bare.opt.disableflags |= int(
-        BIT.mjDSBL_CONTACT | BIT.mjDSBL_LIMIT | BIT.mjDSBL_FRICTIONLOSS | BIT.mjDSBL_DAMPER | BIT.mjDSBL_ACTUATION
-    )
+    for name in ("CONTACT", "LIMIT", "FRICTIONLOSS", "DAMPER", "ACTUATION"):
+        bare.opt.disableflags |= older.flag(name)
+    if not older.flag("DAMPER"):
+        bare.dof_damping[:] = bare.tendon_damping[:] = 0.0
     # MuJoCo's potential energy does not know of the gravity that it takes away.
     bare.body_gravcomp[:] = 0.0
     bare.opt.density = bare.opt.viscosity = 0.0

@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.mjcf.lint.findings import Change, Edit, Exclude, SetOption
@@ -179,6 +180,7 @@ class Document:
                     ElementTree.SubElement(_option(root, ("contact",)), "exclude", {"body1": one, "body2": other})
                 case _:
                     assert_never(edit)
+        older.adapt(root)
         return root
 
     def _body_name(self, elements: list[Element], index: int) -> str:

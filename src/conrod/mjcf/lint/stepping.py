@@ -198,7 +198,8 @@ AT_ONCE = {"delay": "0", "interval": "0 0", "nsample": "0"}
 def late_sensor(bench: Bench) -> Iterator[Finding]:
     """A delay or an interval set on a sensor."""
     model = bench.model
-    held = [i for i in range(model.nsensor) if model.sensor_history[i, 0] and bench.document.can_edit("sensor", i)]
+    delays = getattr(model, "sensor_history", np.zeros((model.nsensor, 1)))  # older releases of MuJoCo have none
+    held = [i for i in range(model.nsensor) if delays[i, 0] and bench.document.can_edit("sensor", i)]
     if not held:
         return
     prompt, late = bench.edited(_read_at_once(model, held)).run.sensors, dict[int, float]()

@@ -10,6 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
@@ -100,7 +101,7 @@ def ordered(model: mujoco.MjModel, order: Order) -> mujoco.MjModel:
     """A copy of a model with the settings of an order; contacts and closures alike get a preset's."""
     changed, settings = copy.copy(model), order.settings
     option = changed.opt
-    option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    option.disableflags |= older.flag("AUTORESET")
     if settings is not None:
         assert isinstance(settings, MuJoCoSettings)
         option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
@@ -178,7 +179,7 @@ def _run(assembly: Assembly, model: mujoco.MjModel, data: mujoco.MjData, drive: 
     whole = bool(finite.all())
     rows = rows if whole else rows[: int(np.argmin(finite))]
     bad = _bad_numbers(data)
-    reset = bool(bad) and not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    reset = bool(bad) and not model.opt.disableflags & older.flag("AUTORESET")
     named = f" ({', '.join(bad)})" if bad else ""
     ended = f"{'MuJoCo reset its state' if reset else 'not finite'} at {clock:.4g} s{named}"
     motion = rows[:, 4:].reshape(len(rows), len(points), 3, 3)

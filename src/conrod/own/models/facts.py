@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.engines.cam_polygon import convex_hull
 from conrod.engines.mobility import jacobian_rank
+from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
 from conrod.own.models.loading import Crank, joint_kind, listed, name_or_number
@@ -121,7 +122,7 @@ def remarks(model: mujoco.MjModel, crank: Crank) -> tuple[str, ...]:
         size = float(abs(value).max())
         if size > 0.0:
             found.append(f"the crank has a {what} of {size:g}, which the drive overcomes")
-    if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET:
+    if not model.opt.disableflags & older.flag("AUTORESET"):
         found.append("autoreset is on: a run that fails starts again in silence; with conrod's drive it is off")
     return tuple(found)
 

@@ -9,8 +9,8 @@ from conrod.studies.versions.findings import Change, VersionStudy
 
 ROW, COLUMN, LEFT, TOP, BOTTOM = 0.19, 0.27, 2.6, 0.45, 0.75  # [inch]
 # Sizes of a change of position over L, each up to its number, from pale to dark; then what has no size.
-SIZES = {0.0: "last digits", 1e-6: "position up to 1e-6 L", 1e-3: "up to 1e-3 L", float("inf"): "more"}
-COLOURS = ("#d6e4f0", "#9ecae1", "#4292c6", "#084594")
+SIZES = {0.0: "last digits, other bits", 1e-6: "position up to 1e-6 L", 1e-3: "up to 1e-3 L", float("inf"): "more"}
+COLOURS = ("#bcd6ea", "#6baed6", "#2171b5", "#08306b")
 SAME, OTHERWISE = "#f4f4f4", "#D55E00"
 
 
@@ -20,7 +20,7 @@ def colour_of(change: Change | None) -> str:
         return SAME
     if change.outcomes[0] != change.outcomes[1]:
         return OTHERWISE
-    if change.last_digits or not change.size:
+    if change.last_digits:
         return COLOURS[0]
     return next(
         colour for top, colour in zip(list(SIZES)[1:], COLOURS[1:], strict=True) if change.size["position"] <= top

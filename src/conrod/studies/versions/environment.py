@@ -154,7 +154,7 @@ def _run(command: Sequence[str]) -> None:
 
 
 def _said(text: str) -> str:
-    """What an installer says, in one line: pip's last error, or all of uv's without its hints."""
+    """What an installer says, in one line: the first error of pip, or all of uv without its hints."""
     errors = [line.removeprefix("ERROR: ") for line in text.splitlines() if line.startswith("ERROR: ")]
-    words = errors[-1] if errors else FRAME.sub(" ", text.partition("\n\n")[0].partition("hint:")[0])
+    words = errors[0] if errors else FRAME.sub(" ", text.partition("\n\n")[0].partition("hint:")[0])
     return " ".join(words.split())

@@ -40,7 +40,7 @@ class Change:
         differ: names of the states and outputs that are not the same to the last bit.
         size: by quantity, the largest difference of the two motions at twenty angles of the last turn, normalised as
             errors are; empty unless both completed.
-        last_digits: whether nothing but these changed.
+        last_digits: whether nothing but these changed; True also where the size of other bits is not known.
         explained: what the engine's own changelog says of the release that can be the cause; empty where nothing is.
     """
 

@@ -132,7 +132,7 @@ def change_between(before: Measurement, after: Measurement, steps_per_revolution
     if not differ and ended[0] == ended[1]:
         return None
     if ended != (Outcome.COMPLETED.slug,) * 2:
-        return Change("", "", ended, tuple(differ), {}, False)
+        return Change("", "", ended, tuple(differ), {}, ended[0] == ended[1])
     assert after.signed is not None
     size = {
         q: max(float(np.abs(after.signed_of(p, q) - before.signed_of(p, q)).max()) for p in after.signed)
