@@ -228,7 +228,7 @@ def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
         pytest.skip(f"MuJoCo cannot be installed here: {error}")
     probes = [probe for probe in plan_probes({"saw": SAW}, MUJOCO) if probe.settings in ("tuned", "hardened")]
     with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-        runs = ReleaseRunner(ledger, 2, 600.0, None, False, ProgressBar, environments)
+        runs = ReleaseRunner(ledger, 2, 600.0, None, False, False, ProgressBar, environments)
         study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], probes, runs.perform)
         # All is in the ledger now: nothing is installed for it, nothing runs.
         broken = replace(runs, environments=Environments(tmp_path / "other", maker("exit 1")))

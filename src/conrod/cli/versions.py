@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from conrod.cli import options
-from conrod.cli.options import ReportOptions, RunOptions, option
+from conrod.cli.options import ReportOptions, TimedRunOptions, option
 
 if TYPE_CHECKING:
     from conrod.studies.versions.findings import VersionStudy
@@ -15,7 +15,7 @@ DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam
 
 
 @dataclass(frozen=True)
-class Asked(ReportOptions, RunOptions):
+class Asked(ReportOptions, TimedRunOptions):
     """Request to `conrod versions`, as typed."""
 
     assignments: tuple[str, ...] = option("--set")
@@ -28,7 +28,7 @@ class Asked(ReportOptions, RunOptions):
 
     @property
     def given(self) -> dict[str, object]:
-        return options.as_given(self, RunOptions, "assignments", "out", "document", "reproducer")
+        return options.as_given(self, TimedRunOptions, "assignments", "out", "document", "reproducer")
 
 
 @options.verb()
@@ -62,7 +62,8 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     script = files_to_write({"--reproducer": asked.reproducer}, {"the ledger": asked.ledger_file}).get("--reproducer")
     with Runner.of(asked) as runner:
         jobs = options.available_cores() if asked.jobs is None else asked.jobs
-        runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, asked.fresh, ProgressBar)
+        again = asked.fresh, asked.timed_again
+        runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, *again, ProgressBar)
         study = versions_study(made, chosen, probes, runs.perform)
     with naming("standard output"):
         print_versions(study)

@@ -23,7 +23,7 @@ class ReleaseRunner:
     Attributes:
         jobs: runs at a time.
         timeout, memory: limits of a run [s], [bytes]; None for none.
-        fresh: whether what the ledger has is done again.
+        fresh, retimed: whether runs, and timings, are made again that the ledger has.
         watching: a watcher, from what it is to say and how cases usually end.
     """
 
@@ -32,6 +32,7 @@ class ReleaseRunner:
     timeout: float | None
     memory: int | None
     fresh: bool
+    retimed: bool
     watching: Callable[[str, str], AbstractContextManager[Watcher]]
     environments: Environments = field(default_factory=Environments)
 
@@ -55,12 +56,12 @@ class ReleaseRunner:
             ):
                 runs = run_cases(cases, self.ledger, executor, fresh=self.fresh, watcher=bar)
         wanted = [case for case in timed if runs[case.key].outcome == Outcome.COMPLETED.slug]
-        known = {} if self.fresh else self.ledger.timings([case.key for case in wanted], fingerprint())
+        known = {} if self.retimed else self.ledger.timings([case.key for case in wanted], fingerprint())
         if len(known) == len(wanted):
             return runs, known
         python = self._interpreter(requirement, cases[0])
         with self.watching(f"costs of {requirement}", "timed") as bar:
-            limit, fresh = self.timeout, self.fresh
+            limit, fresh = self.timeout, self.retimed
             return runs, time_cases(
                 wanted, self.ledger, cell_timeout=limit, fresh=fresh, watcher=bar, interpreter=python
             )
