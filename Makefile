@@ -7,7 +7,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep prior limits ablate audit detection test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue sweep prior limits ablate versions audit detection test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -33,6 +33,9 @@ limits: $(READY) ## find where the engines stop being trustworthy and rewrite re
 
 ablate: $(READY) ## measure what a model requires, and rewrite reports/ablate/; on an idle machine
 	$(BIN)/conrod ablate shear-press saw-500rpm cam-follower --out reports/ablate
+
+versions: $(READY) ## measure what each release of the engines changed, and rewrite reports/versions/; half an hour, needs a network
+	for engine in pymunk mujoco; do $(BIN)/conrod versions $$engine --out reports/versions || exit; done
 
 audit: $(READY) ## check the documents' printed numbers and formulas against the exact motion, and rewrite reports/audit/
 	$(BIN)/python -m audits --out reports/audit

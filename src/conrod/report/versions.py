@@ -24,7 +24,7 @@ UNEXPLAINED = "unexplained"
 
 def unsupported_lines(study: VersionStudy) -> list[str]:
     """A line for each release that could not be had."""
-    return [f"{study.engine} {one.version} unsupported: {one.unsupported}" for one in study.releases if one.unsupported]
+    return [f"{study.engine} {version} unsupported: {why}" for version, why in study.unsupported.items()]
 
 
 def size_words(change: Change) -> str:

@@ -28,9 +28,10 @@ def tidy_row(
     """The row of a run; what it does not have is None.
 
     Columns, in this order:
-        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, else limits, ablate, or
-        sweep (`study_of`); parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine, engine_version;
-        preset that settings are or come from: None of others, and of runs kept before presets were noted with them;
+        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, else limits, ablate,
+        versions, or sweep (`study_of`); parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine,
+        engine_version; preset that settings are or come from: None of others, and of runs kept before presets were
+        noted with them;
         setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
         passed: the verdict by conrod's own tolerances, of a result of `conrod validate`;

@@ -7,7 +7,6 @@ imported from where this process has it (`WorkerProcess`), so that two environme
 from __future__ import annotations
 
 import hashlib
-import os
 import platform
 import re
 import shutil
@@ -35,18 +34,15 @@ FRAME = re.compile("[\u00d7\u2500-\u25ff]+")  # around what uv says
 Make = Callable[[Path, Sequence[str]], None]
 
 
-def default_folder() -> Path:
-    """Folder of the environments, in the user's cache folder."""
-    return platformdirs.user_cache_path("conrod") / "environments"
-
-
 def install(folder: Path, requirements: Sequence[str]) -> None:
     """Make an environment with some requirements, by uv, or without it by venv and pip; wheels alone are taken.
 
     Raises:
         InvalidInput: what the installer says, in one line.
     """
-    python, uv, wheels = python_of(folder), _uv(), ("--only-binary", ":all:")
+    beside = Path(sys.executable).with_name("uv")
+    uv = str(beside) if beside.is_file() else shutil.which("uv")
+    python, wheels = python_of(folder), ("--only-binary", ":all:")
     if uv is not None:
         _run([uv, "venv", "--quiet", "--python", sys.executable, str(folder)])
         _run([uv, "pip", "install", "--quiet", *wheels, "--python", str(python), *requirements])
@@ -63,7 +59,7 @@ class Environments:
         make: fills an empty folder; raises InvalidInput.
     """
 
-    folder: Path = field(default_factory=default_folder)
+    folder: Path = field(default_factory=lambda: platformdirs.user_cache_path("conrod") / "environments")
     make: Make = install
 
     def interpreter(self, engine: str, requirement: str, version: str) -> str:
@@ -130,12 +126,7 @@ def _version(engine: str) -> str:
 
 def python_of(folder: Path) -> Path:
     """Path of an environment's interpreter."""
-    return folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-
-
-def _uv() -> str | None:
-    beside = Path(sys.executable).with_name("uv")
-    return str(beside) if beside.is_file() else shutil.which("uv")
+    return folder / "bin" / "python"
 
 
 def _run(command: Sequence[str]) -> None:

@@ -55,7 +55,7 @@ class Change:
     @property
     def in_outputs_alone(self) -> bool:
         """True if the states are the same to the last bit, and what is read of them is not."""
-        return bool(self.differ) and not any(name.startswith(STATES) for name in self.differ)
+        return not any(name.startswith(STATES) for name in self.differ)
 
 
 @dataclass(frozen=True)
@@ -79,30 +79,20 @@ class History:
 
 
 @dataclass(frozen=True)
-class Release:
-    """A release that was asked for, and why it could not be had; empty where it could."""
-
-    version: str
-    unsupported: str = ""
-
-
-@dataclass(frozen=True)
 class VersionStudy:
-    """Releases of an engine, the oldest first, on the same runs.
+    """Releases of an engine on the same runs.
 
     Attributes:
         source: where the engine's own changelog is.
+        measured: versions that could be had, the oldest first.
+        unsupported: why others could not.
     """
 
     engine: str
     source: str
-    releases: tuple[Release, ...]
+    measured: tuple[str, ...]
+    unsupported: Mapping[str, str]
     histories: tuple[History, ...]
-
-    @property
-    def measured(self) -> tuple[str, ...]:
-        """Versions that could be had."""
-        return tuple(release.version for release in self.releases if not release.unsupported)
 
     def changes_at(self, version: str) -> tuple[tuple[History, Change], ...]:
         """What changed with a release."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
+from functools import partial
 
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import Watcher, run_cases, time_cases
@@ -44,27 +45,19 @@ class ReleaseRunner:
         Raises:
             InvalidInput: the release cannot be had.
         """
-        keys = {case.key for case in cases}
+        keys, made, name = {case.key for case in cases}, self.environments.interpreter, cases[0].settings.engine
         runs: Mapping[str, Measurement] = {} if self.fresh else self.ledger.measurements(keys)
         if runs.keys() < keys:
-            python, limits = self._interpreter(requirement, cases[0]), (self.timeout, self.memory)
-            with (
-                LocalProcesses(
-                    self.jobs, cell_timeout=limits[0], cell_memory=limits[1], interpreter=python
-                ) as executor,
-                self.watching(f"runs of {requirement}", Outcome.COMPLETED.slug) as bar,
-            ):
-                runs = run_cases(cases, self.ledger, executor, fresh=self.fresh, watcher=bar)
+            with self.watching(f"runs of {requirement}", Outcome.COMPLETED.slug) as bar:
+                python = made(name, requirement, cases[0].version)
+                processes = partial(LocalProcesses, cell_timeout=self.timeout, cell_memory=self.memory)
+                with processes(self.jobs, interpreter=python) as executor:
+                    runs = run_cases(cases, self.ledger, executor, fresh=self.fresh, watcher=bar)
         wanted = [case for case in timed if runs[case.key].outcome == Outcome.COMPLETED.slug]
         known = {} if self.retimed else self.ledger.timings([case.key for case in wanted], fingerprint())
         if len(known) == len(wanted):
             return runs, known
-        python = self._interpreter(requirement, cases[0])
         with self.watching(f"costs of {requirement}", "timed") as bar:
-            limit, fresh = self.timeout, self.retimed
-            return runs, time_cases(
-                wanted, self.ledger, cell_timeout=limit, fresh=fresh, watcher=bar, interpreter=python
-            )
-
-    def _interpreter(self, requirement: str, case: VersionCase) -> str:
-        return self.environments.interpreter(case.settings.engine, requirement, case.version)
+            timing = partial(time_cases, cell_timeout=self.timeout, fresh=self.retimed, watcher=bar)
+            python = made(name, requirement, cases[0].version)
+            return runs, timing(wanted, self.ledger, interpreter=python)

@@ -21,7 +21,7 @@ from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.result import refinement_path
 from conrod.studies.frame.timing import Timing
 from conrod.studies.versions.case import VersionCase
-from conrod.studies.versions.findings import LAST_DIGITS, Change, History, Release, VersionRun, VersionStudy
+from conrod.studies.versions.findings import LAST_DIGITS, Change, History, VersionRun, VersionStudy
 
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 16000  # per revolution, from which the refinement path follows
 Runs = Mapping[str, Measurement]
@@ -96,8 +96,7 @@ def versions_study(
         )
         for probe in probes
     )
-    listed = tuple(Release(version, unsupported.get(version, "")) for version in versions)
-    return VersionStudy(engine.name, releases.source, listed, histories)
+    return VersionStudy(engine.name, releases.source, tuple(runs), unsupported, histories)
 
 
 def _run(path: Sequence[VersionCase], runs: Runs, times: Mapping[str, Timing]) -> VersionRun:
