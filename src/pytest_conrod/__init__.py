@@ -32,9 +32,9 @@ NOTE = "conrod"  # of what a passed test has to say
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Options and settings, one of each for every word."""
     group = parser.getgroup("conrod", "physics engines against exact motion")
-    group.addoption("--conrod-regen-all", action="store_true", help="Write all baselines again; tests pass.")
+    group.addoption("--conrod-regen-all", action="store_true", help="Write changed baselines again; tests pass.")
     group.addoption(
-        "--conrod-force-regen", action="store_true", help="Write all baselines again; tests whose has changed fail."
+        "--conrod-force-regen", action="store_true", help="Write changed baselines again; their tests fail."
     )
     for word in WORDS:
         option, (action, kind) = word.replace("_", "-"), KINDS.get(word, ("store", "string"))
@@ -87,22 +87,21 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
         words = _words(request, given)
         checked = conrod.check(subject, words.pop("scene", None), **words, baseline=file, accept=forced or accepted)
     except conrod.InvalidInput as error:
-        refused = f"conrod: {error}".replace(str(file), _short(file))
+        refused = f"conrod: {error}"
         refused += f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
     if refused:
         pytest.fail(refused, pytrace=False)
     held = checked.baseline
     assert held is not None
-    said = held.text.replace(str(file), _short(file))
     failed = [f"out of the law: {checked.verdict}"] if checked.in_law is False else []
-    if not held.passed or (forced and held.drifts):
-        failed.append(said)
+    if not held.passed or (forced and held.written):
+        failed.append(held.text)
         if not held.written and checked.in_law is not False:
             failed.append(f"accept: {_command(request)}")
     if failed:
         pytest.fail("conrod: " + "\n".join(failed), pytrace=False)
-    if said:
-        request.node.user_properties.append((NOTE, said))
+    if held.text:
+        request.node.user_properties.append((NOTE, held.text))
     return checked
 
 
@@ -138,7 +137,7 @@ def _files(request: pytest.FixtureRequest) -> Iterator[Path]:
         digest = hashlib.sha256(name.encode()).hexdigest()[:8]
         plain = re.sub(r"[^\w.-]+", "-", plain)[:LONGEST] + f"-{digest}"
     for k in itertools.count(1):
-        yield module.parent / FOLDER / module.stem / f"{plain}{'' if k == 1 else f'.{k}'}.json"
+        yield Path(_short(module.parent / FOLDER / module.stem / f"{plain}{'' if k == 1 else f'.{k}'}.json"))
 
 
 def _short(path: Path) -> str:

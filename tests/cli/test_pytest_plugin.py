@@ -73,13 +73,11 @@ def test_a_call_goes_before_the_marker_that_before_an_option_and_that_before_a_s
     pytester.inline_run("-p", "pytest_conrod", *arguments)
     common = {"engine": "mujoco", "crank": "motor", "steps_per_rev": 100}
     places = ["C=site:C", "M=site:M"]
-    folder = pytester.path / "conrod-baselines" / pytester.path.name
-    names = [Path(one[3]).name for one in asked]
     assert asked[0][:3] == ("a", None, common | {"revolutions": 3, "preset": "hardened", "point": places})
     assert asked[1][:3] == ("b", "saw", common | {"revolutions": 9, "preset": "custom", "point": {"C": "site:D"}})
-    assert names == ["test_one.json", "test_one.2.json"]
-    assert asked[0][3].parent.parent == folder.parent
-    assert asked[0][4] is False
+    assert [one[3].name for one in asked] == ["test_one.json", "test_one.2.json"]
+    assert {one[3].parent.parent for one in asked} == {Path("conrod-baselines")}
+    assert [one[4] for one in asked] == [False, False]
 
 
 SLIPS = {
@@ -103,6 +101,25 @@ def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None
     for line, message in zip(said, [*SLIPS.values(), "conrod: a int cannot be judged: give a scene"], strict=True):
         assert line.startswith(message)
     assert not (pytester.path / "conrod-baselines").exists()
+
+
+PLACES = {
+    "conrod-baselines": ("", "conrod: cannot write into conrod-baselines/test_a: * is a file, not a folder"),
+    "conrod-baselines/test_a/test_saw.json": ("{", "conrod: conrod-baselines/*/test_saw.json is no baseline of conrod"),
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_what_is_in_the_place_of_a_baseline_fails_the_test_and_stays(place: str, pytester: pytest.Pytester) -> None:
+    (text, message), file = PLACES[place], pytester.path / place
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    pytester.makepyfile(test_a=TEST.format(steps=500))
+    for arguments in ((), ("--conrod-regen-all",)):
+        done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q", *arguments)
+        done.assert_outcomes(failed=1)
+        done.stdout.fnmatch_lines([message])
+        assert file.read_text(encoding="utf-8") == text
 
 
 def test_the_plugin_loads_nothing_of_conrod_until_it_is_used(pytester: pytest.Pytester) -> None:
@@ -142,7 +159,7 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     )
     forced = run(pytester, "--conrod-force-regen")
     forced.assert_outcomes(failed=1)
-    forced.stdout.fnmatch_lines(["conrod: drifted from*", "baseline * is written again"])
+    forced.stdout.fnmatch_lines(["conrod: drifted from*", "baseline * is written"])
     run(pytester).assert_outcomes(passed=1)
     # Other settings are no drift; they are named, and accepted alike.
     test.write_text(TEST.format(steps=250), encoding="utf-8")

@@ -86,7 +86,7 @@ class Held:
             lines.append(f"the baseline was made with {', '.join(self.versions)}")
         if self.written:
             first = f"no baseline yet: {self.file} is written, look at it, keep it, run again"
-            lines.append(f"baseline {self.file} is written again" if self.accepted else first)
+            lines.append(f"baseline {self.file} is written" if self.accepted else first)
         return "\n".join(lines)
 
 
