@@ -118,9 +118,17 @@ class BranchWalk:
             within, turns = self._within(angle)
             added = turns[:, None] * table.gain
             poses = self._continuation.solved(guess - added, within) + added
-        for k in np.flatnonzero(self.equations.distance(poses, guess) > STRAYED):
-            near, here = table.nearest(float(angle[k]))
-            poses[k] = self._walk(near, here, float(angle[k]))[0]
+        strayed = np.flatnonzero(self.equations.distance(poses, guess) > STRAYED)
+        begun = [table.nearest(float(angle[k])) for k in strayed]
+        ways = angle[strayed] - np.array([near for near, _ in begun])
+        before: dict[float, tuple[float, Array]] = {}
+        for at in np.argsort(np.abs(ways)):
+            # Beyond a span the way goes on from the angle before, if that is nearer.
+            goal, side, (near, here) = float(angle[strayed[at]]), float(np.sign(ways[at])), begun[at]
+            if side in before and abs(goal - before[side][0]) < abs(goal - near):
+                near, here = before[side]
+            reached = self._walk(near, here, goal)
+            poses[strayed[at]], before[side] = reached[0], (goal, reached)
         return poses
 
     def series(self, angle: Array, order: int, side: Side) -> list[Array]:
