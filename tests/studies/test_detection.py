@@ -12,6 +12,7 @@ import pytest
 from planted_engine import LawfulEngine
 
 from conrod.engines import engine_named
+from conrod.engines.mujoco import dynamics
 from conrod.engines.running import followed, whole_run
 from conrod.exact.reference import GenericReference
 from conrod.runs.run_errors import PointSizes
@@ -21,6 +22,7 @@ from conrod.studies.detection.defects import MOTION
 from conrod.studies.detection.judging import FINE, motion_judge, noticed_by, smallest_noticed
 from conrod.studies.detection.machine_defects import Recording, another_assembly
 from conrod.studies.detection.qualification import QualificationCase
+from conrod.studies.detection.variants import VariantCase, variant
 from conrod.studies.validation.plan import Plan, begun
 from conrod.studies.validation.results import Qualified
 
@@ -107,6 +109,29 @@ def test_another_assembly_is_the_machine_and_not_its_motion() -> None:
     angle = SAW.kinematics.angles(24)
     assert abs(other.residual([other.poses(angle)], angle)).max() < 1e-12
     assert (other.branch(other.poses(angle)) != SAW.kinematics.branch_at(angle)).all()
+
+
+# -- healthy machines --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_healthy_variant_passes_and_one_with_a_wrong_step_does_not(
+    number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, steps, start = variant(SAW, number)
+    assert (made, steps, start) == variant(SAW, number)
+    assert made.parameters["rod"] != SAW.parameters["rod"]
+    case = VariantCase("saw", made, "mujoco", "hardened", steps, start)
+    assert case.run().passed is True
+    right = dynamics.build
+
+    def build(*given: Any) -> Any:
+        wrong = right(*given)
+        wrong.model.opt.timestep *= 1.0001
+        return wrong
+
+    monkeypatch.setattr(dynamics, "build", build)
+    assert case.run().passed is False
 
 
 # -- a run that ends before its time -----------------------------------------------------------------------------------
