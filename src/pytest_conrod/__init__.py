@@ -82,15 +82,12 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
     from conrod.studies.frame.drift import OtherBaseline
 
     forced, accepted = (request.config.getoption(f"--conrod-{one}") for one in ("force-regen", "regen-all"))
-    refused = ""
     try:
         words = _words(request, given)
         checked = conrod.check(subject, words.pop("scene", None), **words, baseline=file, accept=forced or accepted)
     except conrod.InvalidInput as error:
-        refused = f"conrod: {error}"
-        refused += f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
-    if refused:
-        pytest.fail(refused, pytrace=False)
+        accept = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
+        raise pytest.fail.Exception(f"conrod: {error}{accept}", pytrace=False) from None
     held = checked.baseline
     assert held is not None
     failed = [f"out of the law: {checked.verdict}"] if checked.in_law is False else []
@@ -137,7 +134,7 @@ def _files(request: pytest.FixtureRequest) -> Iterator[Path]:
         digest = hashlib.sha256(name.encode()).hexdigest()[:8]
         plain = re.sub(r"[^\w.-]+", "-", plain)[:LONGEST] + f"-{digest}"
     for k in itertools.count(1):
-        yield Path(_short(module.parent / FOLDER / module.stem / f"{plain}{'' if k == 1 else f'.{k}'}.json"))
+        yield Path(_short(module.parent / FOLDER / module.stem / f"{plain}{'' if k == 1 else f'+{k}'}.json"))
 
 
 def _short(path: Path) -> str:

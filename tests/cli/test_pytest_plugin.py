@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 import pytest
+from planted_engine import installed_in
 
 import conrod
 from pytest_conrod import COUNTS, LISTS, WORDS
@@ -75,7 +77,7 @@ def test_a_call_goes_before_the_marker_that_before_an_option_and_that_before_a_s
     places = ["C=site:C", "M=site:M"]
     assert asked[0][:3] == ("a", None, common | {"revolutions": 3, "preset": "hardened", "point": places})
     assert asked[1][:3] == ("b", "saw", common | {"revolutions": 9, "preset": "custom", "point": {"C": "site:D"}})
-    assert [one[3].name for one in asked] == ["test_one.json", "test_one.2.json"]
+    assert [one[3].name for one in asked] == ["test_one.json", "test_one+2.json"]
     assert {one[3].parent.parent for one in asked} == {Path("conrod-baselines")}
     assert [one[4] for one in asked] == [False, False]
 
@@ -193,6 +195,30 @@ def test_a_length_that_is_off_by_a_ten_thousandth_is_out_of_the_law_whatever_is_
         done = run(pytester, "--conrod-regen-all")
         done.assert_outcomes(failed=1)
         done.stdout.fnmatch_lines(["conrod: out of the law: It is not saw-500rpm as it stands: *rod*0.01 %*"])
+
+
+@pytest.mark.slow
+def test_an_engine_that_aborts_fails_its_own_test_alone(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Its steps are the other's, which end the process.
+    site, support = installed_in(pytester.mkdir("site"), "aborting:ENGINE"), ROOT / "tests" / "support"
+    (site / "aborting.py").write_text(
+        "import os\nfrom planted_engine import ENGINE\ntype(ENGINE).run = lambda *_: os.abort()\n", encoding="utf-8"
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(str, (ROOT / "src", site, support))))
+    pytester.makepyfile(
+        """
+        def test_abort(conrod_check):
+            conrod_check("saw-500rpm", engine="planted", preset="sharp", steps_per_rev=50)
+
+        def test_next():
+            pass
+        """
+    )
+    done = run(pytester, "--conrod-regen-all")
+    done.assert_outcomes(failed=1, passed=1)
+    done.stdout.fnmatch_lines(["conrod: out of the law: saw-500rpm: planted sharp: failed, crashed: *"])
 
 
 @pytest.mark.slow
