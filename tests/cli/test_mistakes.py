@@ -82,6 +82,7 @@ MISTAKES = {
     "versions mujoco saw-500": ("'saw-500'", "saw-500rpm"),
     "versions mujoco --versions 3.x": ("--versions: '3.x' is no version", "3.6.0,3.7.0"),
     "versions mujoco --versions 3.1.6": ("--versions: 3.1.6 is older than 3.2.0",),
+    "versions pymunk --reproducer r.py": ("pymunk has no script of a run",),
     "versions mujoco --cluster tcp://127.0.0.1:9": ("--cluster does not go with versions",),
     "sweep saw-500rpm --cluster tcp://127.0.0.1:9 --jobs 2": ("--jobs does not go with --cluster",),
     "results": ("there is no ledger", "--ledger"),

@@ -26,6 +26,7 @@ from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.versions.case import VersionCase
 from conrod.studies.versions.environment import Environments, python_of
 from conrod.studies.versions.findings import VersionStudy
+from conrod.studies.versions.reproducer import reproducer
 from conrod.studies.versions.study import LINKAGE_STEPS, change_between, plan_probes, versions_study
 
 SAW: Any = SCENES["saw-40rpm"]
@@ -211,6 +212,28 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InvalidInput, match=r"cannot write into .*file"):
         Environments(tmp_path / "file" / "cache").interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+
+
+def test_a_reproducer_runs_alone_and_is_not_written_where_it_shows_nothing(tmp_path: Path) -> None:
+    other = tmp_path / "python"
+    other.write_text('#!/bin/sh\nprintf "MuJoCo 3.6.0\\nqpos of another release\\n"\n')
+    other.chmod(0o755)
+
+    class Made(Environments):
+        def interpreter(self, engine: str, requirement: str, version: str) -> str:
+            return str(other) if version == "3.6.0" else sys.executable
+
+    study = planted({"3.6.0": SAME, "3.7.0": OTHER_STATE, "3.8.0": OTHER_STATE})
+    probes = plan_probes({"saw": SAW}, MUJOCO)
+    text = reproducer(study, probes, MUJOCO, Made())
+    assert text.startswith('# /// script\n# requires-python = ">=3.11"\n# dependencies = ["mujoco==3.7.0", "numpy"]\n')
+    assert 'With "mujoco==3.6.0"' in text
+    assert f"MuJoCo {MUJOCO.version}: all states" in text.partition("qpos of another release")[2]
+    assert "import conrod" not in text
+    with pytest.raises(InvalidInput, match="no release changed a bit"):
+        reproducer(planted({"3.6.0": SAME, "3.7.0": SAME}), probes, MUJOCO, Made())
+    with pytest.raises(InvalidInput, match="the change is not in the run alone"):
+        reproducer(planted({"3.8.0": SAME, "3.9.0": OTHER_STATE}), probes, MUJOCO, Made())
 
 
 @pytest.mark.slow

@@ -43,7 +43,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import ProgressBar, Runner
-    from conrod.engines.capabilities import Released, required
+    from conrod.engines.capabilities import Released, Reproduces, required
     from conrod.engines.registry import engine_named
     from conrod.errors import InvalidInput
     from conrod.report.versions import KIND
@@ -56,7 +56,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     if asked.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
     made, typed = engine_named(engine), scenes or DEFAULT_SCENES
-    chosen = required(made, Released).releases.chosen(asked.versions)
+    chosen = required(made, Released if asked.reproducer is None else Reproduces).releases.chosen(asked.versions)
     probes = plan_probes(select_scenes(typed, asked.assignments), made)
     files = outputs(KIND, [engine], asked)
     script = files_to_write({"--reproducer": asked.reproducer}, {"the ledger": asked.ledger_file}).get("--reproducer")

@@ -8,7 +8,9 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 import mujoco
+import numpy as np
 from mujoco import rollout
+from numpy.typing import NDArray
 
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.releases import numbers_of
@@ -53,10 +55,14 @@ def adapt(root: ET.Element, release: tuple[int, ...] | None = None) -> bool:
 
 def bodies_of(model: mujoco.MjModel, equality: int) -> list[int]:
     """Numbers of the two bodies that a connect or weld ties together."""
-    ends, kinds = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])], getattr(model, "eq_objtype", None)
-    if kinds is None or kinds[equality] != mujoco.mjtObj.mjOBJ_SITE:
-        return ends
-    return [int(body) for body in model.site_bodyid[ends]]
+    ends = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])]
+    return [int(body) for body in model.site_bodyid[ends]] if of_sites(model)[equality] else ends
+
+
+def of_sites(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Whether each of a model's equalities (neq,) is of sites, which the first releases do not have."""
+    kinds = getattr(model, "eq_objtype", np.zeros(model.neq))
+    return np.asarray(kinds == int(mujoco.mjtObj.mjOBJ_SITE), dtype=bool)
 
 
 def flag(name: str) -> int:

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 from conrod.mjcf.invariances.results import Invariance, Kept
 from conrod.mjcf.invariances.rounding import Accelerations, Put, accelerations, converged, forward
@@ -19,7 +20,7 @@ from conrod.mjcf.invariances.similarity import Similarity
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.runs import STATE
 
-JACOBIANS, SOLVERS, OFF = mujoco.mjtJacobian, mujoco.mjtSolver, mujoco.mjtDisableBit
+JACOBIANS, SOLVERS = mujoco.mjtJacobian, mujoco.mjtSolver
 AXIS = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
 TURNED = (math.cos(0.5), *(math.sin(0.5) * AXIS).tolist())  # by one radian about no axis of the world
 SIMILARITIES = {
@@ -107,7 +108,10 @@ def _set(**options: object) -> Edit:
 
 
 def _switch_islands(model: mujoco.MjModel) -> None:
-    model.opt.disableflags ^= int(OFF.mjDSBL_ISLAND)
+    if bit := older.flag("ISLAND"):
+        model.opt.disableflags ^= bit
+    else:  # which had to be asked for, until 3.3.5
+        model.opt.enableflags ^= int(mujoco.mjtEnableBit.mjENBL_ISLAND)
 
 
 SETTINGS: dict[str, Edit] = {

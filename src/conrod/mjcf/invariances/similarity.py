@@ -12,13 +12,14 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 
 FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "SLIDE", "HINGE")
 )
 CONNECT, WELD, JOINT = (int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD", "JOINT"))
-WORLD, NO_SAME_FRAME = 0, int(mujoco.mjtSameFrame.mjSAMEFRAME_NONE)
+WORLD, NO_SAME_FRAME = 0, 0  # the latter is mjSAMEFRAME_NONE, a name that 3.2.2 does not have yet
 # Fields by the powers of mass and length in their unit; what counts by coordinate is in `_by_coordinate`.
 LENGTHS = (
     "body_pos", "body_ipos", "jnt_pos", "geom_pos", "geom_size", "geom_rbound", "geom_aabb", "geom_margin", "geom_gap",
@@ -154,7 +155,7 @@ class Similarity:
                 rotations[index] = _product(turn, rotations[index])
                 if kind != "body":  # MuJoCo skips the rotation of what stood at its body's frame
                     getattr(made, f"{kind}_sameframe")[index] = NO_SAME_FRAME
-        of_bodies = (made.eq_type == CONNECT) & (made.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY))
+        of_bodies = (made.eq_type == CONNECT) & ~older.of_sites(made)
         for objects, columns in ((made.eq_obj1id, slice(0, 3)), (made.eq_obj2id, slice(3, 6))):
             for index in np.flatnonzero(of_bodies & (objects == WORLD)):
                 made.eq_data[index, columns] = _rotated(turn, made.eq_data[index, columns])

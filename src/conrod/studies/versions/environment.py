@@ -111,17 +111,14 @@ def imported_version(interpreter: str, engine: str) -> str:
     worker = WorkerProcess(Limits(timeout=STARTED), interpreter=interpreter)
     try:
         return worker.call(_version, engine)
-    except (WorkerDied, TimeoutError) as error:
-        raise InvalidInput(f"it cannot be imported: its process {error}") from None
+    except (WorkerDied, TimeoutError, ImportError, AttributeError, OSError) as error:
+        raise InvalidInput(f"it cannot be imported: {type(error).__name__}: {error}") from None
     finally:
         worker.end()
 
 
 def _version(engine: str) -> str:
-    try:
-        return engine_named(engine).version
-    except (ImportError, AttributeError, OSError) as error:
-        raise InvalidInput(f"it cannot be imported: {type(error).__name__}: {error}") from None
+    return engine_named(engine).version
 
 
 def python_of(folder: Path) -> Path:

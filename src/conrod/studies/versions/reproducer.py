@@ -18,7 +18,7 @@ HEADER = '''# /// script
 # ///
 """{title}
 
-Change the release in the third line to compare. It printed
+With "{earlier}" in the third line it is the release before. It printed
 
 {printed}
 """
@@ -47,7 +47,10 @@ def reproducer(study: VersionStudy, probes: Sequence[Probe], engine: Engine, env
     if printed[0].partition("\n")[2] == printed[1].partition("\n")[2]:
         raise InvalidInput(f"--reproducer: {history.scene}, {history.settings}: the change is not in the run alone")
     title = f"{history.scene}, {history.settings}, in {engine.name} {versions[0]} and {versions[1]}."
-    return HEADER.format(requirement=requirements[1], title=title, printed="\n".join(printed)) + script
+    return (
+        HEADER.format(earlier=requirements[0], requirement=requirements[1], title=title, printed="\n".join(printed))
+        + script
+    )
 
 
 def _printed(interpreter: str, script: str) -> str:
