@@ -174,7 +174,9 @@ def figure(machines: Sequence[Machine]) -> Figure:
             if least:
                 (mark,) = axes.plot(least, [row + 0.22 * (k - 1)] * len(least), **style)
                 labels.setdefault(preset_title(*preset), mark)
-    log_axis(axes, (1e-13, 1e3), [10.0**k for k in range(-12, 4, 3)])
+        if not any(one.smallest for found in _sizes(machines, *key).values() for one in found.values()):
+            axes.annotate("cannot be seen", (1e-12, row), va="center", color="#777777")
+    log_axis(axes, (1e-13, 1e4), [10.0**k for k in range(-12, 4, 3)])
     names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
     units = [
         unit.replace("% of the way", "way").replace("% of L", "L").replace("%", "share") for unit in kinds.values()
