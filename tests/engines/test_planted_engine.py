@@ -24,6 +24,7 @@ from conrod.engines.capabilities import (
     Lacking,
     ModelFile,
     ReportsForces,
+    Reproduces,
     capability,
     required,
 )
@@ -179,7 +180,7 @@ def test_an_engine_that_cannot_be_loaded_is_named(
 
 @pytest.mark.parametrize("kind", MEANINGS, ids=lambda kind: kind.__name__)
 def test_a_capability_is_had_or_lacked_with_a_reason(kind: type[Any]) -> None:
-    for name in ENGINES if kind is not ModelFile else ("mujoco",):
+    for name in ENGINES if kind not in (ModelFile, Reproduces) else ("mujoco",):
         assert capability(engine_named(name), kind) is engine_named(name)
     assert capability(ENGINE, kind) == Lacking(f"planted has no {MEANINGS[kind]}")
     with pytest.raises(InvalidInput, match="planted has no"):
