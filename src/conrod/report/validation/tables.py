@@ -228,12 +228,12 @@ def qualification_table(study: SceneStudy) -> Table:
     rows = [
         (
             defect + (" (forces)" if kind == "forces" else ""),
-            numbers.sized(planted.size, planted.unit) or "planted",
+            numbers.sized(planted.size, planted.unit) or "one",
             *(_noticed_cell({(k, n.defect): n for k, n in _noticed(r)}.get((kind, defect))) for r in runs),
         )
         for (kind, defect), planted in kinds.items()
     ]
-    head = ["defect", "planted", *(" ".join(name_of(r)) for r in runs)]
+    head = ["defect", "size", *(" ".join(name_of(r)) for r in runs)]
     return table(head, rows, title=f"{study.name}: {QUALIFICATION}")
 
 
