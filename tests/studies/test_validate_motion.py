@@ -185,6 +185,12 @@ def with_defect(right: ExactCourse, name: str, defect: Callable[[Mechanism], Mec
 CHEAP = ("whitworth", "saw-40rpm", "four-bar-swing")
 
 
+@pytest.fixture
+def unrefined(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs at the step of the rule alone, by which a verdict is given."""
+    monkeypatch.setattr("conrod.studies.free_motion.perform.PATH", (1,))
+
+
 def found_wrong(name: str, seconds: float | None) -> None:
     right = exact_course(name, select_scenes([name], [])[name], MotionPlan(FREE, seconds))
     assert result(right).passed is True
@@ -199,14 +205,16 @@ def heaviest(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, bodies=tuple(wrong if b is body else b for b in mechanism.bodies))
 
 
+@pytest.mark.usefixtures("unrefined")
 @pytest.mark.parametrize("name", CHEAP)
-def test_a_pin_moved_by_a_ten_thousandth_is_out_of_tolerance(name: str) -> None:
+def test_a_moved_pin_and_a_body_heavier_all_over_are_out_of_tolerance(name: str) -> None:
     found_wrong(name, 0.5)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unrefined")
 @pytest.mark.parametrize("name", JUDGED)
-def test_every_judged_machine_shows_a_moved_pin_and_a_wrong_mass_with_default_settings(name: str) -> None:
+def test_every_judged_machine_shows_a_moved_pin_and_a_body_heavier_all_over_with_default_settings(name: str) -> None:
     found_wrong(name, None)
 
 
@@ -248,13 +256,12 @@ def test_a_crank_that_stands_where_branches_cross_is_measured() -> None:
 # What validate --motion answers for each dynamics scene with default settings, where that is not a run: what it says.
 REFUSED = {("cam-spring-fast", FREE): "leaves the cam", ("press-cutting", FREE): "comes to rest in a force"}
 DRIVEN = ("press-cutting", "press-cutting-flywheel")
-CHAINS = ("four-bar-chain-2", "four-bar-chain-10", "four-bar-chain-40")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "motion"),
-    [*((name, FREE) for name in (*SCENES, *catalogue_names())), *product((*dynamics_names(), *CHAINS), (FREE, TORQUE))],
+    [*((name, FREE) for name in (*SCENES, *catalogue_names())), *product(dynamics_names(), (FREE, TORQUE))],
 )
 def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) -> None:
     # Nothing but hardened MuJoCo is judged.
@@ -314,10 +321,9 @@ def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
 
 @pytest.mark.slow
 def test_the_step_follows_the_fastest_turn_and_all_steps_of_the_path_meet_the_same_instants() -> None:
-    slow, fast = course("pendulum").grid, course("saw-coasting", FREE, 1.0).grid
-    assert slow.step == 0.005
-    assert fast.step < 0.0025
-    for grid in (slow, fast):
+    for one in (course("pendulum"), course("saw-coasting", FREE, 1.0)):
+        grid, turn = one.grid, one.pace.turn
+        assert turn / 1600.0 < grid.step <= turn / 800.0
         assert grid.finer(4).step * grid.finer(4).every == pytest.approx(grid.step * grid.every, rel=1e-12)
     asked = exact_course("pendulum", select_scenes(["pendulum"], [])["pendulum"], MotionPlan(FREE, 1.0, 0.004))
     assert asked.grid.step == 0.004
