@@ -9,8 +9,7 @@ import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
@@ -37,6 +36,7 @@ class Case(ABC):
 
     name: str
     scene: Scene = field(repr=False)
+    _key: ClassVar[str] = ""
 
     @property
     def effort(self) -> float:
@@ -80,13 +80,16 @@ class Case(ABC):
         """Names for people that a ledger keeps beside the identity; they change neither key nor result."""
         return {}
 
-    @cached_property
+    @property
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
-        # The scene's part is a long text that is the same for all its cases.
-        text = canonical(self._identity(None))
-        text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
-        return key_of(text)
+        # Kept, but not by `cached_property`: its lock and a dictionary for each case are a tenth of what a key takes.
+        if not self._key:
+            # The scene's part is a long text that is the same for all its cases.
+            text = canonical(self._identity(None))
+            text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
+            object.__setattr__(self, "_key", key_of(text))
+        return self._key
 
 
 # -- studies ---------------------------------------------------------------------------------------------------------
