@@ -8,6 +8,7 @@ they are out of tolerance. Runs are kept in the ledger: an interrupted study goe
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -169,7 +170,8 @@ def figure(machines: Sequence[Machine]) -> Figure:
     labels: dict[str, Any] = {}
     for row, key in enumerate(kinds):
         for k, (preset, found) in enumerate(sorted(_sizes(machines, *key).items())):
-            least = sorted(one.smallest for one in found.values() if one.smallest is not None)
+            scale = math.degrees(1.0) if kinds[key] == "deg" else 1.0
+            least = sorted(scale * one.smallest for one in found.values() if one.smallest is not None)
             style = preset_style(*preset) | {"linestyle": "none", "markersize": 4.0}
             if least:
                 (mark,) = axes.plot(least, [row + 0.22 * (k - 1)] * len(least), **style)
@@ -181,7 +183,7 @@ def figure(machines: Sequence[Machine]) -> Figure:
     units = [
         unit.replace("% of the way", "way").replace("% of L", "L").replace("%", "share") for unit in kinds.values()
     ]
-    rows_axis(axes, [f"{n} [{'rad' if u == 'deg' else u}]" for n, u in zip(names, units, strict=True)], 0.6)
+    rows_axis(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
     axes.set_xlabel("smallest size that the verdict notices; one mark for each machine")
     height = drawn.get_figheight()
     drawn.subplots_adjust(left=0.3, right=0.98, top=1.0 - 0.42 / height, bottom=0.55 / height)

@@ -215,7 +215,7 @@ AFTER_100: dict[str, list[float]] = {
         *(0.3752567214837482, 0.0, 0.0, -0.4720315460054893, 0.0, 0.0),
     ],
 }
-SOURCE = {"mujoco": "1eb8a3b7bf1c325b", "pymunk": "736f55ccb019585b"}
+SOURCE = {"mujoco": "7fe4387e7fa912e2", "pymunk": "736f55ccb019585b"}
 
 
 @pytest.mark.parametrize("engine", ENGINES)
