@@ -83,7 +83,7 @@ class Case(ABC):
     @property
     def key(self) -> str:
         """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
-        # Kept, but not by `cached_property`: its lock and a dictionary for each case took a fifth of a key's time.
+        # Kept, but not by `cached_property`, whose lock and a dictionary for each case take time (docs/benchmarks.md).
         if not self._key:
             # The scene's part is a long text that is the same for all its cases.
             text = canonical(self._identity(None))
