@@ -18,7 +18,7 @@ from conrod.exact.motion import Array
 
 RELEASE = numbers_of(mujoco.__version__)
 # The first releases in which a bad state can be left as it is, equalities are of sites, rollouts take several data.
-# (In 3.2.3 and 3.2.4, which had sites first, connects of them write beyond their memory: six-bar ends by a signal.)
+# (3.2.3 and 3.2.4, which had sites first, have errors in connects of them: on 3.2.3 six-bar ends by a signal.)
 AUTORESET_FLAG, SITE_EQUALITIES, SEVERAL_DATA = (3, 2, 1), (3, 2, 5), (3, 2, 7)
 # ... and in which an integrator, or an option, is there.
 SINCE = {"discrete": (3, 13, 0)}
