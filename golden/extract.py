@@ -230,20 +230,11 @@ def _sweep(file: Path) -> Records:
             sizes = _series([point["errors"] or {} for point in own], rule["orders"])
             claimed = {quantity: order["claimed"] for quantity, order in rule["orders"].items()}
             yield from _orders(f"{rule['engine']}/{rule['name']}/{rule['path']}", claimed, sizes)
-        for entry in sweep["grid_convergence"]:
-            name = f"{entry['engine']}/{entry['label']}/{entry['path']}/grid convergence"
-            for quantity, shares in entry["shares"].items():
-                yield from _exactly(f"{name}/{quantity}", _without(shares, "ratio"))
         for budget in sweep["budgets"]:
             name = f"{budget['engine']}/{budget['preset']}/budget"
             yield from _measured(f"{name}/whole run", budget["whole_run"])
             for part in budget["parts"]:
                 yield from _measured(f"{name}/{part['name']}", part["norms"])
-        for entry in sweep["sensitivities"]:
-            for variation in entry["variations"]:
-                name = f"{entry['engine']}/{entry['preset']}/{variation['name']}"
-                yield f"{name}/outcome", Record(variation["outcome"])
-                yield from _measured(f"{name}/errors", variation["errors"])
 
 
 # -- exports -----------------------------------------------------------------------------------------------------------

@@ -109,18 +109,6 @@ def test_compiled_models_have_one_freedom_with_no_row_to_spare(name: str, engine
     assert not count.redundant
 
 
-@pytest.mark.parametrize(
-    ("name", "engine"),
-    [("rack and wheel", "mujoco"), ("inverted slider-crank", "pymunk"), ("planetary gear", "pymunk")],
-)
-def test_softness_of_closures_and_gears_is_what_a_run_shows(name: str, engine: str) -> None:
-    machine, of = driven(MACHINES[name]), engine_named(engine)
-    softness = of.predicted_softness(machine, of.presets["tuned"](machine, 1000))
-    assert softness is not None
-    run_error = compare(_run(machine, engine, "tuned", 1000, 2.0), machine).worst("position")
-    assert run_error == pytest.approx(softness.whole_run, rel=0.02)
-
-
 def test_pass_takes_whole_steps_within_the_span_from_the_end_that_the_sense_tells() -> None:
     forth, back = driven(swinging_four_bar((-0.4, 0.3))), GenericReference(swinging_four_bar((-0.4, 0.3)), -SPEED)
     for machine, start, stop in ((forth, -0.4, 0.3), (back, 0.3, -0.4)):

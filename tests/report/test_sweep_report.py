@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from handmade import SENSITIVITY, STEPS, errors_of, handmade_sweep
+from handmade import STEPS, errors_of, handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -21,7 +20,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.kind import Reproduction
 from conrod.report.saved import plain, restore
-from conrod.report.sweep.error_tables import budget_table, orders_table, shares_table
+from conrod.report.sweep.error_tables import budget_table, orders_table
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.tables import (
     cheapest_table,
@@ -31,7 +30,6 @@ from conrod.report.sweep.tables import (
     fronts_table,
     knobs_table,
     presets_table,
-    transfers_table,
 )
 from conrod.report.sweep.work_precision import name_offsets, work_precision_figure
 from conrod.report.table import Table
@@ -40,7 +38,6 @@ from conrod.runs.convergence import observed_order
 from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
-from conrod.studies.sweep.transfer import Transfer, transfers
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
 LABEL = re.compile(r"[MP]\d+")
@@ -188,28 +185,15 @@ def test_what_a_knob_is_worth_is_the_cost_without_it(study: SweepStudy) -> None:
     assert not knobs_table(untimed(study))
 
 
-def test_of_each_preset_the_table_has_plateau_parts_shares_and_dependence(study: SweepStudy) -> None:
+def test_of_each_preset_the_table_has_plateau_and_parts(study: SweepStudy) -> None:
     stock = row(presets_table(study), "MuJoCo stock")
-    assert list(stock.values())[1:9] == [
-        "plateau at 0.040", "1000", "0.040", "not resolved", "0.0010", "0.039", "0.038", "9 %",
-    ]  # fmt: skip
-    assert stock["masses and gravity"] == "x 4.0; slider_mass x 100 (600 kg): `opened`"
+    assert list(stock.values())[1:] == ["plateau at 0.040", "1000", "0.040", "not resolved", "0.0010", "0.039"]
     assert row(presets_table(study), "pymunk tuned")["position error, as the step is refined"] == "order 2.0"
 
 
-@pytest.mark.parametrize(
-    ("heading", "without"),
-    [
-        ("whole", lambda s: replace(s, budgets=())),
-        ("seen, step alone", lambda s: replace(s, both_ways=())),
-        ("masses and gravity", lambda s: replace(s, sensitivities=())),
-    ],
-)
-def test_what_was_not_measured_is_not_said(
-    study: SweepStudy, heading: str, without: Callable[[SweepStudy], SweepStudy]
-) -> None:
-    assert row(presets_table(study), "MuJoCo stock")[heading] != "n/a"
-    assert row(presets_table(without(study)), "MuJoCo stock")[heading] == "n/a"
+def test_what_was_not_measured_is_not_said(study: SweepStudy) -> None:
+    assert row(presets_table(study), "MuJoCo stock")["whole"] != "n/a"
+    assert row(presets_table(replace(study, budgets=())), "MuJoCo stock")["whole"] == "n/a"
 
 
 def test_an_error_that_falls_has_no_plateau(study: SweepStudy) -> None:
@@ -220,25 +204,11 @@ def test_an_error_that_falls_has_no_plateau(study: SweepStudy) -> None:
     }
 
 
-def test_a_run_whose_drive_faltered_says_nothing_about_masses(study: SweepStudy) -> None:
-    base, light, *others = SENSITIVITY.variations
-    faltering = replace(SENSITIVITY, variations=(base, replace(light, drive=1e-3), *others))
-    found = row(presets_table(replace(study, sensitivities=(faltering,))), "MuJoCo stock")
-    assert found["masses and gravity"].startswith("x 1.0;")
-
-
 # -- tables ------------------------------------------------------------------------------------------------------------
 
 
-def test_shares_are_pooled_by_cells_not_by_rules(study: SweepStudy) -> None:
-    # 108 of 200: of one rule with many cells and one with few.
-    assert shares_table(study).rows[0][4:] == ("200", "**54 %**", "0.65", "20", "5", "7")
-
-
-def test_a_cause_is_named_only_where_the_law_gives_the_size(study: SweepStudy) -> None:
+def test_a_budget_names_what_a_knob_changed_and_what_is_unknown_or_not_resolved(study: SweepStudy) -> None:
     rows = {str(row[0]).partition(",")[0]: row for row in budget_table(study.budgets[0]).rows}
-    assert rows["model"][-1] == "the law's"
-    assert "not named: the law does not" in str(rows["regularisation"][-1])
     assert "`hardening` none to 1e-9" in str(rows["regularisation"][0])
     assert "unknown (converged: opened)" in rows["stabilisation"]
     assert "not resolved" in str(rows["iteration"])
@@ -261,17 +231,6 @@ def test_every_rule_has_its_order_plateau_and_floor(study: SweepStudy) -> None:
     found = orders_table(study)
     assert len(found.rows) == len(study.rules)
     assert "plateau at 0.040" in found.rows[0]
-
-
-def test_transfers(study: SweepStudy) -> None:
-    found = Transfer("saw-40rpm", "mujoco", "position", 1e-5, "RK4", 100, {"shear-press": 2e-6}, 3e-5, 0.5)
-    assert transfers_table([found]).rows[0][-2:] == ("**no**", "n/a")
-    assert transfers_table([replace(found, error=3e-6)]).rows[0][-2:] == ("yes", "2.0")
-    assert transfers_table([replace(found, error=None, best=None)]).rows[0][-3:-1] == ("did not complete", "**no**")
-    # What is cheapest on one of two equal machines is so on the other.
-    twins = list(transfers([study, replace(study, name="twin")]))
-    assert twins
-    assert all(one.held and one.best == 1.0 for one in twins)
 
 
 # -- the files ---------------------------------------------------------------------------------------------------------

@@ -37,7 +37,6 @@ from conrod.studies.sweep.error_budget import (
     budget_plan_of,
     combined,
 )
-from conrod.studies.sweep.study import SweepPlan, sweep_study
 
 SAW, CAM = SCENES["saw-500rpm"], SCENES["cam-follower"]
 PARTS = (ITERATION, STEP, MODEL)
@@ -196,22 +195,6 @@ def test_a_run_that_failed_leaves_its_parts_out_and_says_so() -> None:
 # -- causes ----------------------------------------------------------------------------------------------------------
 
 
-def test_a_cause_is_named_only_where_the_law_gives_the_size() -> None:
-    plan = plan_of(SOFT)
-    runs = made_up(plan, dict.fromkeys(plan.cases, 1.0))
-    assert not budget_of(plan, runs).part(MODEL).named
-    norms = budget_of(plan, runs).part(MODEL).norms
-    assert norms is not None
-    right = norms["position"].max
-    assert budget_of(plan, runs, {FINEST: (right, "law")}).part(MODEL).named
-    assert not budget_of(plan, runs, {FINEST: (2.0 * right, "law")}).part(MODEL).named
-    laws = {FINEST: 1.0, f"{STABILISATION} finest": 0.25, CONVERGED: 2.0, STABILISATION: 0.5}
-    budget = budget_of(plan, runs, {role: (size, "law") for role, size in laws.items()})
-    assert budget.part(f"{STABILISATION}, no step").predicted == 0.75
-    assert budget.part(f"{STABILISATION}, this step").predicted == 1.5
-    assert budget.part(f"{REGULARISATION}, this step").predicted is None
-
-
 def test_too_few_iterations_grow_the_iterations_part_alone() -> None:
     right, planted = run_budget(TUNED, 2), run_budget(replace(TUNED, iterations=20), 2)
     assert sizes_of(right)[ITERATION] < 1e-6 * sizes_of(planted)[ITERATION]
@@ -248,37 +231,3 @@ def test_softness_grows_the_models_part(planted: Mapping[str, tuple[float, ...]]
     # Without regularisation, or without what it multiplies, all of it goes.
     knob = sizes_of(after)[f"{REGULARISATION}, no step"]
     assert knob == pytest.approx(sizes_of(after)[MODEL], rel=0.05)
-
-
-def swept_budget(settings: Settings, fineness: int) -> ErrorBudget:
-    """The budget as a sweep tells it, with what the engine's law gives."""
-    swept = SweepPlan("saw-500rpm", SAW, "coarse", (), (plan_of(settings, fineness),), ())
-    return sweep_study(swept, dict(runs_of(settings, fineness)), {}).budgets[0]
-
-
-def test_the_law_names_regularisation_as_the_cause_of_tuned_mujocos_error() -> None:
-    budget = swept_budget(MuJoCoSettings.tuned(SAW, 400), 2)
-    named = {part.name for part in budget.parts if part.named}
-    knobs = {f"{knob}, {step}" for knob in (REGULARISATION, STABILISATION) for step in ("no step", "this step")}
-    assert named == {MODEL} | knobs
-    assert largest_part(budget) == MODEL
-
-
-def test_the_law_names_the_bias_as_the_cause_of_stock_pymunks_error() -> None:
-    budget = swept_budget(PymunkSettings.stock(SAW, 200), 8)
-    assert budget.part(f"{STABILISATION}, this step").named
-    # What is left at the finest step is the bias's too, a finer step's, and not told from zero.
-    assert budget.part(MODEL).named
-    norms = budget.part(MODEL).norms
-    assert norms is not None
-    assert not any(norms[q].resolved for q in QUANTITIES)
-    assert largest_part(budget) == STEP
-    found = sizes_of(budget)
-    assert found[f"{STABILISATION}, this step"] == pytest.approx(found[TOTAL], rel=0.05)
-
-
-def test_a_run_that_failed_is_asked_no_law() -> None:
-    plan = plan_of(TUNED, 2)
-    runs = {cell.key: FAILED for cell in plan.cases.values()}
-    swept = SweepPlan("saw-500rpm", SAW, "coarse", (), (plan,), ())
-    assert all(part.predicted is None for part in sweep_study(swept, runs, {}).budgets[0].parts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -12,13 +12,14 @@ from catalogue import CAM, PRESS, SAW, SCENES
 
 from conrod.engines.running import whole_run
 from conrod.errors import InvalidInput
+from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.axes import AXES, STEP, Axis, Scale, spaced
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.changed_machines import length_power, permutation, rescaled
+from conrod.studies.limits.changed_machines import length_power, output_mass, permutation, rescaled
 from conrod.studies.limits.records import Level, level_of
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
@@ -356,3 +357,28 @@ def test_single_precision_is_seen_in_the_error(engine: str, preset: str) -> None
     assert single != double
     if engine == "mujoco":
         assert single > 100.0 * double
+
+
+# -- the mass of the output link ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_mass_that_is_varied_is_that_of_the_link_with_the_output_point_alone(name: str) -> None:
+    scene = SCENES[name]
+    heavier = scene.with_parameters(**{output_mass(scene): 3.0}).mechanism()
+    changed = [b.name for b in scene.mechanism().bodies if heavier.body(b.name).mass != b.mass]
+    assert changed == [next(o.body for o in scene.mechanism().observed if o.name == scene.output)]
+
+
+@dataclass(frozen=True)
+class FixedMass(Saw):
+    """A saw whose slider weighs what it weighs."""
+
+    def mechanism(self) -> Mechanism:
+        made = super().mechanism()
+        return replace(made, bodies=tuple(replace(b, mass=6.0) if b.name == "slider" else b for b in made.bodies))
+
+
+def test_a_machine_whose_output_has_no_mass_parameter_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="'slider'"):
+        output_mass(FixedMass())

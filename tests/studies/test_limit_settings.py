@@ -15,7 +15,6 @@ from conrod.engines import engine_named
 from conrod.engines.mujoco import recorder
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.settings import Spring
 from conrod.engines.rule import LATER_FIELDS
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
@@ -47,19 +46,6 @@ def test_unguarded_ones_are_what_they_are() -> None:
     two, one = states(SAW, in_steps(2.0, refsafe=False)), states(SAW, in_steps(1.0, refsafe=False))
     assert two[0].tobytes() == states(SAW, in_steps(2.0, refsafe=True))[0].tobytes()
     assert one[0].tobytes() != two[0].tobytes()
-
-
-@pytest.mark.parametrize("refsafe", [True, False])
-def test_the_spring_of_the_law_is_guarded_as_the_engines_is(refsafe: bool) -> None:
-    settings = in_steps(0.5, refsafe)
-    model = build(SAW, settings).model
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    stiffness, damping = np.asarray(data.efc_KBIP).reshape(-1, 4)[0, :2]
-    spring = Spring.of(settings.solref, settings.solimp, settings.timestep, settings.refsafe)
-    assert (spring.stiffness, spring.damping) == pytest.approx((stiffness, damping), rel=1e-12)
-    other = Spring.of(settings.solref, settings.solimp, settings.timestep, not settings.refsafe)
-    assert other.stiffness == pytest.approx(stiffness * (1.0 / 16.0 if not refsafe else 16.0), rel=1e-12)
 
 
 @pytest.mark.parametrize(("refsafe", "expected"), [(True, 6.0), (False, 1.5)])

@@ -43,11 +43,8 @@ def test_points_belong_to_the_rule_of_their_name_and_engine_at_increasing_steps(
         own = mixed.points_of(rule)
         assert [(p.engine, p.rule) for p in own] == [(rule.engine, rule.name)] * 4
         assert [p.steps_per_revolution for p in own] == sorted(p.steps_per_revolution for p in own)
-        assert {study.rule_of(p).name for p in own} == {rule.name}
     failed = next(p for p in study.points if not p.completed)
     assert failed.error("position") is None
-    with pytest.raises(KeyError):
-        study.rule_of(replace(failed, rule="none"))
 
 
 @pytest.mark.parametrize(

@@ -6,14 +6,17 @@ from typing import Any
 
 import pytest
 from catalogue import LINKAGES
+from measured import FAILED, errors_by_step
 
 from conrod.engines import ENGINES, engine_named
+from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.rule import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.study import plan_sweep, sweep_study
+from conrod.studies.sweep.study import orders_along, plan_sweep, sweep_study
 
+SAW = SCENES["saw-500rpm"]
 EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 
 
@@ -75,7 +78,7 @@ def small() -> Any:
     from dataclasses import replace
 
     rules = tuple(replace(rule, cases=rule.cases[:2]) for rule in plan.rules)
-    plan = replace(plan, rules=rules, budgets=(), sensitivities=())
+    plan = replace(plan, rules=rules, budgets=())
     measurements = {cell.key: measure(cell) for cell in plan.cases}
     timings = {
         cell.key: Timing(1e-6 * cell.settings.steps_per_revolution, 1e-6, cell.settings.steps_per_revolution, 1, 1, "m")
@@ -95,7 +98,7 @@ def test_a_run_that_does_not_complete_is_a_point_without_errors(small: Any) -> N
 def test_points_are_numbered_by_engine_and_identified(small: Any) -> None:
     assert [point.label for point in small.points] == ["P1", "P2", "P3", "P4"]
     for point in small.points:
-        assert small.rule_of(point).name == point.rule
+        assert point.rule in {rule.name for rule in small.rules}
         assert len(point.key) == 32
 
 
@@ -104,3 +107,12 @@ def test_stock_and_tuned_pymunk_are_on_the_front_in_their_places(small: Any) -> 
     assert [point.cost for point in front] == sorted(point.cost for point in front)
     errors = [point.error("position") for point in front]
     assert errors == sorted(errors, reverse=True)
+
+
+def test_the_order_is_that_of_the_runs_that_completed() -> None:
+    cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
+    runs = {c.key: errors_by_step(SAW, lambda h: h**2, c.settings.steps_per_revolution) for c in cases}
+    runs[cases[1].key] = FAILED
+    found = orders_along(cases, runs)["position"]
+    assert found.claimed == pytest.approx(2.0)
+    assert len(found.pairs) == len(cases) - 2

@@ -1,4 +1,4 @@
-"""A sweep made by hand: few points with round numbers, two failures, a budget, a sensitivity."""
+"""A sweep made by hand: few points with round numbers, two failures, a budget."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
 from conrod.studies.sweep.findings import Agreement, SweepStudy, SweptPoint, SweptRule
-from conrod.studies.sweep.grid_convergence import GridConvergence, Share
-from conrod.studies.sweep.sensitivity import Sensitivity, Variation
 
 STEPS = (20, 100, 500, 2500)
 
@@ -73,17 +71,11 @@ def rules(engine: str) -> Iterator[SweptRule]:
         completed = [(n, sizes) for n, sizes in known if sizes is not None]
         steps = tuple(n for n, _ in completed)
         orders = {q: fitted(steps, tuple(sizes[q] for _, sizes in completed)) for q in QUANTITIES}
-        formal = {"RK4": 4.0, "Euler": 1.0, "implicitfast": 1.0}.get(knobs.get("integrator", ""), 2.0)
-        yield SweptRule(engine, name, "step alone", knobs, formal, orders)
+        yield SweptRule(engine, name, "step alone", knobs, orders)
 
 
-def convergence(engine: str, rule: str, share: Share, path: str = "step alone") -> GridConvergence:
-    return GridConvergence(engine, rule, path, 1.0, dict.fromkeys(QUANTITIES, share), ())
-
-
-def part(name: str, size: float, predicted: float | None = None, known: float | None = 1e-13) -> Part:
-    norms = {q: Norm(size, size / 2.0, known) for q in QUANTITIES}
-    return Part(name, {}, norms, {}, predicted, "regularisation (1 - d) A f" if predicted else "")
+def part(name: str, size: float, known: float | None = 1e-13) -> Part:
+    return Part(name, {}, {q: Norm(size, size / 2.0, known) for q in QUANTITIES}, {})
 
 
 BUDGET = ErrorBudget(
@@ -96,32 +88,9 @@ BUDGET = ErrorBudget(
         part("total", 0.04, known=None),
         part("iteration", 0.0),
         part("step", 1e-3),
-        part("model", 0.039, predicted=0.038),
-        replace(part("regularisation, this step", 0.039, predicted=0.5), changes={"hardening": (None, 1e-9)}),
+        part("model", 0.039),
+        replace(part("regularisation, this step", 0.039), changes={"hardening": (None, 1e-9)}),
         Part("stabilisation, this step", {"solref": ([0.02, 1.0], [0.01, 1.0])}, None, {"converged": "opened"}),
-    ),
-)
-
-
-def variation(name: str, value: float | None, ratio: float | None) -> Variation:
-    errors = None if ratio is None else dict.fromkeys(QUANTITIES, 0.04 * ratio)
-    ratios: dict[str, float | None] = dict.fromkeys(QUANTITIES, ratio)
-    return Variation(
-        name, value, "opened" if ratio is None else "completed", errors, ratios, None if ratio is None else 0.0
-    )
-
-
-SENSITIVITY = Sensitivity(
-    "saw-500rpm",
-    "mujoco",
-    "stock",
-    {"steps_per_revolution": 1000, "gravity": True},
-    "slider_mass",
-    (
-        variation("as is", None, 1.0),
-        variation("slider_mass x 0.01", 0.06, 0.25),
-        variation("slider_mass x 100", 600.0, None),
-        variation("gravity switched", None, 1.001),
     ),
 )
 
@@ -142,12 +111,5 @@ def handmade_sweep() -> SweepStudy:
         rules=(*rules("mujoco"), *rules("pymunk")),
         points=(*points("mujoco"), *points("pymunk")),
         agreement=Agreement(0.04, 17),
-        grid_convergence=(
-            convergence("mujoco", STOCK[0], Share(9, 91, 0, 20, 5, 0.05)),
-            convergence("mujoco", HARD[0], Share(99, 1, 7, 0, 0, 1.25)),
-            convergence("mujoco", FAST[0], Share(60, 40, 0, 0, 0, 1.1), "step with softness"),
-        ),
-        both_ways=(convergence("mujoco", "stock", Share(9, 91, 0, 20, 5, 0.05)),),
         budgets=(BUDGET,),
-        sensitivities=(SENSITIVITY,),
     )

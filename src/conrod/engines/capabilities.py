@@ -39,21 +39,6 @@ class ExpectedError:
 
 
 @dataclass(frozen=True)
-class Softness:
-    """Largest position error that what closes the joints must cause, by the engine's documented law; normalised.
-
-    Attributes:
-        whole_run: over two turns from a start without error.
-        last_turn: over the second of them, where the start is forgotten.
-        law: in words.
-    """
-
-    whole_run: float
-    last_turn: float
-    law: str
-
-
-@dataclass(frozen=True)
 class KinematicResult:
     """Kinematic mode: the engine's own constraints solved at prescribed crank angles.
 
@@ -85,17 +70,6 @@ class ErrorLaw(Protocol):
     """
 
     def expected_error(self, machine: Machine, settings: Any) -> ExpectedError: ...
-
-
-@runtime_checkable
-class SoftnessLaw(Protocol):
-    """Size of the position error that what closes the joints must cause, by the engine's documented law; None without.
-
-    Where it acts by time (MuJoCo's springs) it is what is left at no step; where it acts by the step (pymunk's share of
-    an error that a step mends) it is that of the settings' step, the lag of the scheme included.
-    """
-
-    def predicted_softness(self, machine: Machine, settings: Any) -> Softness | None: ...
 
 
 @runtime_checkable
@@ -215,7 +189,6 @@ class Reproduces(Released, Protocol):
 MEANINGS: Mapping[type, str] = {
     KinematicMode: "kinematic mode",
     ErrorLaw: "law of its errors",
-    SoftnessLaw: "law of its softness",
     ReportsForces: "report of forces",
     FreeMotion: "motion without a drive",
     OwnMotor: "velocity actuator",

@@ -38,8 +38,6 @@ class DistanceJoint:
     point_b: Point
     pin_a: Point  # of the link, where `a` is pinned to it
     pin_b: Point
-    joint_a: str  # name of the pin between the link and `a`
-    joint_b: str
     start_turn: float  # [rad], of the link at crank angle 0, about
 
     @property
@@ -47,14 +45,10 @@ class DistanceJoint:
         """Distance of the link's pins [m]."""
         return math.dist(self.pin_a, self.pin_b)
 
-    def way(self, bodies: Mapping[str, PoseJet]) -> tuple[Jet, Jet]:
-        """The way from the point of `a` to that of `b`."""
-        (ax, ay), (bx, by) = bodies[self.a].point(self.point_a), bodies[self.b].point(self.point_b)
-        return bx - ax, by - ay
-
     def distance(self, bodies: Mapping[str, PoseJet]) -> Jet:
         """Distance of the two points."""
-        dx, dy = self.way(bodies)
+        (ax, ay), (bx, by) = bodies[self.a].point(self.point_a), bodies[self.b].point(self.point_b)
+        dx, dy = bx - ax, by - ay
         return square_root(dx * dx + dy * dy)
 
 
@@ -187,8 +181,7 @@ def _as_distance(mechanism: Mechanism, link: str) -> DistanceJoint | None:
     if any({mesh.a, mesh.b} <= {ends[0][0], ends[1][0]} for mesh in mechanism.meshes):
         return None  # a rolling pair's turns count against it
     (a, point_a, pin_a), (b, point_b, pin_b) = ends
-    names, pose = [joint.name for joint in joints], mechanism.poses[link]
-    return DistanceJoint(link, a, b, point_a, point_b, pin_a, pin_b, names[0], names[1], pose[2])
+    return DistanceJoint(link, a, b, point_a, point_b, pin_a, pin_b, mechanism.poses[link][2])
 
 
 def _ends(joint: Revolute, link: str) -> tuple[str, Point, Point]:

@@ -1,4 +1,4 @@
-"""Numerics of kinematic modes and of laws: ways between crank angles, roots, fixed points, largest derivatives."""
+"""Numerics of kinematic modes and of laws: ways between crank angles, roots, largest derivatives."""
 
 from __future__ import annotations
 
@@ -30,28 +30,6 @@ def close_gap(gap: Callable[[float], float], start: float, nudge: float, closed:
         here, there = there, there - gap_there * (there - here) / (gap_there - gap_here)
         gap_here, gap_there = gap_there, gap(there)
     return there
-
-
-ROUNDS = 40
-SETTLED = 1e-5  # of the largest entry
-
-
-def self_consistent(respond: Callable[[Array], Array], start: Array) -> Array | None:
-    """The state that responds with itself; None where the rounds do not settle, or a response is not finite."""
-    state = start
-    for _ in range(ROUNDS):
-        # What grows without end ends here as not finite, or as a matrix that cannot be solved.
-        with np.errstate(all="ignore"):
-            try:
-                following = respond(state)
-            except np.linalg.LinAlgError:
-                return None
-        if not np.all(np.isfinite(following)):
-            return None
-        change, state = float(np.abs(following - state).max()), following
-        if change <= SETTLED * float(np.abs(state).max()):
-            return state
-    return None
 
 
 SAMPLES = 720

@@ -5,21 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Generic
 
-from conrod.engines.engine import AnyFields, Machine, with_fields
+from conrod.engines.engine import AnyFields, Machine, step_length, with_fields
 
 
 class Variations(ABC, Generic[AnyFields]):
-    """Variations of settings with fields `iterations`, `rounded_state`, `cam_vertices` and `gravity`."""
+    """Variations of settings with fields `iterations`, `rounded_state` and `cam_vertices`."""
 
-    @abstractmethod
-    def refined(
-        self, machine: Machine, settings: AnyFields, steps_per_revolution: int, softness_follows: bool
-    ) -> AnyFields:
-        """The same settings at another number of steps per revolution.
-
-        Args:
-            softness_follows: whether what closes the joints keeps its softness in steps; else it does in seconds.
-        """
+    def refined(self, machine: Machine, settings: AnyFields, steps_per_revolution: int) -> AnyFields:
+        """The same settings, in seconds, at another number of steps per revolution."""
+        step = step_length(machine, steps_per_revolution)
+        return with_fields(settings, steps_per_revolution=steps_per_revolution, timestep=step)
 
     @abstractmethod
     def converged(self, machine: Machine, settings: AnyFields, times: int = 1) -> AnyFields:
@@ -59,11 +54,3 @@ class Variations(ABC, Generic[AnyFields]):
     def faceted(self, settings: AnyFields, vertices: int) -> AnyFields:
         """With a polygon of about so many vertices for each cam."""
         return with_fields(settings, cam_vertices=vertices)
-
-    def gravity_switched(self, settings: AnyFields) -> AnyFields:
-        """Without gravity, or with it where there was none."""
-        return with_fields(settings, gravity=not vars(settings)["gravity"])
-
-    @abstractmethod
-    def formal_order(self, settings: AnyFields) -> float:
-        """Order that the description of the integrator promises, over smooth forces."""

@@ -9,7 +9,7 @@ from conrod.engines.engine import Engine, Machine
 from conrod.engines.forces import ForceTracks, no_forces
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
-from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, older, softness, timing, variations
+from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, older, timing, variations
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, motor_run
 from conrod.engines.mujoco.model_edits import edit_refusal
@@ -30,7 +30,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(kinematic.solve_kinematics)
     expected_error = staticmethod(law.expected_error)
-    predicted_softness = staticmethod(softness.predicted_softness)
     stepper = staticmethod(timing.started)
     reference_loop = staticmethod(timing.reference_loop)
     grid = staticmethod(grid.rules)

@@ -5,37 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
-from conrod.engines.engine import Machine, step_length, with_fields
+from conrod.engines.engine import Machine, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.mujoco.settings import HARDENING, MuJoCoSettings
+from conrod.engines.mujoco.settings import HARDENING, LEAST_STEPS, MuJoCoSettings
 from conrod.engines.tree import tree_of
 from conrod.engines.variations import Variations
 
 # Stands for infinitely many: Newton's method needs one iteration where only joints act. Checked by doubling it.
 NEWTON_ITERATIONS = 1000
 LEAST_HARDENING = 1e-15
-LEAST_CONSTANT = 2.0  # in steps; MuJoCo raises a shorter time constant to this
-# All but RK4 are of the family of semi-implicit Euler, which has order 1 in the state of one instant.
-FORMAL_ORDERS = {"Euler": 1.0, "implicit": 1.0, "implicitfast": 1.0, "discrete": 1.0, "RK4": 4.0}
 
 
 class MuJoCoVariations(Variations[MuJoCoSettings]):
     """Time constants, impedances, hardening and solver of a MuJoCo run."""
-
-    def refined(
-        self, machine: Machine, settings: MuJoCoSettings, steps_per_revolution: int, softness_follows: bool
-    ) -> MuJoCoSettings:
-        """The softness is the time constants; MuJoCo itself raises one below two steps to two steps."""
-        h = step_length(machine, steps_per_revolution)
-        same = with_fields(settings, steps_per_revolution=steps_per_revolution, timestep=h)
-        if not softness_follows:
-            return same
-        return replace(
-            same,
-            solref=_in_steps(settings.solref, settings.timestep, h),
-            contact_solref=_in_steps(settings.contact_solref, settings.timestep, h),
-        )
 
     def converged(self, machine: Machine, settings: MuJoCoSettings, times: int = 1) -> MuJoCoSettings:
         iterations = times * max(NEWTON_ITERATIONS, settings.iterations)
@@ -59,7 +42,7 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
 
     def stabilised(self, machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
         """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
-        guarded = settings.refsafe and steps >= LEAST_CONSTANT
+        guarded = settings.refsafe and steps >= LEAST_STEPS
         same = with_fields(settings, refsafe=guarded)
         if machine.kinematics.mechanism.cam_contacts:
             return replace(same, contact_solref=(steps * settings.timestep, settings.contact_solref[1]))
@@ -72,15 +55,6 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
             return with_fields(settings, contact_solimp=impedance)
         return with_fields(settings, hardening=share)
 
-    def formal_order(self, settings: MuJoCoSettings) -> float:
-        return FORMAL_ORDERS[settings.integrator]
-
-
-def _in_steps(solref: tuple[float, float], timestep: float, h: float) -> tuple[float, float]:
-    # Divided first: a preset's eight steps are then eight steps to the last digit, and its runs are shared.
-    # Negative values are MuJoCo's other form, stiffness and damping: they stay as they are.
-    return (solref[0] / timestep * h, solref[1]) if solref[0] > 0.0 else solref
-
 
 def _stiffer(solimp: tuple[float, float, float, float, float]) -> tuple[float, float, float, float, float]:
     return (0.5 * (1.0 + solimp[0]), 0.5 * (1.0 + solimp[1]), *solimp[2:])
@@ -90,7 +64,7 @@ def _other_constant(solref: tuple[float, float], settings: MuJoCoSettings) -> tu
     constant, damping = solref
     if constant <= 0.0:  # MuJoCo's other form, minus stiffness and minus damping: half the constant is 4 and 2 times
         return 4.0 * constant, 2.0 * damping
-    admitted = 0.5 * constant >= LEAST_CONSTANT * settings.timestep or not settings.refsafe
+    admitted = 0.5 * constant >= LEAST_STEPS * settings.timestep or not settings.refsafe
     return (0.5 if admitted else 2.0) * constant, damping
 
 

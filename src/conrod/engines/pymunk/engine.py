@@ -5,7 +5,6 @@ from __future__ import annotations
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.pymunk import (
     built,
-    drift,
     dynamics,
     forces,
     free_run,
@@ -32,7 +31,6 @@ class Pymunk(Engine[PymunkSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(kinematic.solve_kinematics)
     expected_error = staticmethod(law.expected_error)
-    predicted_softness = staticmethod(drift.predicted_softness)
     forces = staticmethod(forces.forces)
     motor_run = staticmethod(free_run.motor_run)
     free_run = staticmethod(free_run.free_run)

@@ -35,7 +35,6 @@ from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred
-from conrod.engines.pymunk.drift import predicted_softness
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon
 from conrod.exact.jet import Jet, sine_cosine
@@ -151,7 +150,6 @@ CONTACT_LAW = (
     "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of it / "
     "cos(pressure angle)"
 )
-SAMPLED = 1e-3  # what sampling the turn takes off the drift at most, at 20 steps a revolution or more
 LAW = (
     "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the links' centres of gravity and of their turns, and "
     "the next term in h"
@@ -159,30 +157,19 @@ LAW = (
 
 
 def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for full correction; none where a share of the error is left at each step."""
-    if settings.error_bias > 0.0 or settings.dressing:
+    """Bounds for full correction; none where a share of the error is left at each step, or a rod is no body."""
+    if settings.error_bias > 0.0 or settings.dressing or settings.rod != BODY:
         return ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
         return ExpectedError(law=UNDETERMINED)
-    if settings.rod != BODY:
-        return _drift(machine, settings)
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
     behind = largest_lags(machine, start_angle)
     bounds = [step**2 * (behind[k] + lag * step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(NEXT_LAGS)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
-
-
-def _drift(machine: Machine, settings: PymunkSettings) -> ExpectedError:
-    """The lag of distance joints, which a point on a link that is left out shares in part."""
-    drift = predicted_softness(machine, settings)
-    if drift is None:
-        return ExpectedError()
-    floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    return ExpectedError((1.0 + SAMPLED) * drift.whole_run + floor, law=drift.law)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from conrod.engines.engine import Machine, step_length, with_fields
+from conrod.engines.engine import Machine, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
 from conrod.engines.variations import Variations
@@ -13,30 +13,10 @@ from conrod.engines.variations import Variations
 # Stands for infinitely many: Gauss-Seidel gains digits in proportion, so it is a multiple of what the tuned preset
 # takes from the masses. Checked by doubling it.
 ENOUGH_ITERATIONS = 4
-# Semi-implicit Euler has order 1 in the state of one instant; read at the instants that its positions and velocities
-# belong to, it is the leapfrog scheme of order 2.
-STAGGERED_ORDER = 2.0
 
 
 class PymunkVariations(Variations[PymunkSettings]):
     """Biases, slop and iterations of a pymunk run."""
-
-    def refined(
-        self, machine: Machine, settings: PymunkSettings, steps_per_revolution: int, softness_follows: bool
-    ) -> PymunkSettings:
-        """The softness is the share of an error left after a second; a slop is a way fallen, and follows h squared."""
-        h = step_length(machine, steps_per_revolution)
-        same = with_fields(settings, steps_per_revolution=steps_per_revolution, timestep=h)
-        if not softness_follows:
-            return same
-        # What is left after a step, bias^h, is what keeps its size.
-        longer = settings.timestep / h
-        return replace(
-            same,
-            error_bias=settings.error_bias**longer,
-            collision_bias=settings.collision_bias**longer,
-            collision_slop=settings.collision_slop / settings.timestep**2 * h**2,
-        )
 
     def converged(self, machine: Machine, settings: PymunkSettings, times: int = 1) -> PymunkSettings:
         needed = PymunkSettings.tuned(machine, settings.steps_per_revolution).iterations
@@ -69,9 +49,6 @@ class PymunkVariations(Variations[PymunkSettings]):
     def regularised(self, machine: Machine, settings: PymunkSettings, share: float) -> None:
         """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
         return
-
-    def formal_order(self, settings: PymunkSettings) -> float:
-        return STAGGERED_ORDER
 
 
 def _other_bias(bias: float) -> float:

@@ -9,7 +9,7 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, Spring
+from conrod.engines.mujoco.settings import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import bodies_of, kind_of, owners, ties_bodies
 from conrod.mjcf.harden.results import Loop
@@ -71,13 +71,9 @@ def _unit(model: mujoco.MjModel, joint: int) -> tuple[str, ...]:
 
 
 def impedance(solimp: Array) -> float:
-    """MuJoCo's impedance d of a closed constraint."""
-    return _spring(solimp).impedance(0.0)
-
-
-def _spring(solimp: Array) -> Spring:
-    least, most, width, midpoint, power = (float(value) for value in solimp)
-    return Spring.of(STOCK_SOLREF, (least, most, width, midpoint, power), 0.0)
+    """MuJoCo's impedance d of a closed constraint: solimp's first number, or the mean where there is no width."""
+    first, last = np.clip(solimp[:2], LEAST_IMPEDANCE, MOST_IMPEDANCE)
+    return float(first if solimp[2] > 0.0 else 0.5 * (first + last))
 
 
 def compliance(solref: Array, solimp: Array, least_time: float) -> float:
@@ -86,7 +82,7 @@ def compliance(solref: Array, solimp: Array, least_time: float) -> float:
     A constraint at rest under a force f is open by f R / (k d), R = (1 - d) / d x (inverse weight),
     k = 1 / (d_max^2 x time constant^2 x damping ratio^2) (MuJoCo's documentation, "Computation", solver parameters).
     """
-    d, widest = impedance(solimp), _spring(solimp).solimp[1]
+    d, widest = impedance(solimp), float(np.clip(solimp[1], LEAST_IMPEDANCE, MOST_IMPEDANCE))
     constant = max(float(solref[0]), least_time)
     return (1.0 - d) / d**2 * (widest * constant * float(solref[1])) ** 2
 

@@ -11,14 +11,13 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.error_tables import budget_table, orders_table, shares_table, title_of
+from conrod.report.sweep.error_tables import budget_table, orders_table, title_of
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.findings import SweepStudy
-from conrod.studies.sweep.transfer import transfers
 
 FEW_TOLERANCES = (1e-3, 1e-6, 1e-9)
 
@@ -36,7 +35,6 @@ def _page(part: Part[SweepStudy]) -> Page:
         one_pass=study.one_pass,
         untimed=len([p for p in study.points if p.completed]) - len(timed_points(study)),
         orders=orders_table(study),
-        shares=shares_table(study),
         budgets=[_budget(budget) for budget in study.budgets],
     )
     return Page(text, (diagram,) if diagram else ())
@@ -50,11 +48,10 @@ def _diagram(study: SweepStudy) -> Figure | None:
     return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study))
 
 
-def _budget(budget: ErrorBudget) -> tuple[str, str, Table, list[str]]:
+def _budget(budget: ErrorBudget) -> tuple[str, str, Table]:
     whole = "; ".join(f"{q} {numbers.measured(e)}" for q, e in (budget.whole_run or {}).items())
     text = f"Largest error over the whole run, its start among it: {whole}." if whole else "The run did not complete."
-    laws = dict.fromkeys(part.law for part in budget.parts if part.law)
-    return title_of(budget), text, budget_table(budget), list(laws)
+    return title_of(budget), text, budget_table(budget)
 
 
 def _summary(study: SweepStudy) -> dict[str, Any]:
@@ -75,7 +72,6 @@ def _index(index: Index[SweepStudy]) -> Page:
         for row in entry["summary"]["cheapest"]
     ]
     head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
-    tried = list(transfers(studies))
     figure = _first_figure(studies)
     text = rendered(
         "sweep-index",
@@ -83,9 +79,6 @@ def _index(index: Index[SweepStudy]) -> Page:
         cheapest=table(head, rows, right=head[4:]),
         figure=figure,
         one_pass=any(study.one_pass for study in studies),
-        transfers=tables.transfers_table(tried),
-        count=len(tried),
-        held=sum(one.held for one in tried),
         versions=index.versions,
         origin=index.origin,
     )

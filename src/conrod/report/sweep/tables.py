@@ -1,4 +1,4 @@
-"""Tables of a sweep: choices, what each preset and knob does, what failed, masses and gravity, transfers."""
+"""Tables of a sweep: choices, what each preset and knob does, what failed."""
 
 from __future__ import annotations
 
@@ -22,10 +22,7 @@ from conrod.report.sweep.points import (
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.error_budget import ErrorBudget
-from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule
-from conrod.studies.sweep.sensitivity import GRAVITY, Sensitivity, Variation
-from conrod.studies.sweep.transfer import Transfer
-from conrod.studies.validation.refinement import PATHS
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
 QUANTITY, ALLOWED = "position", 1e-6  # that presets and knobs are compared at
 STEPS = "steps per revolution"
@@ -115,49 +112,34 @@ def findings(study: SweepStudy) -> list[str]:
 
 
 def presets_table(study: SweepStudy) -> Table:
-    """What each preset's position error does as the step is refined, what it is made of, and what it depends on."""
+    """What each preset's position error does as the step is refined, and what it is made of."""
     rules = {(rule.engine, rule.name): rule for rule in study.rules}
     budgets = {(budget.engine, budget.preset): budget for budget in study.budgets}
-    sensitivities = {(one.engine, one.preset): one for one in study.sensitivities}
-    found = {(one.engine, one.label, one.path): one.shares.get(QUANTITY) for one in study.both_ways}
     rows = []
     for curve in preset_curves(study):
         preset, rule = (curve.engine, curve.preset), rules.get((curve.engine, curve.rule))
-        shares = [found.get((*preset, path)) for path in PATHS]
         rows.append(
             [
                 preset_title(*preset),
                 order_words(rule, study.points_of(rule), QUANTITY) if rule else numbers.MISSING,
                 *_parts(budgets.get(preset)),
-                *(numbers.percent(share.share) if share else numbers.MISSING for share in shares),
-                _dependence(sensitivities[preset]) if preset in sensitivities else numbers.MISSING,
             ]
         )
-    head = ["preset", "position error, as the step is refined", "at", "whole", "iteration", "step", "model", "law"]
-    return table([*head, *(f"seen, {path}" for path in PATHS), "masses and gravity"], rows, right=head[2:])
+    head = ["preset", "position error, as the step is refined", "at", "whole", "iteration", "step", "model"]
+    return table(head, rows, right=head[2:])
 
 
 def _parts(budget: ErrorBudget | None) -> list[str]:
-    """Steps, the position error at them, its parts, and the size of the model's part by the engine's law."""
+    """Steps, the position error at them, and its parts."""
     if budget is None:
-        return [numbers.MISSING] * 6
+        return [numbers.MISSING] * 5
     norms = {part.name: part.norms[QUANTITY] for part in budget.parts if part.norms is not None}
     sizes = [
         numbers.MISSING if norm is None else numbers.measured(norm.max) if norm.resolved else "not resolved"
         for norm in map(norms.get, ("total", "iteration", "step", "model"))
     ]
     steps = budget.settings.get("steps_per_revolution", numbers.MISSING)
-    return [str(steps), *sizes, numbers.measured(budget.part("model").predicted)]
-
-
-def _dependence(sensitivity: Sensitivity) -> str:
-    """Largest factor by which any error changes, and what the runs are that fail."""
-    # Where the drive faltered, a change is not the joints'.
-    changed = [v for v in sensitivity.variations[1:] if v.outcome != COMPLETED or v.drive_kept]
-    ratios = [r for v in changed for q in QUANTITIES if (r := v.ratios.get(q))]
-    failed = [f"{variation_name(sensitivity, v)}: `{v.outcome}`" for v in changed if v.outcome != COMPLETED]
-    factor = [f"x {numbers.measured(max(max(ratio, 1.0 / ratio) for ratio in ratios))}"] if ratios else []
-    return "; ".join([*factor, *failed]) or numbers.MISSING
+    return [str(steps), *sizes]
 
 
 def knobs_table(study: SweepStudy) -> Table:
@@ -238,33 +220,3 @@ def counts_table(study: SweepStudy) -> Table:
     return table(
         ["engine", "settings", "runs", "completed", "unsupported"], rows, right=["settings", "runs", "completed"]
     )
-
-
-# -- masses, gravity and transfers -------------------------------------------------------------------------------------
-
-
-def variation_name(sensitivity: Sensitivity, variation: Variation) -> str:
-    """The change in words; gravity as it was switched."""
-    if variation.name == GRAVITY:
-        return "gravity off" if sensitivity.settings.get("gravity") else "gravity on"
-    return variation.name if variation.value is None else f"{variation.name} ({numbers.quantity(variation.value)} kg)"
-
-
-def transfers_table(transfers: Sequence[Transfer]) -> Table:
-    """A row for each scene left out, engine and tolerance."""
-    rows = [
-        [
-            found.left_out,
-            engine_title(found.engine),
-            f"{found.quantity} {tolerance(found.allowed)}",
-            found.rule,
-            str(found.steps_per_revolution),
-            "; ".join(f"{scene} {numbers.measured(error)}" for scene, error in found.errors.items()),
-            "did not complete" if found.error is None else numbers.measured(found.error),
-            "yes" if found.held else "**no**",
-            numbers.MISSING if found.best is None or not found.held else numbers.measured(1.0 / found.best),
-        ]
-        for found in transfers
-    ]
-    head = ["left out", "engine", "within", "cheapest settings of the others", STEPS, "errors there"]
-    return table([*head, "error on the one left out", "held", "cost over its own cheapest"], rows)

@@ -12,7 +12,6 @@ from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
 from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.case import Declaration, Setup
-from conrod.studies.sweep.sensitivity import output_mass
 
 MM = 1e-3  # [m]
 SCENES_KEPT = 16
@@ -45,6 +44,25 @@ def driving_rod(scene: Scene) -> str | None:
     pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and link in (joint.a, joint.b)]
     partners = [joint.b if joint.a == link else joint.a for joint in pins]
     return next((name for name in partners if name not in (GROUND, mechanism.crank)), None)
+
+
+def output_mass(scene: Scene) -> str:
+    """Return the parameter that is the mass of the link which carries the scene's output point.
+
+    It is found by what it does: of the parameters in kg, the one that moves this link's mass and no other's.
+
+    Raises:
+        InvalidInput: there is none.
+    """
+    mechanism = scene.mechanism()
+    link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
+    for parameter in (p for p in scene.parameter_facts().values() if p.unit == "kg"):
+        value = scene.parameters[parameter.name]
+        other = 0.5 * value if 2.0 * value > parameter.highest else 2.0 * value
+        changed = scene.with_parameters(**{parameter.name: other}).mechanism()
+        if [b.name for b in mechanism.bodies if changed.body(b.name).mass != b.mass] == [link]:
+            return parameter.name
+    raise InvalidInput(f"{scene.kind}: the mass of {link!r}, the link with the output point, is no parameter")
 
 
 WITH_A_METRE = ("m", "N")  # a newton is one kilogram metre over a square second

@@ -31,17 +31,15 @@ from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.run import RunCase
-from conrod.studies.validation.refinement import refined, rounding_level
 
 BUDGET_ANGLES = 100
 FINENESS = 16  # the finest step is the given one over this, the one before it twice as long
 TOTAL, ITERATION, STEP, MODEL = "total", "iteration", "step", "model"
 REGULARISATION, STABILISATION = "regularisation", "stabilisation"
 AS_IS, CONVERGED, TWICE, FINER, FINEST = "as is", "converged", "converged twice", "finer", "finest"
-NAMED = 0.25  # a law names a cause where it gives the size this well
+LEAST_ROUNDING = 1e-13  # of normalised errors
 
 Signed = Mapping[str, Mapping[str, Array]]  # quantity -> point -> (K, 2)
-Prediction = tuple[float, str]  # largest position error, normalised, and the law in words
 Weights = Mapping[str, int]  # of runs, by role
 
 
@@ -82,7 +80,7 @@ def budget_plan_of(name: str, scene: Scene, settings: Settings, fineness: int = 
         raise InvalidInput(f"fineness = {fineness} must be an even number")
 
     def case(chosen: Settings, finer: int = 1) -> RunCase:
-        return RunCase(name, scene, refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
+        return RunCase(name, scene, variations.refined(scene, chosen, finer * steps), signed_angles=BUDGET_ANGLES)
 
     variations: Variations[Any] = variations_of(engine_named(settings.engine))
     solved = variations.converged(scene, settings)
@@ -142,24 +140,12 @@ class Part:
         changes: settings that the knob changed: from and to.
         norms: by quantity; None where a run did not complete.
         missing: roles and outcomes of the runs that it lacks.
-        predicted: largest position error that the engine's documented law gives; None where there is no law.
-        law: in words.
     """
 
     name: str
     changes: Mapping[str, tuple[Any, Any]]
     norms: Mapping[str, Norm] | None
     missing: Mapping[str, str]
-    predicted: float | None = None
-    law: str = ""
-
-    @property
-    def named(self) -> bool:
-        """True if the law predicts the size, so that the cause may be named."""
-        if self.norms is None or self.predicted is None:
-            return False
-        position = self.norms["position"].max
-        return abs(self.predicted - position) <= NAMED * position
 
 
 @dataclass(frozen=True)
@@ -182,27 +168,15 @@ class ErrorBudget:
         return {part.name: part for part in self.parts}[name]
 
 
-def budget_of(
-    plan: BudgetPlan, measurements: Mapping[str, Measurement], predictions: Mapping[str, Prediction] | None = None
-) -> ErrorBudget:
-    """The budget from the measurements of its cases.
-
-    Args:
-        plan: of the runs.
-        measurements: by the cases' keys.
-        predictions: what the engine's law gives for the settings of a run, by role; see `roles_of_law`.
-
-    Raises:
-        KeyError: a case of the plan has not been measured.
-    """
+def budget_of(plan: BudgetPlan, measurements: Mapping[str, Measurement]) -> ErrorBudget:
+    """The budget from the measurements of its cases, by their keys; KeyError where one has not been measured."""
     runs = {role: measurements[case.key] for role, case in plan.cases.items()}
-    laws = predictions or {}
     last_step: Weights = {FINER: 1, FINEST: -1}
     parts = [
         _part(plan, runs, TOTAL, {AS_IS: 1}),
         _part(plan, runs, ITERATION, {AS_IS: 1, CONVERGED: -1}, {CONVERGED: 1, TWICE: -1}),
         _part(plan, runs, STEP, {CONVERGED: 1, FINEST: -1}, last_step),
-        _part(plan, runs, MODEL, {FINEST: 1}, last_step, prediction=laws.get(FINEST)),
+        _part(plan, runs, MODEL, {FINEST: 1}, last_step),
     ]
     for knob in plan.changes:
         fine, finer = f"{knob} finest", f"{knob} finer"
@@ -211,10 +185,7 @@ def budget_of(
             ("no step", {FINEST: 1, fine: -1}, unknown),
             ("this step", {CONVERGED: 1, knob: -1}, None),
         ):
-            # Both knobs scale the gap and keep its shape, so what a knob changes is the difference of the sizes.
-            sizes = [laws[role] for role in weights if role in laws]
-            change = (abs(sizes[0][0] - sizes[1][0]), sizes[0][1]) if len(sizes) == 2 else None
-            parts.append(_part(plan, runs, f"{knob}, {when}", weights, known_to, plan.changes[knob], change))
+            parts.append(_part(plan, runs, f"{knob}, {when}", weights, known_to, plan.changes[knob]))
     settings, whole = plan.cases[AS_IS].settings, runs[AS_IS]
     return ErrorBudget(
         scene=plan.name,
@@ -226,15 +197,6 @@ def budget_of(
     )
 
 
-def roles_of_law(plan: BudgetPlan) -> tuple[str, ...]:
-    """The runs whose sizes a law can give: converged ones, because laws are of softness, and at the finest step.
-
-    A law with the step in it gives what is left of it at the finest; one without gives the same at both.
-    """
-    knobs = tuple(plan.changes)
-    return (FINEST, *((CONVERGED,) if knobs else ()), *knobs, *(f"{knob} finest" for knob in knobs))
-
-
 def _part(
     plan: BudgetPlan,
     runs: Mapping[str, Measurement],
@@ -242,7 +204,6 @@ def _part(
     weights: Weights,
     unknown: Weights | None = None,
     changes: Mapping[str, tuple[Any, Any]] | None = None,
-    prediction: Prediction | None = None,
 ) -> Part:
     """A sum of runs with weights, and another one for its uncertainty."""
     missing = {role: runs[role].outcome for role in {**weights, **(unknown or {})} if runs[role].signed is None}
@@ -252,7 +213,7 @@ def _part(
         steps = max((plan.cases[role].settings.steps_per_revolution for role in unknown or {}), default=0)
         known_to = {q: max(rounding_level(steps), _sizes(left[q])[0]) if unknown else None for q in QUANTITIES}
         norms = {q: Norm(*_sizes(summed[q]), known_to[q]) for q in QUANTITIES}
-    return Part(name, changes or {}, norms, missing, *(prediction or (None, "")))
+    return Part(name, changes or {}, norms, missing)
 
 
 def combined(plan: BudgetPlan, runs: Mapping[str, Measurement], weights: Weights) -> Signed:
@@ -268,3 +229,8 @@ def _sizes(points: Mapping[str, Array]) -> tuple[float, float]:
     """Largest and root mean square length of the vectors (K, 2) of the worst point, each."""
     lengths = [np.linalg.norm(values, axis=1) for values in points.values()]
     return max(float(x.max()) for x in lengths), max(float(np.sqrt(np.mean(x**2))) for x in lengths)
+
+
+def rounding_level(steps: int) -> float:
+    """Normalised error that is rounding: two turns' steps may sum a last digit each."""
+    return max(LEAST_ROUNDING, 2.0 * steps * float(np.finfo(float).eps))

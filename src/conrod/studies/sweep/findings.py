@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 
 from conrod.runs.convergence import ObservedOrder
 from conrod.studies.sweep.error_budget import ErrorBudget
-from conrod.studies.sweep.grid_convergence import GridConvergence
-from conrod.studies.sweep.sensitivity import Sensitivity
 
 COMPLETED = "completed"
 Item = TypeVar("Item")
@@ -73,7 +71,6 @@ class SweptRule:
     Attributes:
         path: what is refined along its points: the step alone, or the step with softness.
         knobs: every knob and where it stands.
-        formal_order: of the integrator, by its description; None where the engine states none.
         orders: by quantity.
     """
 
@@ -81,7 +78,6 @@ class SweptRule:
     name: str
     path: str
     knobs: Mapping[str, str]
-    formal_order: float | None
     orders: Mapping[str, ObservedOrder]
 
 
@@ -109,8 +105,6 @@ class SweepStudy:
         reference_seconds: engine -> CPU time of a step of its reference loop [s], the median of its timings.
         unsupported: engine -> why it cannot be swept.
         machine: that the costs were taken on.
-        grid_convergence: of rules that differ in effect.
-        both_ways: of the presets' settings, refined along one path and along the other.
         lengths: L of each observed point [m]; empty in reports of an earlier conrod.
     """
 
@@ -126,10 +120,7 @@ class SweepStudy:
     rules: tuple[SweptRule, ...]
     points: tuple[SweptPoint, ...]
     agreement: Agreement | None
-    grid_convergence: tuple[GridConvergence, ...]
-    both_ways: tuple[GridConvergence, ...]
     budgets: tuple[ErrorBudget, ...]
-    sensitivities: tuple[Sensitivity, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
@@ -141,7 +132,3 @@ class SweepStudy:
         """The points of a rule, at increasing numbers of steps."""
         own = [p for p in self.points if (p.engine, p.rule) == (rule.engine, rule.name)]
         return sorted(own, key=lambda p: p.steps_per_revolution)
-
-    def rule_of(self, point: SweptPoint) -> SweptRule:
-        """The rule of a point; KeyError if there is none."""
-        return {(rule.engine, rule.name): rule for rule in self.rules}[point.engine, point.rule]

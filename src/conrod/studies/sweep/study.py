@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
 
-from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import Lacking, SoftnessLaw, Swept, Timed, Varied, capability, rules_of, variations_of
+from conrod.engines import Engine
+from conrod.engines.capabilities import Lacking, Swept, Timed, Varied, capability, rules_of
 from conrod.engines.engine import CUSTOM
 from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
@@ -19,24 +19,8 @@ from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
-from conrod.studies.sweep.error_budget import (
-    BudgetPlan,
-    ErrorBudget,
-    Prediction,
-    budget_of,
-    budget_plan_of,
-    roles_of_law,
-)
-from conrod.studies.sweep.findings import (
-    COMPLETED,
-    Agreement,
-    SweepStudy,
-    SweptPoint,
-    SweptRule,
-)
-from conrod.studies.sweep.grid_convergence import grid_convergence_of
-from conrod.studies.sweep.sensitivity import sensitivity_cases, sensitivity_of
-from conrod.studies.validation.refinement import PATHS, Family, Path, family_of
+from conrod.studies.sweep.error_budget import BudgetPlan, budget_of, budget_plan_of
+from conrod.studies.sweep.findings import COMPLETED, Agreement, SweepStudy, SweptPoint, SweptRule
 
 BUDGET_STEPS = 1000  # per revolution
 NEEDED: tuple[type[Any], ...] = (Swept, Varied, Timed)
@@ -61,12 +45,6 @@ class RulePlan:
     rule: Rule
     cases: tuple[RunCase, ...]
 
-    @property
-    def family(self) -> Family:
-        """The same cases, as a refinement along the path on which softness goes with the step or stays."""
-        path: Path = "step with softness" if self.rule.softness_follows_step else "step alone"
-        return Family(self.rule.name, path, self.cases)
-
 
 @dataclass(frozen=True)
 class SweepPlan:
@@ -74,8 +52,6 @@ class SweepPlan:
 
     Attributes:
         budgets: of the presets.
-        sensitivities: settings whose sensitivity is measured.
-        both_ways: each preset's own settings refined along one path and along the other.
         unsupported: engine -> what a sweep has that it lacks.
     """
 
@@ -84,8 +60,6 @@ class SweepPlan:
     grid: Grid
     rules: tuple[RulePlan, ...]
     budgets: tuple[BudgetPlan, ...]
-    sensitivities: tuple[Settings, ...]
-    both_ways: tuple[Family, ...] = ()
     unsupported: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -95,12 +69,9 @@ class SweepPlan:
 
     @property
     def cases(self) -> tuple[RunCase, ...]:
-        """All cases: those of the grid, and what the studies of the presets need besides."""
+        """All cases: those of the grid, and what the budgets need besides."""
         of_budgets = [case for budget in self.budgets for case in budget.cases.values()]
-        varied = [sensitivity_cases(self.name, self.scene, settings).values() for settings in self.sensitivities]
-        refined = [case for family in self.both_ways for case in family.cells]
-        every = (*self.grid_cases, *of_budgets, *(case for cases in varied for case in cases), *refined)
-        return tuple({case.key: case for case in every}.values())
+        return tuple({case.key: case for case in (*self.grid_cases, *of_budgets)}.values())
 
 
 def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Grid) -> SweepPlan:
@@ -111,23 +82,16 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
         for engine in engines
         for rule in rules_of(engine, scene, grid)
     ]
-    presets = _preset_settings(scene, engines)
-    varied = [settings for settings in presets if is_varied(settings.engine)]
-    budgets = tuple(budget_plan_of(name, scene, settings) for settings in varied)
-    both_ways = tuple(family_of(name, scene, settings, path, steps) for settings in varied for path in PATHS)
+    budgets = tuple(budget_plan_of(name, scene, settings) for settings in _preset_settings(scene, engines))
     lacking = {e.name: [c.reason for kind in NEEDED if isinstance(c := capability(e, kind), Lacking)] for e in engines}
     unsupported = {name: ", ".join(reasons) for name, reasons in lacking.items() if reasons}
-    return SweepPlan(name, scene, grid, tuple(rules), budgets, presets, both_ways, unsupported)
-
-
-def is_varied(engine: str) -> bool:
-    """True if an engine's settings can be varied one at a time; its runs alone are swept where they cannot."""
-    return not isinstance(capability(engine_named(engine), Varied), Lacking)
+    return SweepPlan(name, scene, grid, tuple(rules), budgets, unsupported)
 
 
 def _preset_settings(scene: Scene, engines: Sequence[Engine[Any]]) -> tuple[Settings, ...]:
-    """The presets that apply, at the steps of the budgets."""
-    made = [(engine, preset(scene, BUDGET_STEPS)) for engine in engines for preset in engine.presets.values()]
+    """The presets that apply, of engines whose settings can be varied one at a time, at the steps of the budgets."""
+    varied = [engine for engine in engines if not isinstance(capability(engine, Varied), Lacking)]
+    made = [(engine, preset(scene, BUDGET_STEPS)) for engine in varied for preset in engine.presets.values()]
     return tuple(settings for engine, settings in made if engine.refusal(scene, settings) is None)
 
 
@@ -152,7 +116,6 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
     Raises:
         KeyError: a case of the plan has not been measured.
     """
-    families = _different([rule.family for rule in plan.rules], measurements)
     engines = {rule.engine.name: rule.engine.version for rule in plan.rules}
     references: dict[str, list[float]] = {engine: [] for engine in engines}
     for rule, case in ((one, case) for one in plan.rules for case in one.cases if case.key in timings):
@@ -171,41 +134,29 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
             SweptRule(
                 engine=rule.engine.name,
                 name=rule.rule.name,
-                path=rule.family.path,
+                path="step with softness" if rule.rule.softness_follows_step else "step alone",
                 knobs=rule.rule.knobs,
-                formal_order=formal_order(rule.cases[0].settings),
-                orders=orders_along(rule.family, measurements),
+                orders=orders_along(rule.cases, measurements),
             )
             for rule in plan.rules
         ),
         points=tuple(_points(plan, measurements, timings)),
         agreement=_agreement(plan, measurements),
-        grid_convergence=tuple(
-            grid_convergence_of(family, measurements) for family in families if is_varied(family.engine)
-        ),
-        both_ways=tuple(grid_convergence_of(family, measurements) for family in plan.both_ways),
-        budgets=tuple(_budget(budget, measurements) for budget in plan.budgets),
-        sensitivities=tuple(sensitivity_of(plan.name, plan.scene, s, measurements) for s in plan.sensitivities),
+        budgets=tuple(budget_of(budget, measurements) for budget in plan.budgets),
         lengths=dict(plan.scene.lengths),
     )
-
-
-def formal_order(settings: Settings) -> float | None:
-    """Order of the integrator by its description; None where the engine states none."""
-    engine = engine_named(settings.engine)
-    return variations_of(engine).formal_order(settings) if is_varied(engine.name) else None
 
 
 # -- rules and points --------------------------------------------------------------------------------------------------
 
 
-def orders_along(family: Family, measurements: Results) -> dict[str, ObservedOrder]:
-    """Order, plateau and floor of each quantity along a family; runs that did not complete are left out.
+def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, ObservedOrder]:
+    """Order, plateau and floor of each quantity along a refinement; runs that did not complete are left out.
 
     Raises:
-        KeyError: a case of the family has not been measured.
+        KeyError: a case has not been measured.
     """
-    runs = {case.settings.steps_per_revolution: measurements[case.key] for case in family.cells}
+    runs = {case.settings.steps_per_revolution: measurements[case.key] for case in cases}
     steps = sorted(n for n, run in runs.items() if run.errors is not None)
     return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
 
@@ -237,30 +188,3 @@ def _agreement(plan: SweepPlan, measurements: Results) -> Agreement | None:
         if error is not None and run.prediction is not None and CLEAR <= error <= SMALL:
             shares.append(run.prediction["position"]["difference"] / error)
     return Agreement(max(shares), len(shares)) if shares else None
-
-
-# -- families and budgets ----------------------------------------------------------------------------------------------
-
-
-def _different(families: Sequence[Family], measurements: Results) -> tuple[Family, ...]:
-    """Families without those that come to the same as another one: a knob that changes nothing must not count twice."""
-    found: dict[tuple[object, ...], Family] = {}
-    for family in families:
-        errors = [[measurements[case.key].largest(quantity) for quantity in QUANTITIES] for case in family.cells]
-        shown = tuple("" if error is None else f"{error:.2e}" for sizes in errors for error in sizes)
-        found.setdefault((family.engine, family.path, shown), family)
-    return tuple(found.values())
-
-
-def _budget(plan: BudgetPlan, measurements: Results) -> ErrorBudget:
-    """The budget with what the engine's law gives for the runs that completed: an unknown size needs no law."""
-    found: dict[str, Prediction] = {}
-    for role in roles_of_law(plan):
-        case = plan.cases[role]
-        if measurements[case.key].signed is not None:
-            law = capability(engine_named(case.settings.engine), SoftnessLaw)
-            softness = None if isinstance(law, Lacking) else law.predicted_softness(case.scene, case.settings)
-            if softness is not None:
-                # A budget is of the last turn.
-                found[role] = (softness.last_turn, softness.law)
-    return budget_of(plan, measurements, found)
