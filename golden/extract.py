@@ -230,11 +230,6 @@ def _sweep(file: Path) -> Records:
             sizes = _series([point["errors"] or {} for point in own], rule["orders"])
             claimed = {quantity: order["claimed"] for quantity, order in rule["orders"].items()}
             yield from _orders(f"{rule['engine']}/{rule['name']}/{rule['path']}", claimed, sizes)
-        for budget in sweep["budgets"]:
-            name = f"{budget['engine']}/{budget['preset']}/budget"
-            yield from _measured(f"{name}/whole run", budget["whole_run"])
-            for part in budget["parts"]:
-                yield from _measured(f"{name}/{part['name']}", part["norms"])
 
 
 # -- exports -----------------------------------------------------------------------------------------------------------

@@ -20,7 +20,6 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.kind import Reproduction
 from conrod.report.saved import plain, restore
-from conrod.report.sweep.error_tables import budget_table, orders_table
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.tables import (
     cheapest_table,
@@ -29,7 +28,7 @@ from conrod.report.sweep.tables import (
     findings,
     fronts_table,
     knobs_table,
-    presets_table,
+    orders_table,
 )
 from conrod.report.sweep.work_precision import name_offsets, work_precision_figure
 from conrod.report.table import Table
@@ -185,33 +184,13 @@ def test_what_a_knob_is_worth_is_the_cost_without_it(study: SweepStudy) -> None:
     assert not knobs_table(untimed(study))
 
 
-def test_of_each_preset_the_table_has_plateau_and_parts(study: SweepStudy) -> None:
-    stock = row(presets_table(study), "MuJoCo stock")
-    assert list(stock.values())[1:] == ["plateau at 0.040", "1000", "0.040", "not resolved", "0.0010", "0.039"]
-    assert row(presets_table(study), "pymunk tuned")["position error, as the step is refined"] == "order 2.0"
-
-
-def test_what_was_not_measured_is_not_said(study: SweepStudy) -> None:
-    assert row(presets_table(study), "MuJoCo stock")["whole"] != "n/a"
-    assert row(presets_table(replace(study, budgets=())), "MuJoCo stock")["whole"] == "n/a"
-
-
 def test_an_error_that_falls_has_no_plateau(study: SweepStudy) -> None:
     falls = dict.fromkeys(QUANTITIES, observed_order(STEPS, [1.0 / n for n in STEPS]))
     falling = replace(study, rules=tuple(replace(rule, orders=falls) for rule in study.rules))
-    assert {text[:7] for text in column(presets_table(falling), "position error, as the step is refined")} == {
-        "order 1"
-    }
+    assert {text[:7] for text in column(orders_table(falling), "position")} == {"order 1"}
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------
-
-
-def test_a_budget_names_what_a_knob_changed_and_what_is_unknown_or_not_resolved(study: SweepStudy) -> None:
-    rows = {str(row[0]).partition(",")[0]: row for row in budget_table(study.budgets[0]).rows}
-    assert "`hardening` none to 1e-9" in str(rows["regularisation"][0])
-    assert "unknown (converged: opened)" in rows["stabilisation"]
-    assert "not resolved" in str(rows["iteration"])
 
 
 def test_failures_are_listed_with_their_steps(study: SweepStudy) -> None:
@@ -231,6 +210,10 @@ def test_every_rule_has_its_order_plateau_and_floor(study: SweepStudy) -> None:
     found = orders_table(study)
     assert len(found.rows) == len(study.rules)
     assert "plateau at 0.040" in found.rows[0]
+    assert row(found, "pymunk", "error_bias 0, 10 iterations (`tuned`)")["position"] == "order 2.0"
+    presets = orders_table(study, presets_alone=True)
+    assert all(cells[1].endswith("`)") for cells in presets.rows)
+    assert len(presets.rows) == 4
 
 
 # -- the files ---------------------------------------------------------------------------------------------------------

@@ -48,13 +48,6 @@ def test_unguarded_ones_are_what_they_are() -> None:
     assert one[0].tobytes() != two[0].tobytes()
 
 
-@pytest.mark.parametrize(("refsafe", "expected"), [(True, 6.0), (False, 1.5)])
-def test_half_a_time_constant_of_three_steps_is_had_without_the_guard_alone(refsafe: bool, expected: float) -> None:
-    settings = in_steps(3.0, refsafe)
-    found = MUJOCO.variations.restabilised(SAW, settings).solref[0] / settings.timestep
-    assert found == pytest.approx(expected, rel=1e-12)
-
-
 # -- a rounded state -------------------------------------------------------------------------------------------------
 
 ROUNDED = {

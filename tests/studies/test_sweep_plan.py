@@ -78,11 +78,11 @@ def small() -> Any:
     from dataclasses import replace
 
     rules = tuple(replace(rule, cases=rule.cases[:2]) for rule in plan.rules)
-    plan = replace(plan, rules=rules, budgets=())
+    plan = replace(plan, rules=rules)
     measurements = {cell.key: measure(cell) for cell in plan.cases}
     timings = {
         cell.key: Timing(1e-6 * cell.settings.steps_per_revolution, 1e-6, cell.settings.steps_per_revolution, 1, 1, "m")
-        for cell in plan.grid_cases
+        for cell in plan.cases
         if measurements[cell.key].outcome == "completed"
     }
     return sweep_study(plan, measurements, timings)

@@ -1,16 +1,14 @@
-"""A sweep made by hand: few points with round numbers, two failures, a budget."""
+"""A sweep made by hand: few points with round numbers, two failures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
 from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.sweep.error_budget import ErrorBudget, Norm, Part
 from conrod.studies.sweep.findings import Agreement, SweepStudy, SweptPoint, SweptRule
 
 STEPS = (20, 100, 500, 2500)
@@ -74,27 +72,6 @@ def rules(engine: str) -> Iterator[SweptRule]:
         yield SweptRule(engine, name, "step alone", knobs, orders)
 
 
-def part(name: str, size: float, known: float | None = 1e-13) -> Part:
-    return Part(name, {}, {q: Norm(size, size / 2.0, known) for q in QUANTITIES}, {})
-
-
-BUDGET = ErrorBudget(
-    "saw-500rpm",
-    "mujoco",
-    "stock",
-    {"steps_per_revolution": 1000},
-    {"position": 0.041},
-    (
-        part("total", 0.04, known=None),
-        part("iteration", 0.0),
-        part("step", 1e-3),
-        part("model", 0.039),
-        replace(part("regularisation, this step", 0.039), changes={"hardening": (None, 1e-9)}),
-        Part("stabilisation, this step", {"solref": ([0.02, 1.0], [0.01, 1.0])}, None, {"converged": "opened"}),
-    ),
-)
-
-
 def handmade_sweep() -> SweepStudy:
     """The sweep."""
     scene = SCENES["saw-500rpm"]
@@ -111,5 +88,4 @@ def handmade_sweep() -> SweepStudy:
         rules=(*rules("mujoco"), *rules("pymunk")),
         points=(*points("mujoco"), *points("pymunk")),
         agreement=Agreement(0.04, 17),
-        budgets=(BUDGET,),
     )

@@ -1,32 +1,15 @@
-"""Variations of an engine's settings, one thing at a time, which separate the causes of an error."""
+"""Variations of an engine's settings, one thing at a time: how far each can be driven."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from typing import Generic
 
-from conrod.engines.engine import AnyFields, Machine, step_length, with_fields
+from conrod.engines.engine import AnyFields, Machine, with_fields
 
 
 class Variations(ABC, Generic[AnyFields]):
     """Variations of settings with fields `iterations`, `rounded_state` and `cam_vertices`."""
-
-    def refined(self, machine: Machine, settings: AnyFields, steps_per_revolution: int) -> AnyFields:
-        """The same settings, in seconds, at another number of steps per revolution."""
-        step = step_length(machine, steps_per_revolution)
-        return with_fields(settings, steps_per_revolution=steps_per_revolution, timestep=step)
-
-    @abstractmethod
-    def converged(self, machine: Machine, settings: AnyFields, times: int = 1) -> AnyFields:
-        """With as many iterations as stand for infinitely many, or a multiple of them."""
-
-    @abstractmethod
-    def less_regularised(self, machine: Machine, settings: AnyFields) -> AnyFields | None:
-        """With less regularisation of what closes the joints or of the contacts; None where there is none."""
-
-    @abstractmethod
-    def restabilised(self, machine: Machine, settings: AnyFields) -> AnyFields | None:
-        """With another stabilisation of what closes the joints or of the contacts; None where there is none."""
 
     @abstractmethod
     def stabilised(self, machine: Machine, settings: AnyFields, steps: float) -> AnyFields:

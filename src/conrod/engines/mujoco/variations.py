@@ -8,37 +8,13 @@ from xml.etree import ElementTree as ET
 from conrod.engines.engine import Machine, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.mujoco.settings import HARDENING, LEAST_STEPS, MuJoCoSettings
+from conrod.engines.mujoco.settings import LEAST_STEPS, MuJoCoSettings
 from conrod.engines.tree import tree_of
 from conrod.engines.variations import Variations
 
-# Stands for infinitely many: Newton's method needs one iteration where only joints act. Checked by doubling it.
-NEWTON_ITERATIONS = 1000
-LEAST_HARDENING = 1e-15
-
 
 class MuJoCoVariations(Variations[MuJoCoSettings]):
-    """Time constants, impedances, hardening and solver of a MuJoCo run."""
-
-    def converged(self, machine: Machine, settings: MuJoCoSettings, times: int = 1) -> MuJoCoSettings:
-        iterations = times * max(NEWTON_ITERATIONS, settings.iterations)
-        return with_fields(settings, solver="Newton", iterations=iterations, tolerance=0.0)
-
-    def less_regularised(self, machine: Machine, settings: MuJoCoSettings) -> MuJoCoSettings:
-        """Loops hardened, or hardened ten times further.
-
-        Hardening is not for contact, whose impedance comes half the way nearer to one instead.
-        """
-        if machine.kinematics.mechanism.cam_contacts:
-            return replace(settings, contact_solimp=_stiffer(settings.contact_solimp))
-        further = None if settings.hardening is None else max(settings.hardening / 10.0, LEAST_HARDENING)
-        return replace(settings, hardening=further or HARDENING)
-
-    def restabilised(self, machine: Machine, settings: MuJoCoSettings) -> MuJoCoSettings:
-        """Half the time constant, or twice where half would be less than MuJoCo admits."""
-        if machine.kinematics.mechanism.cam_contacts:
-            return replace(settings, contact_solref=_other_constant(settings.contact_solref, settings))
-        return replace(settings, solref=_other_constant(settings.solref, settings))
+    """Time constants, impedances and hardening of a MuJoCo run."""
 
     def stabilised(self, machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
         """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
@@ -54,18 +30,6 @@ class MuJoCoVariations(Variations[MuJoCoSettings]):
             impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
             return with_fields(settings, contact_solimp=impedance)
         return with_fields(settings, hardening=share)
-
-
-def _stiffer(solimp: tuple[float, float, float, float, float]) -> tuple[float, float, float, float, float]:
-    return (0.5 * (1.0 + solimp[0]), 0.5 * (1.0 + solimp[1]), *solimp[2:])
-
-
-def _other_constant(solref: tuple[float, float], settings: MuJoCoSettings) -> tuple[float, float]:
-    constant, damping = solref
-    if constant <= 0.0:  # MuJoCo's other form, minus stiffness and minus damping: half the constant is 4 and 2 times
-        return 4.0 * constant, 2.0 * damping
-    admitted = 0.5 * constant >= LEAST_STEPS * settings.timestep or not settings.refsafe
-    return (0.5 if admitted else 2.0) * constant, damping
 
 
 # What settings say in MJCF: the rest of a model is the machine itself.

@@ -3,37 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from conrod.engines.engine import Machine, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT
-from conrod.engines.pymunk.settings import STOCK_BIAS, PymunkSettings
+from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.variations import Variations
-
-# Stands for infinitely many: Gauss-Seidel gains digits in proportion, so it is a multiple of what the tuned preset
-# takes from the masses. Checked by doubling it.
-ENOUGH_ITERATIONS = 4
 
 
 class PymunkVariations(Variations[PymunkSettings]):
-    """Biases, slop and iterations of a pymunk run."""
-
-    def converged(self, machine: Machine, settings: PymunkSettings, times: int = 1) -> PymunkSettings:
-        needed = PymunkSettings.tuned(machine, settings.steps_per_revolution).iterations
-        iterations = times * ENOUGH_ITERATIONS * max(needed, settings.iterations)
-        return with_fields(settings, iterations=iterations)
-
-    def less_regularised(self, machine: Machine, settings: PymunkSettings) -> PymunkSettings | None:
-        """Half the slop of the contacts; joints have no regularisation."""
-        if machine.kinematics.mechanism.cam_contacts and settings.collision_slop > 0.0:
-            return replace(settings, collision_slop=0.5 * settings.collision_slop)
-        return None
-
-    def restabilised(self, machine: Machine, settings: PymunkSettings) -> PymunkSettings:
-        """No bias, so that errors are mended whole at every step; the default bias where that is so already."""
-        if machine.kinematics.mechanism.cam_contacts:
-            return replace(settings, collision_bias=_other_bias(settings.collision_bias))
-        return replace(settings, error_bias=_other_bias(settings.error_bias))
+    """Biases of a pymunk run."""
 
     def stabilised(self, machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
         """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
@@ -49,10 +27,6 @@ class PymunkVariations(Variations[PymunkSettings]):
     def regularised(self, machine: Machine, settings: PymunkSettings, share: float) -> None:
         """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
         return
-
-
-def _other_bias(bias: float) -> float:
-    return 0.0 if bias > 0.0 else STOCK_BIAS
 
 
 def paste(machine: Machine, settings: PymunkSettings) -> str:

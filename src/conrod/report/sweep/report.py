@@ -6,17 +6,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.error_tables import budget_table, orders_table, title_of
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
-from conrod.report.table import Table, table
+from conrod.report.table import table
 from conrod.report.template import rendered
-from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.findings import SweepStudy
 
 FEW_TOLERANCES = (1e-3, 1e-6, 1e-9)
@@ -34,8 +31,6 @@ def _page(part: Part[SweepStudy]) -> Page:
         command=part.command,
         one_pass=study.one_pass,
         untimed=len([p for p in study.points if p.completed]) - len(timed_points(study)),
-        orders=orders_table(study),
-        budgets=[_budget(budget) for budget in study.budgets],
     )
     return Page(text, (diagram,) if diagram else ())
 
@@ -46,12 +41,6 @@ def _diagram(study: SweepStudy) -> Figure | None:
         return None
     alt = f"Error against cost of every run, {study.name}"
     return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study))
-
-
-def _budget(budget: ErrorBudget) -> tuple[str, str, Table]:
-    whole = "; ".join(f"{q} {numbers.measured(e)}" for q, e in (budget.whole_run or {}).items())
-    text = f"Largest error over the whole run, its start among it: {whole}." if whole else "The run did not complete."
-    return title_of(budget), text, budget_table(budget)
 
 
 def _summary(study: SweepStudy) -> dict[str, Any]:

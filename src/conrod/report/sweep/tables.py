@@ -1,4 +1,4 @@
-"""Tables of a sweep: choices, what each preset and knob does, what failed."""
+"""Tables of a sweep: choices, orders, what each knob does, what failed."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from itertools import groupby
 
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title, preset_title
-from conrod.report.sweep.error_tables import order_words
+from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.points import (
     TOLERANCES,
     cheapest_within,
@@ -21,9 +20,10 @@ from conrod.report.sweep.points import (
 )
 from conrod.report.table import Table, table
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.sweep.error_budget import ErrorBudget
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
+# A fitted floor is one where the errors come this near to it; far below them it is nothing that a run has shown.
+NEAR_FLOOR = 20.0
 QUANTITY, ALLOWED = "position", 1e-6  # that presets and knobs are compared at
 STEPS = "steps per revolution"
 COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
@@ -108,38 +108,44 @@ def findings(study: SweepStudy) -> list[str]:
     return found
 
 
-# -- presets and knobs -------------------------------------------------------------------------------------------------
+# -- orders and knobs --------------------------------------------------------------------------------------------------
 
 
-def presets_table(study: SweepStudy) -> Table:
-    """What each preset's position error does as the step is refined, and what it is made of."""
-    rules = {(rule.engine, rule.name): rule for rule in study.rules}
-    budgets = {(budget.engine, budget.preset): budget for budget in study.budgets}
-    rows = []
-    for curve in preset_curves(study):
-        preset, rule = (curve.engine, curve.preset), rules.get((curve.engine, curve.rule))
-        rows.append(
-            [
-                preset_title(*preset),
-                order_words(rule, study.points_of(rule), QUANTITY) if rule else numbers.MISSING,
-                *_parts(budgets.get(preset)),
-            ]
-        )
-    head = ["preset", "position error, as the step is refined", "at", "whole", "iteration", "step", "model"]
-    return table(head, rows, right=head[2:])
+def floor_reached(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> float | None:
+    """The fitted floor of a path that claims an order, where its errors come near to it."""
+    found = rule.orders[quantity]
+    least = min((p.error(quantity) or 0.0 for p in points if p.completed), default=0.0)
+    if found.claimed is None or found.floor is None:
+        return None
+    return found.floor if 0.0 < least <= NEAR_FLOOR * found.floor else None
 
 
-def _parts(budget: ErrorBudget | None) -> list[str]:
-    """Steps, the position error at them, and its parts."""
-    if budget is None:
-        return [numbers.MISSING] * 5
-    norms = {part.name: part.norms[QUANTITY] for part in budget.parts if part.norms is not None}
-    sizes = [
-        numbers.MISSING if norm is None else numbers.measured(norm.max) if norm.resolved else "not resolved"
-        for norm in map(norms.get, ("total", "iteration", "step", "model"))
+def order_words(rule: SweptRule, points: Sequence[SweptPoint], quantity: str) -> str:
+    """Order, plateau and floor of one quantity, in one phrase."""
+    found = rule.orders[quantity]
+    if found.plateau is not None:
+        return f"plateau at {numbers.measured(found.plateau)}"
+    if found.claimed is None:
+        return "no order claimed"
+    floor = floor_reached(rule, points, quantity)
+    order = f"order {numbers.order(found.claimed)}"
+    return order if floor is None else f"{order}, floor {numbers.measured(floor)}"
+
+
+def orders_table(study: SweepStudy, presets_alone: bool = False) -> Table:
+    """Order, plateau and floor of every rule, or of those that are presets."""
+    presets = {(curve.engine, curve.rule): f" (`{curve.preset}`)" for curve in preset_curves(study)}
+    rows = [
+        [
+            engine_title(rule.engine),
+            rule.name + presets.get((rule.engine, rule.name), ""),
+            rule.path,
+            *(order_words(rule, study.points_of(rule), quantity) for quantity in QUANTITIES),
+        ]
+        for rule in study.rules
+        if not presets_alone or (rule.engine, rule.name) in presets
     ]
-    steps = budget.settings.get("steps_per_revolution", numbers.MISSING)
-    return [str(steps), *sizes]
+    return table(["engine", "settings", "refined", *QUANTITIES], rows)
 
 
 def knobs_table(study: SweepStudy) -> Table:

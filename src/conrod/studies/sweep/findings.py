@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from conrod.runs.convergence import ObservedOrder
-from conrod.studies.sweep.error_budget import ErrorBudget
 
 COMPLETED = "completed"
 Item = TypeVar("Item")
@@ -120,7 +119,6 @@ class SweepStudy:
     rules: tuple[SweptRule, ...]
     points: tuple[SweptPoint, ...]
     agreement: Agreement | None
-    budgets: tuple[ErrorBudget, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:

@@ -9,22 +9,18 @@ from statistics import median
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Lacking, Swept, Timed, Varied, capability, rules_of
+from conrod.engines.capabilities import Lacking, Swept, Timed, capability, rules_of
 from conrod.engines.engine import CUSTOM
 from conrod.engines.rule import Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
-from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
-from conrod.studies.sweep.error_budget import BudgetPlan, budget_of, budget_plan_of
 from conrod.studies.sweep.findings import COMPLETED, Agreement, SweepStudy, SweptPoint, SweptRule
 
-BUDGET_STEPS = 1000  # per revolution
-NEEDED: tuple[type[Any], ...] = (Swept, Varied, Timed)
-
+NEEDED: tuple[type[Any], ...] = (Swept, Timed)
 
 # Errors over L of which a first-order statement holds: clear of rounding, and small against the machine.
 CLEAR, SMALL = 1e-9, 0.1
@@ -51,7 +47,6 @@ class SweepPlan:
     """All runs that a sweep of one scene needs.
 
     Attributes:
-        budgets: of the presets.
         unsupported: engine -> what a sweep has that it lacks.
     """
 
@@ -59,19 +54,12 @@ class SweepPlan:
     scene: Scene
     grid: Grid
     rules: tuple[RulePlan, ...]
-    budgets: tuple[BudgetPlan, ...]
     unsupported: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def grid_cases(self) -> tuple[RunCase, ...]:
-        """Cases of the grid, each once: those that are timed."""
-        return tuple({case.key: case for rule in self.rules for case in rule.cases}.values())
-
-    @property
     def cases(self) -> tuple[RunCase, ...]:
-        """All cases: those of the grid, and what the budgets need besides."""
-        of_budgets = [case for budget in self.budgets for case in budget.cases.values()]
-        return tuple({case.key: case for case in (*self.grid_cases, *of_budgets)}.values())
+        """All cases, each once."""
+        return tuple({case.key: case for rule in self.rules for case in rule.cases}.values())
 
 
 def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Grid) -> SweepPlan:
@@ -82,17 +70,9 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
         for engine in engines
         for rule in rules_of(engine, scene, grid)
     ]
-    budgets = tuple(budget_plan_of(name, scene, settings) for settings in _preset_settings(scene, engines))
     lacking = {e.name: [c.reason for kind in NEEDED if isinstance(c := capability(e, kind), Lacking)] for e in engines}
     unsupported = {name: ", ".join(reasons) for name, reasons in lacking.items() if reasons}
-    return SweepPlan(name, scene, grid, tuple(rules), budgets, unsupported)
-
-
-def _preset_settings(scene: Scene, engines: Sequence[Engine[Any]]) -> tuple[Settings, ...]:
-    """The presets that apply, of engines whose settings can be varied one at a time, at the steps of the budgets."""
-    varied = [engine for engine in engines if not isinstance(capability(engine, Varied), Lacking)]
-    made = [(engine, preset(scene, BUDGET_STEPS)) for engine in varied for preset in engine.presets.values()]
-    return tuple(settings for engine, settings in made if engine.refusal(scene, settings) is None)
+    return SweepPlan(name, scene, grid, tuple(rules), unsupported)
 
 
 # -- the study ---------------------------------------------------------------------------------------------------------
@@ -106,7 +86,7 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
     """
     runs = yield plan.cases
     # Those of few steps first. What a step of a failed run costs is of no use.
-    timed = [case for case in plan.grid_cases if runs[case.key].outcome == COMPLETED]
+    timed = [case for case in plan.cases if runs[case.key].outcome == COMPLETED]
     return sweep_study(plan, runs, time(sorted(timed, key=lambda case: case.settings.steps_per_revolution)))
 
 
@@ -142,7 +122,6 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
         ),
         points=tuple(_points(plan, measurements, timings)),
         agreement=_agreement(plan, measurements),
-        budgets=tuple(budget_of(budget, measurements) for budget in plan.budgets),
         lengths=dict(plan.scene.lengths),
     )
 
