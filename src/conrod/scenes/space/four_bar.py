@@ -10,27 +10,13 @@ import numpy as np
 from conrod.exact.jet import direction
 from conrod.scenes.space.machine import Drives, SpatialMachine, SpatialMotion, start_pose
 from conrod.scenes.space.model import ORIGIN, Closure, Joint, Link
-from conrod.scenes.space.vectors import (
-    DEGREE,
-    X,
-    Y,
-    Z,
-    dot,
-    harmonic_root,
-    hinge_angle,
-    rotated,
-    turned,
-    universal_angles,
-)
+from conrod.scenes.space.vectors import DEGREE, X, Y, Z, dot, harmonic_root, hinge_angle, rod_angles, rotated, turned
 
 
 def spherical_four_bar(
-    crank: float = 30.0 * DEGREE,
-    coupler: float = 60.0 * DEGREE,
-    rocker: float = 70.0 * DEGREE,
-    frame: float = 80.0 * DEGREE,
-    radius: float = 0.2,
-) -> SpatialMachine:
+    crank: float = 30.0 * DEGREE, coupler: float = 60.0 * DEGREE, rocker: float = 70.0 * DEGREE,
+    frame: float = 80.0 * DEGREE, radius: float = 0.2,
+) -> SpatialMachine:  # fmt: skip
     """Four hinges whose axes meet in a point; the links are arcs [rad] of a sphere.
 
     The moving axes keep the coupler's arc between them, crank_axis . rocker_axis = cos(coupler).
@@ -86,7 +72,7 @@ def rssr(
         a, b = 2.0 * rocker * dot(reach, Y), 2.0 * rocker * dot(reach, Z)
         cosine, sine = harmonic_root(a, b, -dot(reach, reach) + (rod**2 - rocker**2), 1.0)
         rocker_pin = rocker * (cosine * Y + sine * Z) + pivot
-        swing, pitch = universal_angles(rocker_pin - crank_pin, Z, X)
+        swing, pitch = rod_angles(rocker_pin - crank_pin, Z, X)
         rod_joints = {"rod_swing": swing - turn, "rod_pitch": pitch} if rod_joint == "universal" else {}
         return SpatialMotion(
             points={"crank_pin": crank_pin, "rocker_pin": rocker_pin, "rod_middle": 0.5 * (crank_pin + rocker_pin)},

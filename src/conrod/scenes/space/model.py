@@ -98,4 +98,4 @@ def _write(parent: ET.Element, link: Link, parent_origin: Array) -> None:
 
 def _text(vector: Array) -> str:
     """Coordinates to the last digit; what is below rounding of a metre is 0."""
-    return " ".join(f"{round(float(x), 17) + 0.0:.17g}" for x in vector)
+    return " ".join(repr(round(float(x), 17) + 0.0) for x in vector)

@@ -7,7 +7,7 @@ import numpy as np
 from conrod.exact.jet import Jet, reciprocal, square_root
 from conrod.scenes.space.machine import Drives, SpatialMachine, SpatialMotion, start_pose
 from conrod.scenes.space.model import Closure, Joint, Link
-from conrod.scenes.space.vectors import DEGREE, Vector, X, Y, Z, cross, dot, length, rotated, turned, universal_angles
+from conrod.scenes.space.vectors import DEGREE, Vector, X, Y, Z, cross, dot, length, rod_angles, rotated, turned
 
 PLATFORM = (Joint("platform_x", X, "slide"), Joint("platform_y", Y, "slide"), Joint("platform_z", Z, "slide"))
 TILT = (Joint("platform_roll", X), Joint("platform_pitch", Y), Joint("platform_yaw", Z))
@@ -50,7 +50,7 @@ def delta(
         centre = sphere_meeting((first, second, third), rod)
         points, joints = {"platform": centre}, dict(drives)
         for k, (elbow, radial, axis, turn) in enumerate(zip(elbows, outward, axes, turns, strict=True), 1):
-            bend, swing = universal_angles(centre - elbow + platform * radial, axis, -Z)
+            bend, swing = rod_angles(centre - elbow + platform * radial, axis, -Z)
             points[f"elbow_{k}"] = elbow
             joints |= {f"elbow_{k}": bend - turn, f"swing_{k}_left": swing, f"swing_{k}_right": swing}
         joints |= {joint.name: dot(centre, joint.axis) for joint in PLATFORM}
@@ -109,7 +109,7 @@ def stewart(
         for k, (foot, arm) in enumerate(zip(feet, arms, strict=True), 1):
             points[f"leg_{k}_end"] = placed(arm)
             leg = points[f"leg_{k}_end"] - foot
-            swing, tilt = universal_angles(leg, Y, Z)
+            swing, tilt = rod_angles(leg, Y, Z)
             joints |= {f"swing_{k}": swing, f"tilt_{k}": tilt, f"leg_{k}": length(leg)}
         return SpatialMotion(points, joints)
 

@@ -66,7 +66,7 @@ def hinge_angle(axis: Vector, before: Vector, after: Jet) -> Jet:
     return direction(-dot(cross(across, axis), before), dot(across, before))
 
 
-def universal_angles(rod: Jet, axis: Array, zero: Array) -> tuple[Jet, Jet]:
+def rod_angles(rod: Jet, axis: Array, zero: Array) -> tuple[Jet, Jet]:
     """Both angles [rad] of a universal joint that carries a rod.
 
     Args:
