@@ -11,10 +11,9 @@ from typing import Any
 import command_line
 import pytest
 
-from conrod.cli.limits import EPILOG, MOST_RUNS
+from conrod.cli.limits import EPILOG
 from conrod.runs.plain import restore
-from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
-from conrod.studies.limits.plan import ITEMS, Request, check_runs, plan_limits
+from conrod.studies.limits.plan import ITEMS
 from conrod.studies.limits.results import LimitStudy
 
 # Two dozen runs of a second or two in all.
@@ -69,13 +68,6 @@ def test_the_same_command_runs_nothing_again_and_finds_the_same(folder: Path) ->
     assert done.returncode == 0, done.stderr
     assert runs_in(folder / "ledger.sqlite") == before
     assert study_in(folder, "again.json") == first
-
-
-def test_everything_there_is_needs_no_more_runs_than_are_allowed_unasked() -> None:
-    engines = select_engines(None)
-    plans = [plan_limits(name, scene, engines, None, Request()) for name, scene in select_scenes((), ()).items()]
-    assert len(plans) > 1
-    check_runs(plans, MOST_RUNS)
 
 
 def test_help_names_every_axis_and_every_pair() -> None:

@@ -167,6 +167,20 @@ def test_closed_form_matches_fifty_digits_over_ten_revolutions(name: str, alpha:
     assert max(found.values()) <= AGAINST_DIGITS, found
 
 
+@pytest.mark.parametrize("scene", [ShearPress(crank=(1.0 - 1e-9) * 0.390), Saw(offset=(1.0 - 1e-9) * 0.2)])
+def test_the_closed_form_keeps_eleven_digits_next_to_a_change_point(scene: Scene) -> None:
+    """Where `limits` ends its axis of nearness: at the pose of worst condition, and ever closer to it."""
+    beside = np.geomspace(1e-9, 0.3, 8)
+    angles = np.concatenate([centre + sign * beside for centre in (0.5 * math.pi, 1.5 * math.pi) for sign in (-1, 1)])
+    closed, off = scene.motion(angles, 1.0), 0.0
+    with mpmath.workdps(50):
+        for k, angle in enumerate(angles):
+            for name, place in POINTS[type(scene)](scene, mpmath.mpf(float(angle))).items():
+                gap = [float(mpmath.mpf(float(closed.point(name).position[k, i])) - place[i]) for i in (0, 1)]
+                off = max(off, math.hypot(*gap) / scene.lengths[name])
+    assert 1e-13 < off < 1e-11
+
+
 @pytest.mark.parametrize("name", CAMS)
 def test_every_cam_matches_fifty_digits(name: str) -> None:
     cam = CAMS[name]

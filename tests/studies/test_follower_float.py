@@ -27,7 +27,6 @@ from conrod.studies.limits.follower_float import (
     GapCase,
     OnsetProbe,
     float_search,
-    most_float_runs,
     thinned,
 )
 from conrod.studies.limits.records import Extremes, Flight
@@ -104,24 +103,6 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step(good: FollowerF
     assert below
     assert all(probe.lengths[0] > 0.0 and not probe.flies for probe in below)
     assert good.fit
-
-
-@pytest.mark.parametrize("first", [0.0, 0.8, 1.1, 2.001, 3.5])
-def test_no_search_asks_for_more_runs_than_were_announced(first: float) -> None:
-    def law(cell: LimitCase) -> float:
-        assert isinstance(cell.scene, CamFollower)
-        return 0.3 if cell.scene.preload < 1.0 / first**2 else 0.0
-
-    asked = []
-
-    def run(cells: list[LimitCase]) -> Results:
-        asked.append(len(cells))
-        return answered(law if first else lambda _: 0.3, cells)
-
-    pursue([float_search(case())], run)
-    assert sum(asked) <= most_float_runs()
-    if first == 2.001:  # in the widest gap of all, every run of which is flown but the last
-        assert sum(asked) > 0.7 * most_float_runs()
 
 
 def test_rebounds_that_shrink_faster_leave_the_onset_within_two_per_cent() -> None:

@@ -16,7 +16,7 @@ from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, most_map_runs, standing
+from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, standing
 from conrod.studies.limits.records import level_of
 
 MASSES, NEARNESS, STABILISATION = PAIRS
@@ -104,7 +104,7 @@ def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None
     full = {n: level_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
     assert [n for n, level in full.items() if standing(found.shown[n].level) != standing(level.slug)] == []
     assert found.share <= QUARTER
-    assert found.nodes == len(full) == most_map_runs(case_of(), MASSES, (49, 25))
+    assert found.nodes == len(full)
     assert {standing(level.slug) for level in full.values()} == {"safe", "rough", "failed"}
 
 

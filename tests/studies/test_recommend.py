@@ -283,7 +283,7 @@ def test_the_finer_step_is_the_one_that_makes_up_for_the_excess(tried: Any, erro
 def test_confirming_runs_are_none_of_the_grid() -> None:
     runs = PretendedRuns(second_order, per_step)
     answer = recommended(runs, position=1e-4)
-    grid = {cell.key for cell in grid_of_saw().grid_cases}
+    grid = {cell.key for cell in grid_of_saw().cases}
     others = [c for c in runs.ran if elsewhere(c)]
     assert len({c.key for c in others} - grid) == 4
     assert answer.choice.case.key not in {c.key for c in others}

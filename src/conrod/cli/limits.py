@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 from conrod.cli import options
 from conrod.cli.options import RunOptions, StudyOptions, option
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism.units import check_count, check_number, parse_quantity
+from conrod.mechanism.units import check_number, parse_quantity
 
 if TYPE_CHECKING:
     from conrod.studies.limits.axes import Axis
     from conrod.studies.limits.plan import Request
     from conrod.studies.limits.results import LimitStudy
 
-# All scenes and axes may need two thirds of it, should no two neighbours on any map end alike.
-MOST_RUNS = 300_000
 # The mark keeps the lines as they are: names of axes are not to be broken at their hyphens.
 EPILOG = """\b
 Axes: steps, speed, mass-ratio, nearness, stabilisation, regularisation,
@@ -52,9 +50,6 @@ class Asked(StudyOptions, RunOptions):
     revolutions: float | None = option(
         "--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000]."
     )
-    most_runs: int = option(
-        "--most-runs", type=int, default=MOST_RUNS, show_default=True, metavar="N", help="Refuse what may need more."
-    )
 
 
 @options.verb(epilog=EPILOG)
@@ -71,17 +66,14 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.report.limits.report import KIND
     from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
-    from conrod.studies.limits.plan import check_asked, check_memory, check_runs, plan_limits, pursue_plans
+    from conrod.studies.limits.plan import check_asked, plan_limits, pursue_plans
 
     chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)
     select_presets(engines, asked.preset)
     request = request_of(asked.axes, asked.span, asked.revolutions)
     files = outputs(KIND, chosen, asked)
-    check_count("--most-runs", asked.most_runs, 1, 10**9)
     plans = [plan_limits(name, scene, engines, asked.preset, request) for name, scene in chosen.items()]
     check_asked(plans)
-    check_runs(plans, asked.most_runs)
-    check_memory(asked.memory)
     with Runner.of(asked) as runner, runner.answering() as run:
         studies = pursue_plans(plans, run)
     with naming("standard output"):

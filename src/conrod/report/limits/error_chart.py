@@ -49,7 +49,6 @@ class Panel:
 
 POSITION = Panel("position error, max / L", lambda probe: probe.position)
 TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
-REFERENCE = "the reference's own error"
 
 
 def error_chart(walks: Sequence[Walk]) -> Figure:
@@ -85,8 +84,6 @@ def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
 
 def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel) -> None:
     drawn = [on_log_grid(np.array(_values(walks, panel)))]
-    own_errors = _reference_errors(walks) if panel is POSITION else {}
-    drawn += [on_log_grid(np.array(list(own_errors.values())))] if own_errors else []
     whole_decades(axes, drawn)
     for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
@@ -97,8 +94,6 @@ def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Pane
         # A curve is broken where a run has no value: nothing is known there.
         _plot(axes, scale, walk.probes, panel, style)
         _plot(axes, scale, [probe for probe in walk.probes if probe.undetected], panel, RING)
-    if own_errors:
-        axes.plot(scale.places(own_errors), drawn[-1], color="black", linewidth=1.4, zorder=2)
     scale.apply(axes, "")
     axes.set_ylabel(panel.label)
 
@@ -122,19 +117,11 @@ def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Seq
         axes.annotate(preset_title(*key), (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
 
 
-def _reference_errors(walks: Sequence[Walk]) -> dict[float, float]:
-    """The reference's own error by the value, which is the same for all engines."""
-    probes = sorted((probe for walk in walks for probe in walk.probes), key=lambda probe: probe.value)
-    return {probe.value: probe.reference_error for probe in probes if probe.reference_error is not None}
-
-
 def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
     bare: dict[str, Any] = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
     handles = preset_handles(names, **bare)
     probes = [probe for walk in walks for probe in walk.probes]
-    if any(probe.reference_error is not None for probe in probes):
-        handles.append(Line2D([], [], color="black", linewidth=1.4, label=REFERENCE))
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

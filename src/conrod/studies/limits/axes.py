@@ -79,7 +79,6 @@ class Axis:
         values: all values of a listed axis.
         text: a value as people read it.
         nearest: the value that is run where this one is asked for; on most axes there are all.
-        near_singular: whether it leads to machines whose exact motion itself is ill-conditioned.
     """
 
     name: str
@@ -95,7 +94,6 @@ class Axis:
     values: Callable[[Setup], tuple[float, ...]] = lambda setup: ()
     text: Callable[[Setup, float], str] = lambda setup, value: f"{value:.4g}"
     nearest: Callable[[float], float] = lambda value: value
-    near_singular: bool = False
 
     @property
     def listed(self) -> bool:
@@ -275,7 +273,7 @@ ROWS = (
         "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
         Scale.NEARNESS,
         lambda s, value: s.run_of(near_change_point(s, value), s.steps_per_revolution or NEARNESS_STEPS),
-        0.1, 1.0 - 1e-9, (0.01, 1.0 - 1e-9), no_change_point, near_singular=True,
+        0.1, 1.0 - 1e-9, (0.01, 1.0 - 1e-9), no_change_point,
         text=lambda setup, value: f"{value:.3g}" if value < 0.99 else f"1 - {1.0 - value:.3g}",
     ),
     Axis(

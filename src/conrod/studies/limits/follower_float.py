@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -204,16 +203,6 @@ def float_search(setup: Setup) -> Study[FollowerFloat]:
         curve=curve,
         exact_lengths=tuple((speed, bench.exact_length(speed)) for speed in (1.0 + EXCESSES).tolist()),
     )
-
-
-def most_float_runs() -> int:
-    """Return the largest number of runs that one search can ask for."""
-    # Every speed takes two, and the one that is drawn a run more. Between neighbours of the first speeds the ratio is
-    # halved, on its logarithm, until it is close enough.
-    listed = sorted((*COMPARED_SPEEDS, *HELD_SPEEDS))
-    widest = max(math.log(faster / slower) for slower, faster in pairwise(listed))
-    halvings = math.ceil(math.log2(widest / math.log(CLOSELY)))
-    return 1 + 2 * (len(listed) + halvings)
 
 
 def _runs_about_the_onset(bench: _Bench) -> Study[Runs]:

@@ -180,12 +180,6 @@ def map_search(
     return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
-def most_map_runs(setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLUTION) -> int:
-    """The largest number of runs that a map can ask for: all its nodes, should no two neighbours end alike."""
-    x, y = pair.values(setup, resolution)
-    return len(x) * len(y)
-
-
 def _run(node: Node, measurement: Measurement) -> MapRun:
     level, error = level_of(measurement).slug, measurement.largest("position")
     return MapRun(*node, level, measurement.outcome, is_undetected(measurement), error)

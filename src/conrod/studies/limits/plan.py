@@ -1,4 +1,4 @@
-"""Plan of a scene's limits: the searches that a request needs, how many runs they may take, and their findings."""
+"""Plan of a scene's limits: the searches that a request needs, and their findings."""
 
 from __future__ import annotations
 
@@ -6,39 +6,23 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import Any
 
-from conrod.engines import Engine, engine_named, engine_names
+from conrod.engines import Engine
 from conrod.engines.engine import judged_preset
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
-from conrod.studies.execution.isolation import Ended, isolated
-from conrod.studies.execution.worker import address_space
 from conrod.studies.frame.case import Results, Study, pursue
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS, Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
-from conrod.studies.limits.follower_float import float_search, most_float_runs
-from conrod.studies.limits.maps import PAIRS, Pair, map_search, most_map_runs
+from conrod.studies.limits.follower_float import float_search
+from conrod.studies.limits.maps import PAIRS, Pair, map_search
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
-from conrod.studies.limits.walk import (
-    ITERATIONS,
-    MASS_RATIO,
-    length_search,
-    most_need_runs,
-    most_runs,
-    need_search,
-    walk_search,
-)
+from conrod.studies.limits.walk import ITERATIONS, MASS_RATIO, length_search, need_search, walk_search
 
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
-
-
-class Planned(NamedTuple):
-    """A search that is not begun, whose findings are one part of a study or several, and how many runs it can take."""
-
-    made: Callable[[], Study[Any]]
-    most: int
+Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study or several
 
 
 @dataclass(frozen=True)
@@ -67,29 +51,25 @@ class Item:
 
     name: str
     refusal: Callable[[Setup], str | None]
-    searches: Callable[[Setup, Request], Sequence[Planned]]
+    searches: Callable[[Setup, Request], Sequence[Search]]
 
 
 def _axis(axis: Axis) -> Item:
-    def searches(setup: Setup, asked: Request) -> list[Planned]:
+    def searches(setup: Setup, asked: Request) -> list[Search]:
         if axis.name == LENGTH_AXIS:
             last = asked.revolutions if asked.span is None else max(asked.span)
             axis.case(setup, last)
-            most = most_runs(axis, setup, axis.safe_end, last)  # the longest run is shared with the walk
-            return [Planned(partial(length_search, axis, setup, last), most)]
+            return [partial(length_search, axis, setup, last)]
         spans = (asked.span,) if asked.span else axis.spans(setup)
         for end in (end for span in spans for end in span):
             axis.case(setup, end)
-        return [Planned(partial(walk_search, axis, setup, *span), most_runs(axis, setup, *span)) for span in spans]
+        return [partial(walk_search, axis, setup, *span) for span in spans]
 
     return Item(axis.name, axis.refusal, searches)
 
 
 def _pair(pair: Pair) -> Item:
-    def searches(setup: Setup, asked: Request) -> list[Planned]:
-        return [Planned(partial(map_search, setup, pair), most_map_runs(setup, pair))]
-
-    return Item(pair.name, pair.refusal, searches)
+    return Item(pair.name, pair.refusal, lambda setup, _: [partial(map_search, setup, pair)])
 
 
 def _no_rule_to_replace(setup: Setup) -> str | None:
@@ -100,9 +80,8 @@ def _no_rule_to_replace(setup: Setup) -> str | None:
     return MASS_RATIO.refusal(setup)
 
 
-def _needs(setup: Setup, asked: Request) -> list[Planned]:
-    most = most_need_runs(setup)
-    return [Planned(partial(need_search, setup, iterations), most) for iterations in ITERATIONS]
+def _needs(setup: Setup, asked: Request) -> list[Search]:
+    return [partial(need_search, setup, iterations) for iterations in ITERATIONS]
 
 
 def _no_follower(setup: Setup) -> str | None:
@@ -117,9 +96,8 @@ ITEMS = {
         *map(_axis, AXES.values()),
         *map(_pair, PAIRS),
         Item("mass-ratio-at-iterations", _no_rule_to_replace, _needs),
-        # Of determinism one case, which runs again and again.
-        Item("determinism", lambda setup: None, lambda setup, _: [Planned(partial(determinism_search, setup), 1)]),
-        Item("flight", _no_follower, lambda setup, _: [Planned(partial(float_search, setup), most_float_runs())]),
+        Item("determinism", lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
+        Item("flight", _no_follower, lambda setup, _: [partial(float_search, setup)]),
     )
 }
 
@@ -138,7 +116,7 @@ class LimitPlan:
     engines: tuple[Engine[Any], ...]
     refused: tuple[Walk, ...]
     unfit: Mapping[str, str]
-    searches: tuple[Planned, ...]
+    searches: tuple[Search, ...]
 
     def study(self, found: Iterable[Any]) -> LimitStudy:
         """Return the study, from the findings of the searches."""
@@ -167,7 +145,7 @@ def plan_limits(
     setups = [Setup(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
     unfit = {setup.preset: refusal for setup in setups if (refusal := setup.refusal()) is not None}
     fit = [setup for setup in setups if setup.refusal() is None]
-    searches: list[Planned] = []
+    searches: list[Search] = []
     refused: list[Walk] = []
     reasons: dict[str, str] = {}
     had: set[str] = set()
@@ -188,11 +166,8 @@ def plan_limits(
 
 def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Results]) -> list[LimitStudy]:
     """Return the studies of all plans, their runs in common batches."""
-    found = iter(pursue([planned.made() for plan in plans for planned in plan.searches], run))
+    found = iter(pursue([search() for plan in plans for search in plan.searches], run))
     return [plan.study(list(islice(found, len(plan.searches)))) for plan in plans]
-
-
-# -- refusals before any run -----------------------------------------------------------------------------------------
 
 
 def check_asked(plans: Sequence[LimitPlan]) -> None:
@@ -204,49 +179,3 @@ def check_asked(plans: Sequence[LimitPlan]) -> None:
     for name, reason in plans[0].unfit.items():
         if all(name in plan.unfit for plan in plans):
             raise InvalidInput(f"{name}: {reason}")
-
-
-def check_runs(plans: Sequence[LimitPlan], most: int) -> None:
-    """Refuse before it starts what may need more runs than are allowed.
-
-    Raises:
-        InvalidInput: with both figures.
-    """
-    needed = sum(planned.most for plan in plans for planned in plan.searches)
-    if needed > most:
-        raise InvalidInput(
-            f"this may need up to {needed} runs, and --most-runs allows {most}: name one scene or --axis, or allow more"
-        )
-
-
-# The memory of a run is that of one piece, however long it is. Beyond what a process starts with [bytes]; measured: 73
-# to 108 MB, the most for a cam in MuJoCo.
-OF_A_RUN = 128_000_000
-PATIENCE = 120.0  # [s], for a process to start
-
-
-def check_memory(limit: int | None) -> None:
-    """Refuse a limit in which not every run could end as it would without one.
-
-    Args:
-        limit: address space of a process [bytes]; None is none.
-
-    Raises:
-        InvalidInput: with both figures.
-    """
-    if limit is None:
-        return
-    begins_with = isolated(_at_the_start, timeout=PATIENCE)
-    if isinstance(begins_with, Ended):
-        return  # what stops every process is reported by the first that runs a case
-    if limit < begins_with + OF_A_RUN:
-        raise InvalidInput(
-            f"--cell-memory: {limit} bytes for a run are too few: one may need {begins_with + OF_A_RUN}, "
-            f"{begins_with} of which a process starts with"
-        )
-
-
-def _at_the_start() -> int:
-    for name in engine_names():
-        engine_named(name)
-    return address_space()

@@ -24,7 +24,6 @@ class Probe:
         errors: largest of position, velocity and acceleration, normalised; None unless the run completed.
         torque: largest error of the drive torque over its exact peak; None where there is none.
         solver: note on the engine's solver, empty where all is well.
-        reference_error: of the exact motion itself, normalised; None where it is at its usual rounding.
         key: of the run in the ledger.
     """
 
@@ -37,7 +36,6 @@ class Probe:
     errors: Mapping[str, float] | None
     torque: float | None
     solver: str
-    reference_error: float | None
     key: str
 
     @property

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.limits.axes import AXES, Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.conditioning import reference_error
 from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of, solver_note
 from conrod.studies.limits.results import Boundary, IterationNeed, LongRun, Probe, Walk
 
@@ -45,25 +43,6 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
     return Walk(axis.name, setup.name, setup.engine, setup.preset, "", tuple(probes.values()), boundaries)
 
 
-def most_runs(axis: Axis, setup: Setup, first: float, last: float) -> int:
-    """Return the largest number of runs that a walk can ask for."""
-    if axis.listed:
-        return len(axis.values(setup))
-    scanned = _scanned(axis, first, last)
-    if len(scanned) < 2:
-        return len(scanned)
-    # In every round each criterion halves a gap. Where values are whole numbers, gaps are not all as wide.
-    halvings = max(_halvings(axis, good, bad) for good, bad in pairwise(scanned))
-    return len(scanned) + len(CRITERIA) * (halvings + 1)
-
-
-def _halvings(axis: Axis, good: float, bad: float) -> int:
-    found = 0
-    while (middle := _middle(axis, good, bad)) is not None:
-        found, good = found + 1, middle
-    return found
-
-
 def _scanned(axis: Axis, first: float, last: float) -> list[float]:
     return list(dict.fromkeys(axis.nearest(value) for value in spaced(axis.scale, first, last, SCANNED)))
 
@@ -89,8 +68,6 @@ def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measuremen
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
         torque=recorded.torque,
         solver=solver_note(recorded.solver),
-        # The reference is in doubt only where an axis makes the machine ill-conditioned.
-        reference_error=reference_error(case.scene) if axis.near_singular else None,
         key=case.key,
     )
 
@@ -131,11 +108,6 @@ def need_search(setup: Setup, iterations: int) -> Study[IterationNeed]:
     return IterationNeed(setup.name, setup.engine, setup.preset, iterations, tuple(walks))
 
 
-def most_need_runs(setup: Setup) -> int:
-    """Return the largest number of runs that one search can ask for."""
-    return sum(most_runs(MASS_RATIO, setup, first, last) for first, last in MASS_RATIO.spans(setup))
-
-
 # -- long runs -------------------------------------------------------------------------------------------------------
 
 
@@ -165,4 +137,4 @@ def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[W
 def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
     level, value = Level.of_error(mark.position), float(mark.revolution)
     text, undetected, errors = axis.readable(setup, value), level is Level.WRONG, {"position": mark.position}
-    return Probe(value, text, level.slug, "completed", undetected, "", errors, None, "", None, key)
+    return Probe(value, text, level.slug, "completed", undetected, "", errors, None, "", key)
