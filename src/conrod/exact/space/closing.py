@@ -1,0 +1,134 @@
+"""What a machine's closures leave open at given poses, as Taylor series, and how that changes with the joint rates."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.exact.space.poses import Poses, Series, added, scaled
+from conrod.exact.space.tree import Closure, SpatialPoint, SpatialTree
+
+
+def residuals(found: Poses, order: int) -> Array:
+    """Coefficients of what all closures leave open (order + 1, rows, T), in m.
+
+    Angles are weighed by the machine's extent. A weld's are those of the antisymmetric part of the turn that is left.
+    """
+    tree = found.tree
+    every = [series for closure in tree.closures for series in _residual(found, closure, order)]
+    samples = max((one.shape[-1] for series in every for one in series), default=1)
+    made = np.zeros((order + 1, sum(c.rows for c in tree.closures), samples))
+    row = 0
+    for series in every:
+        height = 1 if series[0].ndim == 1 else len(series[0])
+        for k, one in enumerate(series[: order + 1]):
+            made[k, row : row + height] = one
+        row += height
+    return made
+
+
+def _residual(found: Poses, closure: Closure, order: int) -> list[Series]:
+    if not closure.points:
+        return [_coupling(found, closure, order)]
+    first, second = (found.point(point) for point in closure.points)
+    made = [added(first, [-one for one in second])]
+    if closure.turn is not None:
+        made.append([found.tree.extent * _antisymmetric(one) for one in _left_turn(found, closure, order)])
+    return made
+
+
+def _left_turn(found: Poses, closure: Closure, order: int) -> Series:
+    """From the second frame to where the first has it: the unit matrix where the weld is closed."""
+    one, two = (found.turns[point.body] for point in closure.points)
+    placed = [np.einsum("ijt,jk->ikt", turn, closure.turn) for turn in one]
+    return [
+        sum(np.einsum("jit,jkt->ikt", two[i], placed[k - i]) for i in range(len(two)) if 0 <= k - i < len(placed))
+        for k in range(min(order, len(two) + len(placed) - 2) + 1)
+    ]  # type: ignore[misc]
+
+
+def _antisymmetric(matrix: Array) -> Array:
+    """The vector (3, T) whose cross product the antisymmetric part of a matrix makes."""
+    return 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
+
+
+def _sum(found: Poses, factors: dict[int, float], reference: float) -> Series:
+    return added([np.array([-reference])], *([f * one for one in found.scalars[j]] for j, f in factors.items()))
+
+
+def _coupling(found: Poses, closure: Closure, order: int) -> Series:
+    """Dependent sum less the polynomial of the independent one, by Horner's rule."""
+    weight = _weight(found.tree, closure)
+    dependent = _sum(found, closure.sums[0], closure.references[0])
+    value: Series = [np.array([closure.polynomial[-1]])]
+    if closure.sums[1]:
+        independent = _sum(found, closure.sums[1], closure.references[1])
+        for factor in closure.polynomial[-2::-1]:
+            value = added(scaled(value, independent, order), [np.array([factor])])
+    else:
+        value = [np.array([closure.polynomial[0]])]
+    return [weight * one for one in added(dependent, [-one for one in value])]
+
+
+def _weight(tree: SpatialTree, closure: Closure) -> float:
+    """1 for a coupling of lengths; the extent [m] for one of angles."""
+    joints = {joint.rate: joint for joint in tree.joints}
+    return 1.0 if any(joints[rate].unit == "m" for rate in closure.sums[0]) else tree.extent
+
+
+def jacobian(found: Poses, samples: int) -> Array:
+    """Derivatives of the residuals by the joint rates (T, rows, nv), at order 0; a weld's are those where it is closed."""
+    tree = found.tree
+    made = np.zeros((sum(c.rows for c in tree.closures), tree.freedom, samples))
+    for closure in tree.closures:
+        block = made[tree.rows[closure.name]]
+        if not closure.points:
+            _couple(found, closure, block)
+            continue
+        for point, sign in zip(closure.points, (1.0, -1.0), strict=True):
+            linear, angular = point_jacobian(found, point)
+            for rates, along in linear:
+                block[:3, rates] += sign * along
+            if closure.turn is not None:
+                back = found.turns[closure.points[1].body][0]
+                for rates, about in angular:
+                    block[3:, rates] += sign * tree.extent * np.einsum("jit,jnt->int", back, about)
+    return np.moveaxis(made, 2, 0)
+
+
+def _couple(found: Poses, closure: Closure, block: Array) -> None:
+    weight = _weight(found.tree, closure)
+    for rate, factor in closure.sums[0].items():
+        block[0, rate] += weight * factor
+    if closure.sums[1]:
+        independent = _sum(found, closure.sums[1], closure.references[1])[0]
+        slope = np.polynomial.Polynomial(closure.polynomial).deriv()(independent)
+        for rate, factor in closure.sums[1].items():
+            block[0, rate] -= weight * slope * factor
+
+
+Blocks: TypeAlias = list[tuple[slice, Array]]  # of a Jacobian: places among the rates, and columns (3, n, T)
+
+
+def point_jacobian(found: Poses, point: SpatialPoint) -> tuple[Blocks, Blocks]:
+    """Derivatives of a point's place and of its body's turn by the rates of the joints above it."""
+    place, linear, angular = found.point(point)[0], list[tuple[slice, Array]](), list[tuple[slice, Array]]()
+    for joint in found.tree.above[point.body]:
+        axes = found.axes[joint.rate]
+        if joint.kind == "slide":
+            linear.append((joint.rates, axes))
+            continue
+        turning = joint.rates
+        if joint.kind == "free":
+            linear.append((slice(joint.rate, joint.rate + 3), np.eye(3)[:, :, None]))
+            turning = slice(joint.rate + 3, joint.rate + 6)
+        arm = place - found.anchors[joint.rate]
+        linear.append((turning, _crossed(axes, arm[:, None])))
+        angular.append((turning, axes))
+    return linear, angular
+
+
+def _crossed(a: Array, b: Array) -> Array:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

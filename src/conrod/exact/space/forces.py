@@ -1,0 +1,93 @@
+"""Driving torques and reactions at the closures of a machine in space, from its exact motion (Newton and Euler)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.exact.space.closing import jacobian, point_jacobian
+from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
+from conrod.exact.space.poses import Poses, Series, poses
+from conrod.exact.space.tree import SpatialBody, SpatialPoint
+
+SEEN = 1e-6  # of a reaction: below this share of it, none of it is open
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialForces:
+    """Forces at T times.
+
+    Attributes:
+        drives: torque or force of each driven joint (T,) [N m or N].
+        reactions: of each connect: force (T, 3) [N], seen from the ground, on its first body; the least of those
+            possible where the closures are redundant.
+        ambiguous: connects whose reaction redundant closures leave open.
+    """
+
+    drives: Mapping[str, Array]
+    reactions: Mapping[str, Array]
+    ambiguous: tuple[str, ...]
+
+
+def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
+    """What drives a machine along its exact motion, and what its closures carry.
+
+    With the joints' equations tau = J' f + drives, the closures' forces f are the shortest solution of those rows that
+    are not driven (Penrose, Proc. Cambridge Phil. Soc. 52, 1956).
+    """
+    tree, samples = machine.tree, len(motion.times)
+    found = poses(tree, motion.coordinates, motion.rates[:2])
+    needed = needed_forces(found, motion)
+    matrix = jacobian(found, samples)
+    inverse = np.linalg.pinv(np.swapaxes(matrix[:, :, machine.free], 1, 2), rcond=RANK_TOLERANCE)
+    carried = np.einsum("tmf,ft->tm", inverse, needed[machine.free])
+    open_rows = np.eye(matrix.shape[1]) - inverse @ np.swapaxes(matrix[:, :, machine.free], 1, 2)
+    left = needed - np.einsum("tmn,tm->nt", matrix, carried)
+    connects = [closure.name for closure in tree.closures if closure.kind == "connect"]
+    ambiguous = [name for name in connects if np.abs(open_rows[:, tree.rows[name]]).max(initial=0.0) > SEEN]
+    return SpatialForces(
+        {joint.name: left[joint.rate] for joint in machine.driven},
+        {name: carried[:, tree.rows[name]] for name in connects},
+        tuple(ambiguous),
+    )
+
+
+def needed_forces(found: Poses, motion: SpatialMotion) -> Array:
+    """Along all joints (nv, T), of inertia and weight and the joints' springs, dampers and armatures."""
+    tree, samples = found.tree, len(motion.times)
+    needed = np.zeros((tree.freedom, samples))
+    for joint in tree.joints:
+        needed[joint.rates] += joint.armature * motion.rates[1, joint.rates] + joint.damping * motion.rates[0, joint.rates]
+        if joint.kind in ("hinge", "slide"):
+            needed[joint.rate] += joint.stiffness * (motion.coordinates[joint.coordinate] - joint.spring)
+    for number, body in enumerate(tree.bodies):
+        if number == 0 or not tree.above[number] or not (body.mass or np.any(body.inertia)):
+            continue
+        force, torque = _inertial(found, number, body)
+        linear, angular = point_jacobian(found, SpatialPoint(number, body.centre))
+        for rates, block in linear:
+            needed[rates] += np.einsum("int,it->nt", block, force - body.mass * tree.gravity[:, None])
+        for rates, block in angular:
+            needed[rates] += np.einsum("int,it->nt", block, torque)
+    return needed
+
+
+def _inertial(found: Poses, number: int, body: SpatialBody) -> tuple[Array, Array]:
+    """Force (3, T) and torque about the centre of gravity (3, T) that accelerate a body."""
+    turn, centre = found.turns[number], found.point(SpatialPoint(number, body.centre))
+    spin, gain = _spin(turn, 1), _spin(turn, 2)
+    inertia = np.einsum("ijt,jk,lkt->ilt", turn[0], body.inertia, turn[0])
+    momentum = np.einsum("ijt,jt->it", inertia, spin)
+    acceleration = 2.0 * centre[2] if len(centre) > 2 else np.zeros_like(centre[0])
+    return body.mass * acceleration, np.einsum("ijt,jt->it", inertia, gain) + np.cross(spin, momentum, axis=0)
+
+
+def _spin(turn: Series, order: int) -> Array:
+    """Angular velocity (3, T) of a turn for order 1, angular acceleration for 2: of R^(k) R', the antisymmetric part."""
+    if len(turn) <= order:
+        return np.zeros((3, turn[0].shape[2]))
+    matrix = order * np.einsum("ijt,kjt->ikt", turn[order], turn[0])
+    return 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])

@@ -1,0 +1,118 @@
+"""Laws of driven joints: a joint's coordinate over time, with its derivatives to the third."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.mechanism.units import check_number, parse_quantity
+
+FORMS = "60rpm, sine:20deg,1.5Hz, move:0deg,90deg,2s, table:FILE.csv or hold"
+RATES, LENGTHS = {"rad": "rad/s", "m": "m/s"}, (1e-6, 1e6)
+# Of a polynomial from 0 to 1 whose velocity and acceleration vanish at both ends, from t^3 up.
+QUINTIC = np.array([10.0, -15.0, 6.0])
+
+
+@dataclass(frozen=True)
+class Law:
+    """A joint's coordinate over time.
+
+    Attributes:
+        text: as it was given.
+        duration: after which it has been through all that it does, or once through what it repeats [s]; infinite for
+            one that holds.
+        derivatives: coordinate, rate, acceleration and jerk (4, T) at times (T,) [s], in rad or m.
+    """
+
+    text: str
+    duration: float
+    derivatives: Callable[[Array], Array]
+
+
+def law_of(text: str, unit: str, start: float, name: str) -> Law:
+    """The law that a text gives, `FORMS`; it begins at the joint's coordinate `start` where it names none.
+
+    Args:
+        unit: of the coordinate: rad or m.
+        name: of the joint, for the error.
+
+    Raises:
+        InvalidInput: it is no law, a value is out of range, or its table cannot be read.
+    """
+    kind, colon, rest = text.partition(":")
+    parts = [part.strip() for part in rest.split(",")]
+    if text == "hold":
+        return Law(text, math.inf, lambda times: _stacked(times, start))
+    if not colon:
+        rate = parse_quantity(name, text, RATES[unit])
+        check_number(name, abs(rate), 1e-9, 1e9, RATES[unit])
+        return Law(text, (2.0 * math.pi if unit == "rad" else 1.0) / abs(rate), _line(start, rate))
+    if kind == "sine" and len(parts) == 2:
+        amplitude, frequency = parse_quantity(name, parts[0], unit), parse_quantity(name, parts[1], "Hz")
+        check_number(f"frequency of {name}", frequency, *LENGTHS, "Hz")
+        return Law(text, 1.0 / frequency, _sine(start, amplitude, 2.0 * math.pi * frequency))
+    if kind == "move" and len(parts) == 3:
+        begin, end = (parse_quantity(name, part, unit) for part in parts[:2])
+        duration = parse_quantity(name, parts[2], "s")
+        check_number(f"duration of {name}", duration, *LENGTHS, "s")
+        return Law(text, duration, _move(begin, end, duration))
+    if kind == "table" and rest:
+        return _table(text, Path(rest), name)
+    raise InvalidInput(f"{name} = {text!r} is no drive law: give {FORMS}")
+
+
+def _stacked(times: Array, *values: Array | float) -> Array:
+    made = np.zeros((4, len(times)))
+    for row, value in zip(made, values, strict=False):
+        row[:] = value
+    return made
+
+
+def _line(start: float, rate: float) -> Callable[[Array], Array]:
+    return lambda times: _stacked(times, start + rate * times, rate)
+
+
+def _sine(start: float, amplitude: float, omega: float) -> Callable[[Array], Array]:
+    def derivatives(times: Array) -> Array:
+        sine, cosine = amplitude * np.sin(omega * times), amplitude * np.cos(omega * times)
+        return _stacked(times, start + sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine)
+
+    return derivatives
+
+
+def _move(begin: float, end: float, duration: float) -> Callable[[Array], Array]:
+    """A quintic between two coordinates; it stays at the second."""
+    polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, *QUINTIC])
+
+    def derivatives(times: Array) -> Array:
+        share = np.clip(times / duration, 0.0, 1.0)
+        rows = [(end - begin) * polynomial.deriv(k)(share) / duration**k for k in (1, 2, 3)]
+        return _stacked(times, begin + (end - begin) * polynomial(share), *rows)
+
+    return derivatives
+
+
+def _table(text: str, path: Path, name: str) -> Law:
+    """A quintic spline through a file's two columns, time [s] and coordinate [rad or m]."""
+    from scipy.interpolate import make_interp_spline
+
+    try:
+        times, values = np.loadtxt(path, delimiter=",", unpack=True, ndmin=2, comments=("#", "t"))
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"{name} = {text!r}: a table has two columns, time [s] and coordinate: {error}") from None
+    if len(times) < 6 or not np.all(np.diff(times) > 0.0) or not np.all(np.isfinite(values)):
+        raise InvalidInput(f"{name} = {text!r}: give at least six rows of numbers, with rising times")
+    spline, first = make_interp_spline(times, values, k=5), float(times[0])
+    length = float(times[-1]) - first
+
+    def derivatives(at: Array) -> Array:
+        inside = first + np.clip(at, 0.0, length)
+        return np.array([spline(inside, nu=k) for k in range(4)])
+
+    return Law(text, length, derivatives)

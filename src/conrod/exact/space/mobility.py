@@ -1,0 +1,133 @@
+"""Freedom of a closed machine in space: what its closures take, which are redundant, and what its drives determine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.exact.space.closing import jacobian, point_jacobian
+from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree
+from conrod.exact.space.poses import Poses, poses
+from conrod.exact.space.tree import SpatialPoint
+
+# A freedom moves what it moves by at least this share of the most that it moves.
+MOVES = 1e-6
+LOOKED_AT = 7  # poses along the motion
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """Count by rank at a closed pose, and along the motion.
+
+    Attributes:
+        freedom: degrees of freedom of all joints, those that are held not among them.
+        rows, rank: scalar equations of the closures, and how many are independent.
+        redundant: by closure, its equations that those before them say already.
+        undetermined: points that the drives do not determine.
+        idle: joints that the freedoms move that are left, such as a rod's spin about itself.
+        margin: least singular value that counts, along the motion, over the largest.
+        margin_time: when that is [s].
+    """
+
+    freedom: int
+    rows: int
+    rank: int
+    redundant: Mapping[str, int]
+    undetermined: tuple[str, ...]
+    idle: tuple[str, ...]
+    margin: float
+    margin_time: float
+
+    @property
+    def left(self) -> int:
+        """Degrees of freedom that the closures leave."""
+        return self.freedom - self.rank
+
+
+def check_drives(machine: DrivenTree, start: Array) -> None:
+    """Refuse drives that are too few or too many for a closed pose (nq, 1).
+
+    Raises:
+        InvalidInput: names what is missing or too many.
+    """
+    found = poses(machine.tree, start)
+    matrix, columns = _matrix(machine, found)
+    rank, left = _rank(matrix), len(columns) - _rank(matrix)
+    names, driven = list(machine.laws), len(machine.laws)
+    loops = f"its closures take {rank} of {len(columns)} degrees of freedom"
+    if over := rank - _rank(matrix[:, driven:]):
+        can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
+        raise InvalidInput(f"{loops}, which leaves {left}; {over} of its {driven} drives is too many: {can}")
+    loose = _loose(matrix[:, driven:])
+    if not loose.shape[1]:
+        return
+    free = [joint for joint in machine.joints_of(loose) if joint not in names]
+    moved = {name for name, point in machine.tree.points.items() if _moves(machine, found, point, loose)}
+    depends = {
+        name
+        for name, point in machine.tree.points.items()
+        if {j.name for j in machine.tree.above[point.body]} - set(names) - set(machine.held)
+    }
+    if depends <= moved:
+        raise InvalidInput(
+            f"{loops}, which leaves {left}, and {driven} {'is' if driven == 1 else 'are'} driven: drive {left - driven} more of "
+            f"{', '.join(free)}; at a dead centre, where a pose has more freedom than the motion, start from another"
+        )
+
+
+def mobility(machine: DrivenTree) -> Mobility:
+    """Freedom along the way that a machine went."""
+    start = machine.knots[0]
+    matrix, columns = _matrix(machine, poses(machine.tree, start.coordinates))
+    redundant, before = {}, 0
+    for name, rows in machine.tree.rows.items():
+        after = _rank(matrix[: rows.stop])
+        if spare := rows.stop - rows.start - (after - before):
+            redundant[name] = spare
+        before = after
+    undetermined, idle = dict[str, None](), dict[str, None]()
+    for k in np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round().astype(int):
+        found = poses(machine.tree, machine.knots[k].coordinates)
+        loose = _loose(_matrix(machine, found)[0][:, len(machine.laws) :])
+        idle |= dict.fromkeys(machine.joints_of(loose)) if loose.shape[1] else {}
+        points = machine.tree.points.items() if loose.shape[1] else ()
+        undetermined |= dict.fromkeys(name for name, point in points if _moves(machine, found, point, loose))
+    rank = start.rows.shape[1]
+    margins = [knot.values[rank - 1] / knot.values[0] if rank else 1.0 for knot in machine.knots]
+    least = int(np.argmin(margins))
+    return Mobility(
+        len(columns), len(matrix), before, redundant, tuple(undetermined), tuple(idle), float(margins[least]),
+        machine.knots[least].time,
+    )  # fmt: skip
+
+
+def _matrix(machine: DrivenTree, found: Poses) -> tuple[Array, list[int]]:
+    """The closures' Jacobian, turns in m of the extent, driven joints first; without those that are held."""
+    columns = [*(joint.rate for joint in machine.driven), *machine.free.tolist()]
+    weights = [1.0 / machine.tree.extent if joint.unit == "rad" else 1.0 for joint in machine.driven]
+    return jacobian(found, 1)[0][:, columns] * np.array([*weights, *machine.weights]), columns
+
+
+def _rank(matrix: Array) -> int:
+    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(1)
+    return int(np.sum(values > RANK_TOLERANCE * values[0]))
+
+
+def _loose(matrix: Array) -> Array:
+    """Directions (free, k) in which the closures let joints move."""
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    return np.asarray(np.linalg.svd(matrix)[2][_rank(matrix) :].T)
+
+
+def _moves(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> bool:
+    """Whether directions (free, k) move a point."""
+    way = np.zeros((machine.tree.freedom, loose.shape[1]))
+    way[machine.free] = machine.weights[:, None] * loose
+    linear, _ = point_jacobian(found, point)
+    size = sum((np.einsum("int,nk->ik", block, way[rates]) for rates, block in linear), np.zeros((3, loose.shape[1])))
+    return bool(np.abs(size).max() > MOVES)

@@ -1,0 +1,317 @@
+"""Exact motion of a machine in space whose joints are driven by laws: assembly, branch and derivatives to jerk.
+
+The loops are closed by Newton's method, with rows and columns that are redundant left out by singular values: redundant
+closures are normal in space. Along the motion each pose is predicted by the Taylor series of the one before it, so that
+it stays on the branch; all samples are then solved at once from the poses on the way. Derivatives solve the closures'
+series, coefficient by coefficient, with the same Jacobian.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array, PointMotion
+from conrod.exact.space.closing import jacobian, residuals
+from conrod.exact.space.laws import Law
+from conrod.exact.space.poses import Poses, poses
+from conrod.exact.space.tree import SpatialJoint, SpatialTree
+
+# Singular values below this share of the largest are zero. The files of real machines have lengths of five digits,
+# by which loops that are redundant contradict each other.
+RANK_TOLERANCE = 1e-5
+NEWTON_STEPS, CLOSED = 60, 1e-14
+# Poses of a way at first, and the shortest step against it; a pose may be this share of the step off its prediction.
+POSES, LEAST_STEP, STRAYED = 48, 1e-7, 0.1
+# What a machine may stay open by, against its extent, where its closures contradict each other.
+MISFIT = 1e-2
+TOGETHER = 2048  # samples
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialMotion:
+    """Exact motion at T times.
+
+    Attributes:
+        times: (T,) [s].
+        coordinates: (nq, T).
+        rates: rates, accelerations and jerks of all joints (3, nv, T).
+        points: of all points that the drives determine: position, velocity, acceleration and jerk (T, 3).
+    """
+
+    times: Array
+    coordinates: Array
+    rates: Array
+    points: Mapping[str, PointMotion]
+
+
+@dataclass(frozen=True, eq=False)
+class Knot:
+    """A pose on the way.
+
+    Attributes:
+        rates: coefficients of the rates' series (3, nv).
+        rows, columns: bases of what the closures see and of what they hold (rows, r) and (free, r).
+        values: singular values (n,) of the scaled Jacobian of the joints that are not driven.
+    """
+
+    time: float
+    coordinates: Array
+    rates: Array
+    rows: Array
+    columns: Array
+    values: Array
+
+
+class DrivenTree:
+    """A machine with its drives.
+
+    Attributes:
+        held: joints of all kinds that stay where they are: a floating base.
+        free: rates that the closures determine.
+        knots: poses on the way, in the order of time; made by `go`.
+    """
+
+    def __init__(self, tree: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...] = ()) -> None:
+        by_name = {joint.name: joint for joint in tree.joints}
+        self.tree, self.laws, self.held = tree, laws, held
+        self.driven: tuple[SpatialJoint, ...] = tuple(by_name[name] for name in laws)
+        taken = {rate for name in (*laws, *held) for rate in range(tree.freedom)[by_name[name].rates]}
+        self.free = np.array([rate for rate in range(tree.freedom) if rate not in taken], dtype=int)
+        self.weights = np.array([1.0 / tree.extent if _is_turn(tree, rate) else 1.0 for rate in self.free])
+        self.knots: list[Knot] = []
+
+    # -- poses -----------------------------------------------------------------------------------------------------
+
+    def placed(self, coordinates: Array, times: Array) -> Array:
+        """Coordinates (nq, T) with the driven joints where their laws have them."""
+        made = np.array(coordinates)
+        for joint, law in zip(self.driven, self.laws.values(), strict=True):
+            made[joint.coordinate] = law.derivatives(times)[0]
+        return made
+
+    def closed(self, coordinates: Array, time: float) -> tuple[Array, float]:
+        """Coordinates (nq, 1) of the closed pose nearest to these, and what stays open [m].
+
+        Raises:
+            InvalidInput: the loops cannot be closed.
+        """
+        here = self.placed(coordinates, np.array([time]))
+        for _ in range(NEWTON_STEPS):
+            found = poses(self.tree, here)
+            left, matrix = residuals(found, 0)[0, :, 0], self._scaled(found)
+            step = np.zeros((self.tree.freedom, 1))
+            if matrix.size:
+                step[self.free, 0] = -self.weights * np.linalg.lstsq(matrix, left, rcond=RANK_TOLERANCE)[0]
+            here = moved(self.tree, here, step)
+            if not np.all(np.isfinite(here)):
+                break
+            if np.abs(step).max(initial=0.0) <= CLOSED * (1.0 + np.abs(here).max()):
+                gap = float(np.abs(residuals(poses(self.tree, here), 0)).max(initial=0.0))
+                if gap <= MISFIT * self.tree.extent:
+                    return here, gap
+                break
+            size = float(np.abs(step).max())
+            if size > 0.5:  # a step this long is no correction any more
+                here = moved(self.tree, here, step * (0.5 / size - 1.0))
+        raise InvalidInput(f"its loops do not close {self.where(time)}: {self.open_closure(here)}")
+
+    def open_closure(self, coordinates: Array) -> str:
+        """The closure that is furthest open, in words."""
+        left = np.abs(residuals(poses(self.tree, coordinates), 0)[0, :, 0])
+        by_name = {name: float(left[rows].max()) for name, rows in self.tree.rows.items()}
+        worst = max(by_name, key=lambda name: by_name[name])
+        return f"{worst} stays open by {1e3 * by_name[worst]:.3g} mm"
+
+    def where(self, time: float) -> str:
+        """The driven coordinates at a time, in words."""
+        at = []
+        for joint, law in zip(self.driven, self.laws.values(), strict=True):
+            value = float(law.derivatives(np.array([time]))[0, 0])
+            at.append(f"{joint.name} at {np.degrees(value):.5g} deg" if joint.unit == "rad" else
+                      f"{joint.name} at {1e3 * value:.5g} mm")  # fmt: skip
+        return f"with {', '.join(at)}" if at else "at its start pose"
+
+    def _scaled(self, found: Poses) -> Array:
+        """The Jacobian of what is not driven (rows, free), its turns in m of the extent."""
+        return np.asarray(jacobian(found, 1)[0][:, self.free] * self.weights)
+
+    def knot(self, coordinates: Array, time: float) -> Knot:
+        """A closed pose with its derivatives, and the bases of its closures."""
+        matrix = self._scaled(poses(self.tree, coordinates))
+        rank = 0
+        rows, values, columns = np.zeros((len(matrix), 0)), np.zeros(0), np.zeros((0, len(self.free)))
+        if matrix.size:
+            rows, values, columns = np.linalg.svd(matrix)
+            rank = int(np.sum(values > RANK_TOLERANCE * values[0]))
+        basis = rows[:, :rank], self.weights[:, None] * columns[:rank].T
+        rates = self._derivatives(coordinates, np.array([time]), basis[0][None], basis[1][None])
+        return Knot(time, coordinates, rates[:, :, 0], *basis, values)
+
+    def _derivatives(self, coordinates: Array, times: Array, rows: Array, columns: Array, order: int = 3) -> Array:
+        """Coefficients of the series of all rates (order, nv, T)."""
+        rates = np.zeros((order, self.tree.freedom, len(times)))
+        for joint, law in zip(self.driven, self.laws.values(), strict=True):
+            for k, row in enumerate(law.derivatives(times)[1 : order + 1]):
+                rates[k, joint.rate] = row / math.factorial(k)
+        if not rows.shape[2]:
+            return rates
+        matrix = np.swapaxes(rows, 1, 2) @ jacobian(poses(self.tree, coordinates), len(times))[:, :, self.free] @ columns
+        for k in range(order):
+            left = residuals(poses(self.tree, coordinates, rates[: k + 1]), k + 1)[k + 1]
+            seen = (k + 1) * np.einsum("tmr,mt->tr", rows, left)
+            found = np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0]
+            rates[k, self.free] = np.einsum("tfr,tr->ft", columns, found)
+        return rates
+
+    # -- along the motion --------------------------------------------------------------------------------------------
+
+    def go(self, start: Array, duration: float) -> None:
+        """Follow the branch of a closed pose (nq, 1) from time 0 for a duration [s].
+
+        Raises:
+            InvalidInput: the loops let it go no further, or it is singular on the way.
+        """
+        here = self.knot(start, 0.0)
+        self.knots = [here]
+        step = duration / POSES
+        while here.time < duration:
+            time = duration if duration - here.time <= 1.001 * step else here.time + step
+            following = self._next(here, time)
+            if following is None:
+                step *= 0.5
+                if step < LEAST_STEP * duration:
+                    raise InvalidInput(self._stuck(here))
+                continue
+            here = following
+            self.knots.append(here)
+            step = min(2.0 * step, duration / POSES)
+
+    def _next(self, here: Knot, time: float) -> Knot | None:
+        """The closed pose after one, where it is near its prediction."""
+        way = _way(here.rates, time - here.time)
+        predicted = self.placed(moved(self.tree, here.coordinates, way[:, None]), np.array([time]))
+        try:
+            found, _ = self.closed(predicted, time)
+        except InvalidInput:
+            return None
+        if np.abs(found - predicted).max() > STRAYED * np.abs(way).max() + 1e-9:
+            return None
+        knot = self.knot(found, time)
+        return knot if knot.rows.shape == here.rows.shape else None
+
+    def _stuck(self, here: Knot) -> str:
+        """Why it goes no further."""
+        rank = here.rows.shape[1]
+        margin = here.values[rank - 1] / here.values[0] if rank else 1.0
+        loose = self.joints_of(np.linalg.svd(here.columns)[0][:, :1] if not rank else self._weakest(here))
+        return (
+            f"it goes no further than {self.where(here.time)} ({here.time:.6g} s): a dead centre, or its loops reach no "
+            f"further; there {', '.join(loose)} move most for the least change of the drives (singular value {margin:.1g})"
+        )
+
+    def _weakest(self, here: Knot) -> Array:
+        """The direction (free, 1) that the closures hold least."""
+        matrix = self._scaled(poses(self.tree, here.coordinates))
+        return np.linalg.svd(matrix)[2][here.rows.shape[1] - 1][:, None]
+
+    def joints_of(self, directions: Array) -> list[str]:
+        """Names of the joints that directions (free, k) move, those that move most first, six at most."""
+        share = np.abs(directions).max(axis=1)
+        names = dict.fromkeys(self.tree.joint_of_rate(int(self.free[i])).name for i in np.argsort(-share) if share[i] > 1e-3)
+        return list(names)[:6]
+
+    # -- at samples --------------------------------------------------------------------------------------------------
+
+    def motion(self, times: Array, order: int = 3) -> SpatialMotion:
+        """The exact motion at times (T,) [s] of the way that `go` went.
+
+        Args:
+            order: 2 for velocities and accelerations alone; jerks are 0 then.
+        """
+        parts = [self._solved(times[k : k + TOGETHER], order) for k in range(0, len(times), TOGETHER)]
+        coordinates, series, points = (list(column) for column in zip(*parts, strict=True))
+        made = {name: PointMotion(*np.concatenate([one[name] for one in points], axis=1)) for name in self.tree.points}
+        return SpatialMotion(times, np.concatenate(coordinates, axis=1), np.concatenate(series, axis=2), made)
+
+    def _solved(self, times: Array, order: int) -> tuple[Array, Array, dict[str, Array]]:
+        coordinates, rows, columns = self._predicted(times)
+        for _ in range(4):
+            if not rows.shape[2]:
+                break
+            found = poses(self.tree, coordinates)
+            matrix = np.swapaxes(rows, 1, 2) @ jacobian(found, len(times))[:, :, self.free] @ columns
+            seen = np.einsum("tmr,mt->tr", rows, residuals(found, 0)[0])
+            step = np.zeros((self.tree.freedom, len(times)))
+            step[self.free] = np.einsum("tfr,tr->ft", columns, np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0])
+            coordinates = moved(self.tree, coordinates, step)
+            if np.abs(step).max() <= 1e-9:  # whose square is rounding
+                break
+        rates = self._derivatives(coordinates, times, rows, columns, order)
+        final = poses(self.tree, coordinates, rates)
+        return coordinates, _padded(rates), {name: _motion(final, name, len(times)) for name in self.tree.points}
+
+    def _predicted(self, times: Array) -> tuple[Array, Array, Array]:
+        """Poses (nq, T) by the series of the nearest knots, and those knots' bases (T, rows, r) and (T, free, r)."""
+        at = np.array([knot.time for knot in self.knots])
+        nearest = np.abs(at[:, None] - times).argmin(axis=0)
+        elapsed = times - at[nearest]
+        ways = _way(np.array([knot.rates for knot in self.knots])[nearest].transpose(1, 2, 0), elapsed)
+        start = np.concatenate([knot.coordinates for knot in self.knots], axis=1)[:, nearest]
+        coordinates = self.placed(moved(self.tree, start, ways), times)
+        rows, columns = (np.array([getattr(knot, name) for knot in self.knots]) for name in ("rows", "columns"))
+        return coordinates, rows[nearest], columns[nearest]
+
+
+def _way(series: Array, elapsed: Array | float) -> Array:
+    """Movement (nv, ...) in a time by the series of rates (3, nv, ...)."""
+    return np.asarray(elapsed * (series[0] + elapsed * (series[1] / 2.0 + elapsed * series[2] / 3.0)))
+
+
+def _padded(series: Array) -> Array:
+    """Derivatives (3, nv, T) of a series of up to three coefficients."""
+    made = np.zeros((3, *series.shape[1:]))
+    for k, one in enumerate(series):
+        made[k] = math.factorial(k) * one
+    return made
+
+
+def _motion(found: Poses, name: str, samples: int) -> Array:
+    """Position and its derivatives (4, T, 3) of an observed point."""
+    made = np.zeros((4, samples, 3))
+    for k, one in enumerate(found.point(found.tree.points[name])):
+        made[k] = math.factorial(k) * np.broadcast_to(one, (3, samples)).T
+    return made
+
+
+def _is_turn(tree: SpatialTree, rate: int) -> bool:
+    joint = tree.joint_of_rate(rate)
+    return joint.kind in ("hinge", "ball") or (joint.kind == "free" and rate - joint.rate >= 3)
+
+
+def moved(tree: SpatialTree, coordinates: Array, way: Array) -> Array:
+    """Coordinates (nq, T) after a movement (nv, T) of all joints, balls by the turn that it is in their own frame."""
+    made = np.array(coordinates)
+    for joint in tree.joints:
+        q, v = joint.coordinate, joint.rate
+        if joint.kind == "free":
+            made[q : q + 3] += way[v : v + 3]
+            q, v = q + 3, v + 3
+        if joint.kind in ("free", "ball"):
+            made[q : q + 4] = _turned_by(made[q : q + 4], way[v : v + 3])
+        else:
+            made[q] += way[v]
+    return made
+
+
+def _turned_by(quaternion: Array, way: Array) -> Array:
+    """Unit quaternions (4, T) after turns by vectors (3, T) in their own frame."""
+    angle = np.linalg.norm(way, axis=0)
+    b, c = np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * way
+    a, v = quaternion[0], quaternion[1:]
+    made = np.concatenate([(a * b - (v * c).sum(axis=0))[None], a * c + b * v + np.cross(v, c, axis=0)])
+    return np.asarray(made / np.linalg.norm(made, axis=0))

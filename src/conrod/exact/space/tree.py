@@ -1,0 +1,165 @@
+"""A machine in space as plain numbers: bodies, joints, closures and observed points. It knows no engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from conrod.exact.motion import Array
+
+# Numbers that a joint's place in the coordinates takes, and rates that it has.
+COORDINATES = {"hinge": 1, "slide": 1, "ball": 4, "free": 7}
+RATES = {"hinge": 1, "slide": 1, "ball": 3, "free": 6}
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialJoint:
+    """A joint between a body and its parent.
+
+    Attributes:
+        kind: hinge, slide, ball or free.
+        coordinate, rate: where its numbers begin among all coordinates and all rates.
+        anchor, axis: (3,) in the body's frame; a hinge turns positively about its axis.
+        reference: coordinate at which the body is where its frame has it.
+        armature, damping, stiffness, spring: of its own load, spring's rest coordinate last.
+        range: that its coordinate may go through; None where it has no limit.
+    """
+
+    name: str
+    kind: str
+    body: int
+    coordinate: int
+    rate: int
+    anchor: Array
+    axis: Array
+    reference: float = 0.0
+    armature: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    spring: float = 0.0
+    range: tuple[float, float] | None = None
+
+    @property
+    def unit(self) -> str:
+        """Of its coordinate: rad or m."""
+        return "m" if self.kind == "slide" else "rad"
+
+    @property
+    def rates(self) -> slice:
+        """Its places among all rates."""
+        return slice(self.rate, self.rate + RATES[self.kind])
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialBody:
+    """A rigid body.
+
+    Attributes:
+        parent: number of the body that it hangs on; it comes before this one. Number 0 is the ground.
+        place, turn: of its frame in the parent's at the reference pose, (3,) [m] and (3, 3).
+        joints: in the order in which they move it; none where it is fixed to the parent.
+        centre: of gravity (3,) [m], in the body's frame.
+        inertia: about the centre of gravity (3, 3) [kg m^2], along the body's axes.
+    """
+
+    name: str
+    parent: int
+    place: Array
+    turn: Array
+    joints: tuple[SpatialJoint, ...]
+    mass: float
+    centre: Array
+    inertia: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialPoint:
+    """A point fixed to a body, at `offset` (3,) [m] in its frame."""
+
+    body: int
+    offset: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """Constraint equations that close a loop: `rows` of them.
+
+    Attributes:
+        kind: connect (two points are one), weld (two frames are one), joint or tendon (a polynomial coupling).
+        points: of a connect or weld, on both bodies.
+        turn: of a weld, from the first body's frame to the second's (3, 3).
+        sums: of a coupling: dependent and independent sum of the coordinates of hinges and slides, factors by the
+            joint's rate; the second may be empty.
+        references: of both sums.
+        polynomial: (5,) the dependent sum less its reference, in the independent one less its.
+    """
+
+    name: str
+    kind: str
+    points: tuple[SpatialPoint, ...] = ()
+    turn: Array | None = None
+    sums: tuple[dict[int, float], ...] = ()
+    references: tuple[float, ...] = ()
+    polynomial: tuple[float, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of its scalar equations."""
+        return {"connect": 3, "weld": 6}.get(self.kind, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialTree:
+    """A machine in space, cut open at its closures.
+
+    Attributes:
+        bodies: number 0 is the ground; parents before children.
+        points: observed points by name.
+        gravity: (3,) [m/s^2].
+        start: coordinates (nq,) of the pose that it is assembled from: angles and lengths, quaternions of balls, place
+            and quaternion of free joints.
+        unmodelled: what else acts in the model, in words, that forces are not computed with.
+    """
+
+    bodies: tuple[SpatialBody, ...]
+    closures: tuple[Closure, ...]
+    points: dict[str, SpatialPoint]
+    gravity: Array
+    start: Array
+    unmodelled: tuple[str, ...] = ()
+
+    @cached_property
+    def joints(self) -> tuple[SpatialJoint, ...]:
+        """All joints, in the order of their coordinates."""
+        return tuple(sorted((j for body in self.bodies for j in body.joints), key=lambda j: j.coordinate))
+
+    @cached_property
+    def freedom(self) -> int:
+        """Number of rates of all joints."""
+        return sum(RATES[joint.kind] for joint in self.joints)
+
+    @cached_property
+    def above(self) -> tuple[tuple[SpatialJoint, ...], ...]:
+        """For each body all joints that move it."""
+        chains: list[tuple[SpatialJoint, ...]] = [()]
+        for body in self.bodies[1:]:
+            chains.append((*chains[body.parent], *body.joints))
+        return tuple(chains)
+
+    @cached_property
+    def rows(self) -> dict[str, slice]:
+        """Places of each closure's equations."""
+        ends = np.cumsum([0, *(closure.rows for closure in self.closures)]).tolist()
+        return {c.name: slice(a, b) for c, a, b in zip(self.closures, ends, ends[1:], strict=False)}
+
+    @cached_property
+    def extent(self) -> float:
+        """Length [m] that angles are weighed against: the longest way from a body's origin to something on it."""
+        offsets = [b.place for b in self.bodies[1:]] + [p.offset for c in self.closures for p in c.points]
+        return max([float(np.linalg.norm(o)) for o in offsets if np.any(o)], default=1.0)
+
+    def joint_of_rate(self, rate: int) -> SpatialJoint:
+        """The joint that a rate belongs to."""
+        return next(j for j in self.joints if j.rates.start <= rate < j.rates.stop)

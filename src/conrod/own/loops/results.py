@@ -1,0 +1,174 @@
+"""What is found of a model's closed loops, as plain data that need no engine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from conrod.exact.space.mobility import Mobility
+from conrod.own.error_curve import ErrorCurve
+from conrod.runs.trajectory import Outcome
+
+OWN = "as it is"
+QUANTITIES = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+# MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.
+KINEMATIC = 1e-9
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a model.
+
+    Attributes:
+        drives: law of each driven joint, as given (`conrod.exact.space.laws`).
+        keyframe: to assemble it from; None for its reference pose.
+        controls: input of actuators, a number or a law, where it is run as its file has it.
+        seconds: length of the runs; None for that of the slowest drive.
+        points: sites that are judged; all where none is given.
+        tolerance: allowed errors by quantity [SI]; empty where none are asked for.
+    """
+
+    drives: Mapping[str, str]
+    keyframe: str | None = None
+    controls: Mapping[str, str] = field(default_factory=dict)
+    seconds: float | None = None
+    points: tuple[str, ...] = ()
+    tolerance: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LoopRun:
+    """A driven run with its largest errors over all points that the drives determine.
+
+    Attributes:
+        label: of the settings: the model's own, or a preset.
+        errors: position [m], velocity [m/s] and acceleration [m/s^2]; empty where it did not complete.
+        worst: the point with the largest error of position.
+        curve: of that error over time; None where it did not complete.
+        gaps: by closure how far it opens [m, or rad of a coupling].
+        drives, reactions: largest deviation of each drive's torque and each connect's force, over the largest exact
+            one; empty where forces are not computed.
+        order: of the position in the time step; None where none can be claimed, or none was looked for.
+        cost: of a second of the run over that with the model's own settings and step; None where it was not timed.
+    """
+
+    label: str
+    timestep: float
+    outcome: Outcome
+    reason: str = ""
+    errors: Mapping[str, float] = field(default_factory=dict)
+    worst: str = ""
+    curve: ErrorCurve | None = None
+    gaps: Mapping[str, float] = field(default_factory=dict)
+    drives: Mapping[str, float] = field(default_factory=dict)
+    reactions: Mapping[str, float] = field(default_factory=dict)
+    order: float | None = None
+    cost: float | None = None
+
+    @property
+    def gap(self) -> float:
+        """How far its loops open at most."""
+        return max(self.gaps.values(), default=0.0)
+
+    def within(self, tolerance: Mapping[str, float]) -> bool:
+        """Whether it completed and no error is larger than allowed."""
+        return self.outcome is Outcome.COMPLETED and all(
+            self.errors[name] <= allowed for name, allowed in tolerance.items()
+        )
+
+
+@dataclass(frozen=True)
+class ShippedRun:
+    """The file run as it is, with its own actuators, from its own start; nothing is replaced.
+
+    Attributes:
+        start: in words.
+        gaps: as of a `LoopRun`.
+        chatter: joint whose rate swings back and forth from step to step, and by how much over its range; None
+            where none does.
+    """
+
+    start: str
+    seconds: float
+    outcome: Outcome
+    reason: str
+    gaps: Mapping[str, float]
+    chatter: tuple[str, float] | None = None
+
+    @property
+    def failed(self) -> bool:
+        """True where it did not complete, or oscillates."""
+        return self.outcome is not Outcome.COMPLETED or self.chatter is not None
+
+
+@dataclass(frozen=True)
+class FreeRun:
+    """The model let go from its exact start with its base free: what drifts.
+
+    Attributes:
+        momentum, spin: change of the linear momentum beside that of weight, and of the angular one about the centre
+            of gravity, over the largest that its bodies have one by one.
+        energy: change over the largest kinetic energy; None where something dissipates or drives.
+    """
+
+    label: str
+    outcome: Outcome
+    reason: str
+    gap: float
+    momentum: float
+    spin: float
+    energy: float | None
+
+
+@dataclass(frozen=True)
+class LoopStudy:
+    """A model's closed loops, judged.
+
+    Attributes:
+        name, engine_version: of the model and of MuJoCo.
+        seconds, travel: of the motion, and the longest way [m] of a judged point.
+        held: joints that are held: a floating base.
+        misfit: what the loops stay open by where they contradict each other [m].
+        kinematic: deviation of MuJoCo's own kinematics from the exact motion, by quantity, over the largest of each.
+        ambiguous: connects whose reaction redundant closures leave open.
+        unmodelled: what else acts, for which forces are not compared.
+        remarks: limits of joints that the motion leaves, contacts on the way, and the like.
+        runs: at the model's own step; `steps`: all others that were made.
+        cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
+        closed_form: deviation of the exact motion from a machine's closed form, over its travel; None of a file.
+    """
+
+    file: str
+    name: str
+    engine_version: str
+    question: Question
+    seconds: float
+    travel: float
+    held: tuple[str, ...]
+    mobility: Mobility
+    misfit: float
+    kinematic: Mapping[str, float]
+    ambiguous: tuple[str, ...]
+    unmodelled: tuple[str, ...]
+    remarks: tuple[str, ...]
+    shipped: ShippedRun
+    runs: tuple[LoopRun, ...]
+    steps: tuple[LoopRun, ...]
+    free: tuple[FreeRun, ...]
+    cheapest: LoopRun | None = None
+    closed_form: float | None = None
+
+    @property
+    def own(self) -> LoopRun:
+        """The run with the model's own settings."""
+        return self.runs[0]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether MuJoCo's own kinematics are those of the exact motion."""
+        return all(off <= KINEMATIC for off in self.kinematic.values())
+
+    @property
+    def passed(self) -> bool:
+        """True if it agrees, runs as shipped, and its own settings complete the motion within tolerance."""
+        return self.agrees and not self.shipped.failed and self.own.within(self.question.tolerance)
