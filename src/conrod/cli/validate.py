@@ -65,7 +65,13 @@ def _validate_file(file: str, asked: Request) -> None:
         said = f"without {others[0]}" if others else "but it is named twice"
         raise InvalidInput(f"{file}: a file is judged on its own, {said}")
     if asked.scene is None:
-        raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
+        if not file.lower().endswith(MODELS):
+            raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
+        from conrod.cli.validate_loops import validate_loops
+
+        validate_loops(asked)
+        return
+    refuse(asked, "--scene: it is for a model that is its own reference", "drives")
     refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures", "qualify")
     from conrod.cli.validate_file import validate_file
 

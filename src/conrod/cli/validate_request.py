@@ -49,6 +49,12 @@ class ModelOptions:
 
     heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like)"
 
+    drives: tuple[str, ...] = option(
+        "--drive",
+        multiple=True,
+        metavar="JOINT=LAW",
+        help="No --scene: the law of a driven joint, 60rpm, sine:20deg,1Hz, move:0deg,90deg,2s or table:FILE.csv.",
+    )
     crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
     points: tuple[str, ...] = option(
         "--point",

@@ -46,6 +46,7 @@ KINDS: dict[str, str] = {
     "forces": "conrod.report.forces",
     "invariances": "conrod.report.invariances",
     "limits": "conrod.report.limits.report",
+    "loops": "conrod.report.loops",
     "model": "conrod.report.user_model",
     "motion": "conrod.report.free_motion",
     "validation": "conrod.report.validation.report",

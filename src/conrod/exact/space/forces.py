@@ -22,14 +22,19 @@ class SpatialForces:
 
     Attributes:
         drives: torque or force of each driven joint (T,) [N m or N].
-        reactions: of each connect: force (T, 3) [N], seen from the ground, on its first body; the least of those
-            possible where the closures are redundant.
-        ambiguous: connects whose reaction redundant closures leave open.
+        reactions: of each connect: force (T, 3) [N], seen from the ground, on its first body; components that
+            redundant closures leave open are not numbers.
+        least: the same, the least of those possible where they are open.
     """
 
     drives: Mapping[str, Array]
     reactions: Mapping[str, Array]
-    ambiguous: tuple[str, ...]
+    least: Mapping[str, Array]
+
+    @property
+    def ambiguous(self) -> tuple[str, ...]:
+        """Connects whose reaction redundant closures leave open, or a component of it."""
+        return tuple(name for name, force in self.reactions.items() if np.isnan(force).any())
 
 
 def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
@@ -47,11 +52,11 @@ def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
     open_rows = np.eye(matrix.shape[1]) - inverse @ np.swapaxes(matrix[:, :, machine.free], 1, 2)
     left = needed - np.einsum("tmn,tm->nt", matrix, carried)
     connects = [closure.name for closure in tree.closures if closure.kind == "connect"]
-    ambiguous = [name for name in connects if np.abs(open_rows[:, tree.rows[name]]).max(initial=0.0) > SEEN]
+    known = np.where(np.abs(open_rows).max(axis=(0, 2)) > SEEN, np.nan, carried)
     return SpatialForces(
         {joint.name: left[joint.rate] for joint in machine.driven},
+        {name: known[:, tree.rows[name]] for name in connects},
         {name: carried[:, tree.rows[name]] for name in connects},
-        tuple(ambiguous),
     )
 
 

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
-from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.model import constraint_jacobian
+from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, constraint_forces, warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.runs import STATE
@@ -107,11 +109,14 @@ def driven_run(
 
     def looked() -> tuple[Array, ...]:
         look_at(model, data, aside)
+        carried = carried_forces(model, aside)
+        reactions = [carried[rows] for rows in closure_rows(model, aside).values() if len(rows) == 3]
+        torques = _torques(machine, original, plain, aside, carried)
         return (
             np.array([point.motion(model, aside) for point in points]),
             np.array(list(gaps_of(model, aside).values())),
-            np.concatenate([*(f for f in reactions_of(model, aside).values()), _torques(machine, original, plain, aside)]),
-        )  # fmt: skip
+            np.concatenate([*reactions, torques]),
+        )
 
     rows, reason = [], ""
     with drives.acting(), warnings_kept_quiet():
@@ -123,7 +128,7 @@ def driven_run(
             rows.append(looked())
     whole = len(rows) == len(motion.times)
     moved, gaps, forces = (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.zeros((0, 1)),) * 3
-    names = list(reactions_of(model, aside))
+    names = [name for name, own in closure_rows(model, aside).items() if len(own) == 3]
     parts: dict[str, Array] = {name: forces[:, 3 * k : 3 * k + 3] for k, name in enumerate(names)} if rows else {}
     parts |= {j.name: forces[:, 3 * len(names) + k] for k, j in enumerate(machine.driven)} if rows else {}
     return Recording(
@@ -155,34 +160,45 @@ def broken_off(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     return ("MuJoCo reset its state" if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
 
 
+def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArray[np.intp]]:
+    """Numbers of the rows of each acting closure among all constraints: three of a connect."""
+    rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
+    ids = data.efc_id[rows]
+    return {name_or_number(model, "equality", int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
+
+
 def gaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
     """How far each acting closure is open: a distance [m], or what a coupling is off."""
-    rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
-    found = dict[str, float]()
-    for equality in dict.fromkeys(data.efc_id[rows].tolist()):
-        own = data.efc_pos[rows[data.efc_id[rows] == equality]]
-        found[name_or_number(model, "equality", equality)] = float(np.linalg.norm(own[:3]))
-    return found
+    return {
+        name: float(np.linalg.norm(data.efc_pos[rows[:3]])) for name, rows in closure_rows(model, data).items()
+    }
 
 
-def reactions_of(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, Array]:
-    """Force (3,) of each acting connect on its first body, by name."""
-    rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
-    found = dict[str, Array]()
-    for equality in dict.fromkeys(data.efc_id[rows].tolist()):
-        if model.eq_type[equality] == mujoco.mjtEq.mjEQ_CONNECT:
-            own = rows[data.efc_id[rows] == equality]
-            found[name_or_number(model, "equality", equality)] = np.array(data.efc_force[own])
-    return found
+def carried_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Forces of all constraints (nefc,) that solve MuJoCo's equations, of which the solver's have lost digits.
+
+    They are those of `conrod.engines.mujoco.recorder`: (A + R) f = aref - J qacc_smooth.
+    """
+    if data.nefc == 0:
+        return np.zeros(0)
+    jacobian, yielding = constraint_jacobian(model, data), np.empty((data.nefc, model.nv))
+    mujoco.mj_solveM(model, data, yielding, jacobian)
+    system, missing = yielding @ jacobian.T + np.diag(data.efc_R), data.efc_aref - jacobian @ data.qacc_smooth
+    if not (np.all(np.isfinite(system)) and np.all(np.isfinite(missing))):
+        return np.full(data.nefc, np.nan)
+    return constraint_forces(system, missing, np.asarray(data.efc_type != EQUALITY, dtype=bool))
 
 
-def _torques(machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, aside: mujoco.MjData) -> Array:
+def _torques(
+    machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, aside: mujoco.MjData, carried: Array
+) -> Array:
     """What each driven joint asks of its drive: of its equation without the flywheel all but the drive is known."""
     plain.qpos[:], plain.qvel[:] = aside.qpos, aside.qvel
     mujoco.mj_fwdPosition(original, plain)
-    inertial = np.empty(original.nv)
+    inertial, closing = np.empty(original.nv), np.empty(original.nv)
     mujoco.mj_mulM(original, plain, inertial, np.array(aside.qacc))
-    needed = inertial + aside.qfrc_bias - aside.qfrc_passive - aside.qfrc_actuator - aside.qfrc_constraint
+    mujoco.mj_mulJacTVec(original, aside, closing, carried)
+    needed = inertial + aside.qfrc_bias - aside.qfrc_passive - aside.qfrc_actuator - closing
     return np.array([needed[joint.rate] for joint in machine.driven])
 
 

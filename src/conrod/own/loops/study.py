@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -313,14 +314,17 @@ def judged(
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
         drives = {name: _relative(run.forces[name], truth) for name, truth in exact.drives.items()}
-        clear = {name: truth for name, truth in exact.reactions.items() if name not in exact.ambiguous}
-        reactions = {name: _relative(run.forces[name], truth) for name, truth in clear.items()}
+        reactions = {name: _relative(run.forces[name], truth) for name, truth in exact.reactions.items()}
+        reactions = {name: off for name, off in reactions.items() if math.isfinite(off)}
     curve = error_curve(run.times, np.max([one[0] for one in off.values()], axis=0))
     return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions)
 
 
 def _relative(found: Array, truth: Array) -> float:
-    return float(np.abs(found - truth).max() / max(float(np.abs(truth).max()), 1e-300))
+    """Largest deviation over the largest of the truth; not a number where nothing of that is known."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return float(np.nanmax(np.abs(found - truth)) / max(float(np.nanmax(np.abs(truth))), 1e-300))
 
 
 def _timed(advance: Callable[[int], None]) -> float:

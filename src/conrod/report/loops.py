@@ -1,0 +1,216 @@
+"""The report on a model's closed loops: what moves, how far its engine is from the exact motion, and what would suffice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure as Canvas
+
+from conrod.own.loops.results import KINEMATIC, OWN, LoopRun, LoopStudy
+from conrod.report.charts.canvas import on_grid, on_log_grid
+from conrod.report.charts.panels import error_panel, finish_panels
+from conrod.report.charts.styles import preset_style
+from conrod.report.figure import Figure
+from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.numbers import measured, order, quantity
+from conrod.report.table import VERDICT, Table, Toned, table
+from conrod.report.template import rendered
+from conrod.runs.trajectory import Outcome
+
+LEAST = 1e-16  # [m], that is drawn
+RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
+UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
+CLOSED_FORM = 1e-12  # over the travel
+
+
+def finding(study: LoopStudy) -> str:
+    """The answer in a few sentences; what the file's own run shows comes first where that failed."""
+    shipped, own = study.shipped, study.own
+    said = [_judgement(study)]
+    said.insert(0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {_shipped_words(study)}.")
+    if study.question.tolerance:
+        said.append(_cheapest_words(study))
+    if own.outcome is Outcome.COMPLETED and own.label == OWN:
+        best = min((run for run in study.runs if run.errors), key=lambda run: run.errors["position"])
+        if best is not own:
+            said.append(f"At the same step `{best.label}` is within {in_mm(best.errors['position'])}.")
+    return " ".join(said)
+
+
+def _judgement(study: LoopStudy) -> str:
+    own = study.own
+    if not study.agrees:
+        worst = max(study.kinematic, key=lambda name: study.kinematic[name])
+        return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
+    if own.outcome is not Outcome.COMPLETED:
+        return f"With its own settings it ended as {own.outcome.slug}: {own.reason}."
+    gap = f"its loops open by up to {in_mm(own.gap)}, and {own.worst} is off its exact place by {in_mm(own.errors['position'])}"
+    if not study.question.tolerance:
+        return f"With its own settings {gap}: measured, not judged."
+    over = [
+        f"{name} {_sized(name, own.errors[name])}, allowed {_sized(name, allowed)}"
+        for name, allowed in study.question.tolerance.items()
+        if own.errors[name] > allowed
+    ]
+    return f"With its own settings {gap}: {f'OUT OF TOLERANCE ({chr(44).join(over)})' if over else 'within tolerance'}."
+
+
+def _shipped_words(study: LoopStudy) -> str:
+    shipped = study.shipped
+    if shipped.outcome is not Outcome.COMPLETED:
+        return f"ended as {shipped.outcome.slug}: {shipped.reason}"
+    if shipped.chatter is not None:
+        joint, swing = shipped.chatter
+        return f"oscillates: the rate of {joint} turns back at every step, by {100 * swing:.2g} % of its range"
+    open_by = f", its loops open by up to {in_mm(max(shipped.gaps.values(), default=0.0))}"
+    return f"runs through its {quantity(shipped.seconds, 3)} s{open_by}"
+
+
+def _cheapest_words(study: LoopStudy) -> str:
+    asked = ", ".join(f"{name} {_sized(name, allowed)}" for name, allowed in study.question.tolerance.items())
+    if (best := study.cheapest) is None:
+        return f"None of the settings that were tried holds {asked}."
+    cost = f"{quantity(best.cost or 0.0, 2)} of the cost of its own settings"
+    return f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}."
+
+
+def in_mm(size: float) -> str:
+    """A length in mm."""
+    return f"{measured(1e3 * size)} mm"
+
+
+def _sized(name: str, size: float) -> str:
+    factor, unit = UNITS[name]
+    return f"{measured(factor * size)} {unit}"
+
+
+def runs_table(study: LoopStudy) -> Table:
+    """A row for each run at the model's own step."""
+    return _runs(study, study.runs, "driven along the exact motion, at its own step: largest errors")
+
+
+def steps_table(study: LoopStudy) -> Table:
+    """A row for each run at another step."""
+    return _runs(study, study.steps, "at other steps")
+
+
+def _runs(study: LoopStudy, runs: tuple[LoopRun, ...], title: str) -> Table:
+    rows = [(run.label, *_sizes(run), order(run.order), measured(run.cost), _verdict(study, run)) for run in runs]
+    return table(("settings", *RIGHT, VERDICT), rows, RIGHT, title)
+
+
+def _sizes(run: LoopRun) -> tuple[str, ...]:
+    errors = [measured(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
+    return quantity(1e3 * run.timestep), *errors, measured(1e3 * run.gap) if run.gaps else ""
+
+
+def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
+    if run.outcome is not Outcome.COMPLETED:
+        return Toned(f"{run.outcome.slug}: {run.reason}", "odd")
+    if not study.question.tolerance:
+        return "measured"
+    return Toned("within tolerance", "good") if run.within(study.question.tolerance) else Toned("OUT OF TOLERANCE", "bad")
+
+
+def what_moves(study: LoopStudy) -> Iterator[str]:
+    """Drives, mobility and what is redundant, idle or singular."""
+    one, drives = study.mobility, ", ".join(f"{name} = {law}" for name, law in study.question.drives.items())
+    yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
+    yield (
+        f"mobility {one.left}: {one.freedom} degrees of freedom of its joints, of which {one.rows} equations of its closures "
+        f"take {one.rank}"
+    )
+    if one.redundant:
+        yield "redundant: " + ", ".join(f"{name} ({rows} of its equations)" for name, rows in one.redundant.items())
+    if one.idle:
+        loose = f"idle: {', '.join(one.idle)} can move without its drives"
+        rest = f"; not judged: {', '.join(one.undetermined)}" if one.undetermined else ""
+        yield f"{loose}{rest}"
+    if study.held:
+        yield f"held: {', '.join(study.held)}, its floating base"
+    yield (
+        f"nearest to a singular pose at {quantity(one.margin_time)} s: the least singular value is {measured(one.margin)} of the "
+        "largest"
+    )
+    if study.misfit > 1e-9 * study.travel:
+        yield f"its closures contradict each other: they stay open by {in_mm(study.misfit)} at best; that is how exact the exact motion is"
+    yield from study.remarks
+
+
+def how_exact(study: LoopStudy) -> Iterator[str]:
+    """Agreement of MuJoCo's kinematics, closed form and forces."""
+    off = ", ".join(f"{name} {measured(size)}" for name, size in study.kinematic.items())
+    yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
+    if study.closed_form is not None:
+        yield f"its closed form differs from the exact motion by {measured(study.closed_form)} of the travel"
+    if study.unmodelled:
+        yield f"forces are not compared: the model has {', '.join(study.unmodelled)}"
+    for run in study.runs:
+        if run.drives:
+            yield f"{run.label}: {_force_words('torque of drives', run.drives)}; {_force_words('reactions', run.reactions)}"
+    if study.ambiguous:
+        yield f"redundant closures leave open how {', '.join(study.ambiguous)} share their forces; what they leave open is not compared"
+    for free in study.free:
+        energy = "" if free.energy is None else f", energy by {measured(free.energy)}"
+        drift = f"momentum drifts by {measured(free.momentum)}, spin by {measured(free.spin)}{energy}, loops open by {in_mm(free.gap)}"
+        yield f"let go, {free.label}: " + (drift if free.outcome is Outcome.COMPLETED else f"{free.outcome.slug}: {free.reason}")
+
+
+def _force_words(what: str, found: Mapping[str, float]) -> str:
+    if not found:
+        return f"{what}: none that is determined"
+    worst = max(found, key=lambda name: found[name])
+    return f"{what} off by up to {measured(found[worst])} of the largest ({worst})"
+
+
+def loops_figure(study: LoopStudy) -> Canvas:
+    """Distance of the judged points from their exact places over time."""
+    figure = Canvas(figsize=(9.0, 4.2))
+    axes, curves = figure.subplots(), []
+    for run in study.runs:
+        if run.curve is not None:
+            style = preset_style("mujoco", run.label) | {"label": run.label}
+            size = 1e3 * np.maximum(run.curve.largest, LEAST)
+            curves.append((on_grid(run.curve.at, study.seconds), on_log_grid(size), style))
+    error_panel(axes, "distance from the exact place [mm]", curves)
+    axes.set_xlim(0.0, study.seconds)
+    axes.set_xlabel("time [s]")
+    return finish_panels(figure, [axes], bottom=0.13, top=0.9)
+
+
+def _page(part: Part[LoopStudy]) -> Page:
+    study = part.findings
+    figures = (Figure(f"{part.name}-loops", "Distance from the exact places over time", partial(loops_figure, study)),)
+    drawn = figures if any(run.curve for run in study.runs) else ()
+    text = rendered(
+        "loops", study=study, name=Path(study.file).name, finding=finding(study), figure=drawn[0] if drawn else "",
+        runs=runs_table(study), steps=steps_table(study), moves=list(what_moves(study)), exact=list(how_exact(study)),
+        command=part.command,
+    )  # fmt: skip
+    return Page(text, drawn)
+
+
+def _summary(study: LoopStudy) -> dict[str, Any]:
+    return {"passed": study.passed, "finding": finding(study)}
+
+
+def _index(index: Index[LoopStudy]) -> Page:
+    return Page(rendered("loops-index", entries=index.entries, origin=index.origin))
+
+
+KIND = Kind(
+    name="loops",
+    findings=LoopStudy,
+    title=lambda study: study.name,
+    summary=_summary,
+    page=_page,
+    index=_index,
+    results="loops.json",
+    index_file="loops.md",
+    suffix="-loops",
+)
