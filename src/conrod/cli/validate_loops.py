@@ -15,8 +15,8 @@ from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
 from conrod.mechanism.units import check_number, in_prose, parse_quantity
+from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable
-from conrod.own.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.studies.execution.isolation import confined
@@ -44,7 +44,7 @@ def validate_loops(asked: Request) -> None:
 
 def judge(path: Path, question: Question) -> LoopStudy:
     """The study of a file, made in a process of its own."""
-    from conrod.own.loops.study import study
+    from conrod.mjcf.loops.study import study
 
     return confined(study, path, question, path.stem)
 
@@ -59,7 +59,9 @@ def question_of(asked: Request) -> Question:
         raise InvalidInput(f"{other} does not go with --drive, which takes {', '.join(TAKEN[1:])}")
     if asked.seconds is not None:
         check_number("--seconds", asked.seconds, 1e-6, 1e6, "s")
-    controls = named_values(asked.controls, "--ctrl", f"an actuator and a number, or a law of time: motor=4.19; {FORMS}")
+    controls = named_values(
+        asked.controls, "--ctrl", f"an actuator and a number, or a law of time: motor=4.19; {FORMS}"
+    )
     return Question(
         named_values(asked.drives, "--drive", f"a joint and its law: JOINT={FORMS}"), asked.keyframe, controls,
         asked.seconds, tuple(place.removeprefix("site:") for place in asked.points), tolerance_of(asked.tolerance),

@@ -1,8 +1,7 @@
-"""The report on a model's closed loops: what moves, how far its engine is from the exact motion, and what would suffice."""
+"""The report on a model's closed loops: what moves, how far its engine is off, and what would suffice."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure as Canvas
 
-from conrod.own.loops.results import KINEMATIC, OWN, LoopRun, LoopStudy
+from conrod.mjcf.loops.results import OWN, FreeRun, LoopRun, LoopStudy
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.panels import error_panel, finish_panels
 from conrod.report.charts.styles import preset_style
@@ -25,14 +24,16 @@ from conrod.runs.trajectory import Outcome
 LEAST = 1e-16  # [m], that is drawn
 RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
 UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
-CLOSED_FORM = 1e-12  # over the travel
+CONTRADICTION = 1e-9  # of the travel; less is rounding
 
 
 def finding(study: LoopStudy) -> str:
     """The answer in a few sentences; what the file's own run shows comes first where that failed."""
     shipped, own = study.shipped, study.own
     said = [_judgement(study)]
-    said.insert(0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {_shipped_words(study)}.")
+    said.insert(
+        0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {_shipped_words(study)}."
+    )
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
@@ -49,7 +50,8 @@ def _judgement(study: LoopStudy) -> str:
         return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
     if own.outcome is not Outcome.COMPLETED:
         return f"With its own settings it ended as {own.outcome.slug}: {own.reason}."
-    gap = f"its loops open by up to {in_mm(own.gap)}, and {own.worst} is off its exact place by {in_mm(own.errors['position'])}"
+    off = in_mm(own.errors["position"])
+    gap = f"its loops open by up to {in_mm(own.gap)}, and {own.worst} is off its exact place by {off}"
     if not study.question.tolerance:
         return f"With its own settings {gap}: measured, not judged."
     over = [
@@ -57,7 +59,11 @@ def _judgement(study: LoopStudy) -> str:
         for name, allowed in study.question.tolerance.items()
         if own.errors[name] > allowed
     ]
-    return f"With its own settings {gap}: {f'OUT OF TOLERANCE ({chr(44).join(over)})' if over else 'within tolerance'}."
+    return f"With its own settings {gap}: {_tolerance_words(over)}."
+
+
+def _tolerance_words(over: list[str]) -> str:
+    return f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
 
 
 def _shipped_words(study: LoopStudy) -> str:
@@ -114,31 +120,29 @@ def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
         return Toned(f"{run.outcome.slug}: {run.reason}", "odd")
     if not study.question.tolerance:
         return "measured"
-    return Toned("within tolerance", "good") if run.within(study.question.tolerance) else Toned("OUT OF TOLERANCE", "bad")
+    return (
+        Toned("within tolerance", "good") if run.within(study.question.tolerance) else Toned("OUT OF TOLERANCE", "bad")
+    )
 
 
 def what_moves(study: LoopStudy) -> Iterator[str]:
     """Drives, mobility and what is redundant, idle or singular."""
     one, drives = study.mobility, ", ".join(f"{name} = {law}" for name, law in study.question.drives.items())
     yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
-    yield (
-        f"mobility {one.left}: {one.freedom} degrees of freedom of its joints, of which {one.rows} equations of its closures "
-        f"take {one.rank}"
-    )
+    taken = f"{one.rows} equations of its closures take {one.rank}"
+    yield f"mobility {one.left}: of {one.freedom} degrees of freedom of its joints {taken}"
     if one.redundant:
         yield "redundant: " + ", ".join(f"{name} ({rows} of its equations)" for name, rows in one.redundant.items())
     if one.idle:
-        loose = f"idle: {', '.join(one.idle)} can move without its drives"
         rest = f"; not judged: {', '.join(one.undetermined)}" if one.undetermined else ""
-        yield f"{loose}{rest}"
+        yield f"idle: {', '.join(one.idle)} can move without its drives{rest}"
     if study.held:
         yield f"held: {', '.join(study.held)}, its floating base"
-    yield (
-        f"nearest to a singular pose at {quantity(one.margin_time)} s: the least singular value is {measured(one.margin)} of the "
-        "largest"
-    )
-    if study.misfit > 1e-9 * study.travel:
-        yield f"its closures contradict each other: they stay open by {in_mm(study.misfit)} at best; that is how exact the exact motion is"
+    least = f"the least singular value is {measured(one.margin)} of the largest"
+    yield f"nearest to a singular pose at {quantity(one.margin_time)} s: {least}"
+    if study.misfit > CONTRADICTION * study.travel:
+        apart = f"they stay open by {in_mm(study.misfit)} at best"
+        yield f"its closures contradict each other: {apart}, and the exact motion is no more exact than that"
     yield from study.remarks
 
 
@@ -152,13 +156,21 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
         yield f"forces are not compared: the model has {', '.join(study.unmodelled)}"
     for run in study.runs:
         if run.drives:
-            yield f"{run.label}: {_force_words('torque of drives', run.drives)}; {_force_words('reactions', run.reactions)}"
+            torques = _force_words("torque of drives", run.drives)
+            yield f"{run.label}: {torques}; {_force_words('reactions', run.reactions)}"
     if study.ambiguous:
-        yield f"redundant closures leave open how {', '.join(study.ambiguous)} share their forces; what they leave open is not compared"
+        shared = f"how {', '.join(study.ambiguous)} share their forces"
+        yield f"redundant closures leave open {shared}; what they leave open is not compared"
     for free in study.free:
-        energy = "" if free.energy is None else f", energy by {measured(free.energy)}"
-        drift = f"momentum drifts by {measured(free.momentum)}, spin by {measured(free.spin)}{energy}, loops open by {in_mm(free.gap)}"
-        yield f"let go, {free.label}: " + (drift if free.outcome is Outcome.COMPLETED else f"{free.outcome.slug}: {free.reason}")
+        yield f"let go, {free.label}: {_free_words(free)}"
+
+
+def _free_words(free: FreeRun) -> str:
+    if free.outcome is not Outcome.COMPLETED:
+        return f"{free.outcome.slug}: {free.reason}"
+    energy = "" if free.energy is None else f", energy by {measured(free.energy)}"
+    drift = f"momentum drifts by {measured(free.momentum)}, spin by {measured(free.spin)}{energy}"
+    return f"{drift}, loops open by {in_mm(free.gap)}"
 
 
 def _force_words(what: str, found: Mapping[str, float]) -> str:

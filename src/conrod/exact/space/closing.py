@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.exact.space.poses import Poses, Series, added, scaled
+from conrod.exact.space.poses import Poses, Series, added, product, scaled
 from conrod.exact.space.tree import Closure, SpatialPoint, SpatialTree
 
 
@@ -35,18 +35,17 @@ def _residual(found: Poses, closure: Closure, order: int) -> list[Series]:
     first, second = (found.point(point) for point in closure.points)
     made = [added(first, [-one for one in second])]
     if closure.turn is not None:
-        made.append([found.tree.extent * _antisymmetric(one) for one in _left_turn(found, closure, order)])
+        made.append(
+            [found.tree.extent * _antisymmetric(one) for one in _left_turn(found, closure, closure.turn, order)]
+        )
     return made
 
 
-def _left_turn(found: Poses, closure: Closure, order: int) -> Series:
+def _left_turn(found: Poses, closure: Closure, turn: Array, order: int) -> Series:
     """From the second frame to where the first has it: the unit matrix where the weld is closed."""
     one, two = (found.turns[point.body] for point in closure.points)
-    placed = [np.einsum("ijt,jk->ikt", turn, closure.turn) for turn in one]
-    return [
-        sum(np.einsum("jit,jkt->ikt", two[i], placed[k - i]) for i in range(len(two)) if 0 <= k - i < len(placed))
-        for k in range(min(order, len(two) + len(placed) - 2) + 1)
-    ]  # type: ignore[misc]
+    placed = [np.einsum("ijt,jk->ikt", part, turn) for part in one]
+    return product([np.swapaxes(part, 0, 1) for part in two], placed, order)
 
 
 def _antisymmetric(matrix: Array) -> Array:
@@ -79,7 +78,7 @@ def _weight(tree: SpatialTree, closure: Closure) -> float:
 
 
 def jacobian(found: Poses, samples: int) -> Array:
-    """Derivatives of the residuals by the joint rates (T, rows, nv), at order 0; a weld's are those where it is closed."""
+    """Derivatives of the residuals by the joint rates (T, rows, nv), at order 0; of a weld where it is closed."""
     tree = found.tree
     made = np.zeros((sum(c.rows for c in tree.closures), tree.freedom, samples))
     for closure in tree.closures:

@@ -65,7 +65,8 @@ def needed_forces(found: Poses, motion: SpatialMotion) -> Array:
     tree, samples = found.tree, len(motion.times)
     needed = np.zeros((tree.freedom, samples))
     for joint in tree.joints:
-        needed[joint.rates] += joint.armature * motion.rates[1, joint.rates] + joint.damping * motion.rates[0, joint.rates]
+        needed[joint.rates] += joint.armature * motion.rates[1, joint.rates]
+        needed[joint.rates] += joint.damping * motion.rates[0, joint.rates]
         if joint.kind in ("hinge", "slide"):
             needed[joint.rate] += joint.stiffness * (motion.coordinates[joint.coordinate] - joint.spring)
     for number, body in enumerate(tree.bodies):
@@ -91,7 +92,7 @@ def _inertial(found: Poses, number: int, body: SpatialBody) -> tuple[Array, Arra
 
 
 def _spin(turn: Series, order: int) -> Array:
-    """Angular velocity (3, T) of a turn for order 1, angular acceleration for 2: of R^(k) R', the antisymmetric part."""
+    """Angular velocity (3, T) of a turn for order 1, acceleration for 2: the antisymmetric part of R^(k) R'."""
     if len(turn) <= order:
         return np.zeros((3, turn[0].shape[2]))
     matrix = order * np.einsum("ijt,kjt->ikt", turn[order], turn[0])

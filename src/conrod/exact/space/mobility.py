@@ -74,8 +74,9 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     }
     if depends <= moved:
         raise InvalidInput(
-            f"{loops}, which leaves {left}, and {driven} {'is' if driven == 1 else 'are'} driven: drive {left - driven} more of "
-            f"{', '.join(free)}; at a dead centre, where a pose has more freedom than the motion, start from another"
+            f"{loops}, which leaves {left}, and {driven} {'is' if driven == 1 else 'are'} driven: drive "
+            f"{left - driven} more of {', '.join(free)}; at a dead centre, where a pose has more freedom than the "
+            "motion, start from another"
         )
 
 

@@ -160,13 +160,18 @@ class DrivenTree:
                 rates[k, joint.rate] = row / math.factorial(k)
         if not rows.shape[2]:
             return rates
-        matrix = np.swapaxes(rows, 1, 2) @ jacobian(poses(self.tree, coordinates), len(times))[:, :, self.free] @ columns
+        matrix = self._reduced(poses(self.tree, coordinates), rows, columns)
         for k in range(order):
             left = residuals(poses(self.tree, coordinates, rates[: k + 1]), k + 1)[k + 1]
             seen = (k + 1) * np.einsum("tmr,mt->tr", rows, left)
             found = np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0]
             rates[k, self.free] = np.einsum("tfr,tr->ft", columns, found)
         return rates
+
+    def _reduced(self, found: Poses, rows: Array, columns: Array) -> Array:
+        """The Jacobian in the bases of its knots (T, r, r)."""
+        matrix = jacobian(found, len(rows))[:, :, self.free]
+        return np.asarray(np.swapaxes(rows, 1, 2) @ matrix @ columns)
 
     # -- along the motion --------------------------------------------------------------------------------------------
 
@@ -210,20 +215,20 @@ class DrivenTree:
         margin = here.values[rank - 1] / here.values[0] if rank else 1.0
         loose = self.joints_of(np.linalg.svd(here.columns)[0][:, :1] if not rank else self._weakest(here))
         return (
-            f"it goes no further than {self.where(here.time)} ({here.time:.6g} s): a dead centre, or its loops reach no "
-            f"further; there {', '.join(loose)} move most for the least change of the drives (singular value {margin:.1g})"
+            f"it goes no further than {self.where(here.time)} ({here.time:.6g} s): a dead centre, or its loops reach "
+            f"no further; there {', '.join(loose)} move most (singular value {margin:.1g} of the largest)"
         )
 
     def _weakest(self, here: Knot) -> Array:
         """The direction (free, 1) that the closures hold least."""
         matrix = self._scaled(poses(self.tree, here.coordinates))
-        return np.linalg.svd(matrix)[2][here.rows.shape[1] - 1][:, None]
+        return np.asarray(np.linalg.svd(matrix)[2][here.rows.shape[1] - 1][:, None])
 
     def joints_of(self, directions: Array) -> list[str]:
         """Names of the joints that directions (free, k) move, those that move most first, six at most."""
         share = np.abs(directions).max(axis=1)
-        names = dict.fromkeys(self.tree.joint_of_rate(int(self.free[i])).name for i in np.argsort(-share) if share[i] > 1e-3)
-        return list(names)[:6]
+        by_size = (int(i) for i in np.argsort(-share) if share[i] > 1e-3)
+        return list(dict.fromkeys(self.tree.joint_of_rate(int(self.free[i])).name for i in by_size))[:6]
 
     # -- at samples --------------------------------------------------------------------------------------------------
 
@@ -244,7 +249,7 @@ class DrivenTree:
             if not rows.shape[2]:
                 break
             found = poses(self.tree, coordinates)
-            matrix = np.swapaxes(rows, 1, 2) @ jacobian(found, len(times))[:, :, self.free] @ columns
+            matrix = self._reduced(found, rows, columns)
             seen = np.einsum("tmr,mt->tr", rows, residuals(found, 0)[0])
             step = np.zeros((self.tree.freedom, len(times)))
             step[self.free] = np.einsum("tfr,tr->ft", columns, np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0])

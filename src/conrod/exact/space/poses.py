@@ -1,8 +1,8 @@
 """Forward kinematics of a machine in space, at many samples at once, as Taylor series in time.
 
 A series is a list of coefficients f^(k)/k!, missing ones being zero; each has its samples last: a vector is (3, T), a
-turn (3, 3, T). What does not move has one sample. Turns of balls follow R' = R [w]x, w in the body's frame (Featherstone,
-Rigid Body Dynamics Algorithms, 2008, equation 2.36), coefficient by coefficient.
+turn (3, 3, T). What does not move has one sample. Turns of balls follow R' = R [w]x, w in the body's frame
+(Featherstone, Rigid Body Dynamics Algorithms, 2008, equation 2.36), coefficient by coefficient.
 """
 
 from __future__ import annotations
@@ -30,18 +30,14 @@ def turn_of(quaternion: Array) -> Array:
     """The turn (3, 3, T) of unit quaternions (4, T), the scalar first."""
     w, v = quaternion[0], quaternion[1:]
     skew = cross_matrix(v)
-    return np.eye(3)[:, :, None] + 2.0 * (w * skew + _times(skew, skew))
+    return np.asarray(np.eye(3)[:, :, None] + 2.0 * (w * skew + _times(skew, skew)))
 
 
 def _times(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("ij...,jk...->ik...", a, b))
 
 
-def _apply(a: Array, b: Array) -> Array:
-    return np.asarray(np.einsum("ij...,j...->i...", a, b))
-
-
-def _product(a: Series, b: Series, order: int) -> Series:
+def product(a: Series, b: Series, order: int) -> Series:
     """Coefficients up to an order of the product of two series of turns."""
     made = []
     for k in range(min(order, len(a) + len(b) - 2) + 1):
@@ -62,11 +58,12 @@ def added(*terms: Series) -> Series:
 
 
 def scaled(series: Series, by: Series, order: int) -> Series:
-    """Product of a series of vectors or turns with one of numbers, each (T,)."""
-    return [
-        sum(series[i] * by[k - i] for i in range(len(series)) if 0 <= k - i < len(by))
-        for k in range(min(order, len(series) + len(by) - 2) + 1)
-    ]  # type: ignore[misc]
+    """Product of a series of vectors or numbers with one of numbers, each (T,), up to an order."""
+    made = []
+    for k in range(min(order, len(series) + len(by) - 2) + 1):
+        terms = [series[i] * by[k - i] for i in range(len(series)) if 0 <= k - i < len(by)]
+        made.append(sum(terms[1:], terms[0]))
+    return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +72,7 @@ class Poses:
 
     Attributes:
         places, turns: of the bodies' frames: series of (3, T) and (3, 3, T).
-        anchors, axes: by the joint's first rate, at order 0: its anchor (3, T), and the axis (3, T) of each of its rates.
+        anchors, axes: by the joint's first rate, at order 0: its anchor (3, T), and its rates' axes (3, n, T).
         scalars: coordinates of hinges and slides, by their rate: series of (T,).
     """
 
@@ -136,7 +133,7 @@ class _Walk:
         anchor = added(place, turned(turn, joint.anchor))
         anchors[joint.rate] = anchor[0]
         if joint.kind == "ball":
-            turn = _product(turn, self._ball(at, joint.rate), self.order)
+            turn = product(turn, self._ball(at, joint.rate), self.order)
             axes[joint.rate] = turn[0]
             return added(anchor, turned(turn, -joint.anchor)), turn
         value = [self.q[at] - joint.reference, *(self.rates[k, joint.rate] / (k + 1) for k in range(self.order))]
@@ -145,7 +142,7 @@ class _Walk:
         axes[joint.rate] = axis[0][:, None]
         if joint.kind == "slide":
             return added(place, scaled(axis, value, self.order)), turn
-        turn = _product(turn, _hinged(joint.axis, value), self.order)
+        turn = product(turn, _hinged(joint.axis, value), self.order)
         return added(anchor, turned(turn, -joint.anchor)), turn
 
     def _ball(self, at: int, rate: int) -> Series:
@@ -162,8 +159,6 @@ def _hinged(axis: Array, angle: Series) -> Series:
     """Turns about an axis (3,) by a series of angles (Rodrigues' formula)."""
     skew = cross_matrix(axis)
     sine, cosine = (one.coefficients for one in sine_cosine(Jet(angle)))
-    made = [
-        skew[:, :, None] * s - (skew @ skew)[:, :, None] * c for s, c in zip(sine, cosine, strict=True)
-    ]
+    made = [skew[:, :, None] * s - (skew @ skew)[:, :, None] * c for s, c in zip(sine, cosine, strict=True)]
     made[0] = made[0] + (np.eye(3) + skew @ skew)[:, :, None]
     return made

@@ -1,4 +1,4 @@
-"""The study of a model's closed loops: its exact motion, MuJoCo's kinematics, its runs and the cheapest that suffices."""
+"""The study of a model's closed loops: its exact motion, MuJoCo's kinematics, its runs and the cheapest settings."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from conrod.exact.space.laws import FORMS, Law, law_of
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
+from conrod.mjcf.loops.driving import Recording, driven_run, free_run, gaps_of, shipped_run, site_points, start_state
+from conrod.mjcf.loops.reading import check_rigid, tree_of
+from conrod.mjcf.loops.results import OWN, QUANTITIES, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.error_curve import error_curve
-from conrod.own.loops.driving import Recording, driven_run, free_run, gaps_of, shipped_run, site_points, start_state
-from conrod.own.loops.reading import check_rigid, tree_of
-from conrod.own.loops.results import OWN, QUANTITIES, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.own.models.driving import ordered
 from conrod.own.models.loading import (
     FoundPoint,
@@ -137,9 +137,11 @@ class _Bench:
         if count > MOST_STEPS:
             return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: at most {MOST_STEPS} are made")
         every = max(1, count // SAMPLES)
-        motion = self.machine.motion(step * np.arange(0, count + 1, every))
+        motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
         model = with_settings(self.model, label, step, self.seconds)
-        return judged(label, step, driven_run(self.machine, model, motion, self.points, every), motion, self.machine, travel)
+        return judged(
+            label, step, driven_run(self.machine, model, motion, self.points, every), motion, self.machine, travel
+        )
 
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset's settings over that with the model's own, measured in turns."""
@@ -176,11 +178,12 @@ class _Bench:
             return ()
         step = float(self.model.opt.timestep)
         return tuple(
-            free_run(label, with_settings(self.model, label, step, self.seconds), motion, self.seconds) for label in LABELS
+            free_run(label, with_settings(self.model, label, step, self.seconds), motion, self.seconds)
+            for label in LABELS
         )
 
 
-# -- what is asked -----------------------------------------------------------------------------------------------------
+# -- what is asked ---------------------------------------------------------------------------------------------------
 
 
 def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tuple[dict[str, Law], tuple[str, ...]]:
@@ -190,29 +193,37 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
         InvalidInput: a drive is no joint, no hinge or slide, or its law leaves the joint's range.
     """
     by_name, laws = {joint.name: joint for joint in tree.joints}, dict[str, Law]()
-    drivable = [joint.name for joint in tree.joints if joint.kind in ("hinge", "slide")]
+    drivable = [one.name for one in tree.joints if one.kind in ("hinge", "slide")]
     for name, text in question.drives.items():
         if name not in by_name:
             if name in numbered(names_of(model, "actuator")):
-                joint = name_or_number(model, "joint", int(model.actuator_trnid[element_id(model, "actuator", name), 0]))
-                raise InvalidInput(f"--drive {name}: it is an actuator; drive its joint: --drive {joint}={text}")
+                moved = name_or_number(
+                    model, "joint", int(model.actuator_trnid[element_id(model, "actuator", name), 0])
+                )
+                raise InvalidInput(f"--drive {name}: it is an actuator; drive its joint: --drive {moved}={text}")
             raise unknown_choice("joint", name, drivable)
         joint = by_name[name]
         if joint.kind not in ("hinge", "slide"):
-            raise InvalidInput(f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {listed(drivable)}")
+            raise InvalidInput(
+                f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {listed(drivable)}"
+            )
         laws[name] = law_of(text, joint.unit, float(tree.start[joint.coordinate]), name)
     if all(law.duration == math.inf for law in laws.values()):
-        raise InvalidInput(f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}")
+        raise InvalidInput(
+            f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}"
+        )
     seconds = question.seconds or _duration(laws)
     for name, law in laws.items():
         if (span := by_name[name].range) is not None:
             values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
             if values.min() < span[0] - 1e-9 or values.max() > span[1] + 1e-9:
                 raise InvalidInput(
-                    f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's range "
-                    f"is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}"
+                    f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
+                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}"
                 )
-    return laws, tuple(joint.name for joint in tree.joints if joint.kind == "free" and not tree.bodies[joint.body].parent)
+    return laws, tuple(
+        joint.name for joint in tree.joints if joint.kind == "free" and not tree.bodies[joint.body].parent
+    )
 
 
 def _duration(laws: Mapping[str, Law]) -> float:
@@ -224,23 +235,23 @@ def _control_law(text: str, actuator: str) -> Callable[[float], float]:
     return lambda now: float(law.derivatives(np.array([now]))[0, 0])
 
 
-def _points(
-    model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question
-) -> tuple[FoundPoint, ...]:
+def _points(model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question) -> tuple[FoundPoint, ...]:
     """Points that are judged: those named, or all that the drives determine."""
     for name in question.points:
         if name not in tree.points:
             raise unknown_choice("point", name, tree.points)
         if name in freedom.undetermined:
-            raise InvalidInput(f"--point {name}: its drives do not determine it: {', '.join(freedom.idle)} can still move")
+            raise InvalidInput(
+                f"--point {name}: its drives do not determine it: {', '.join(freedom.idle)} can still move"
+            )
     return site_points(model, question.points or tuple(p for p in tree.points if p not in freedom.undetermined))
 
 
-# -- kinematic mode ------------------------------------------------------------------------------------------------------
+# -- kinematic mode --------------------------------------------------------------------------------------------------
 
 
 def kinematic_mode(bench: _Bench, motion: SpatialMotion) -> tuple[dict[str, float], tuple[str, ...]]:
-    """How far MuJoCo's own kinematics are from the exact motion, over its largest values; and what is met on the way."""
+    """How far MuJoCo's kinematics are from the exact motion, over its largest values; and what is met on the way."""
     model, off, sizes = bench.model, dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
     data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
     start = {p.name: motion.points[p.name].position[0] for p in bench.points}
@@ -279,11 +290,11 @@ def _met(bench: _Bench, motion: SpatialMotion, touching: list[str]) -> Iterator[
                 )
 
 
-# -- dynamic mode --------------------------------------------------------------------------------------------------------
+# -- dynamic mode ----------------------------------------------------------------------------------------------------
 
 
 def with_settings(model: mujoco.MjModel, label: str, step: float, period: float) -> mujoco.MjModel:
-    """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, for the drive's sake."""
+    """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, as flywheels need."""
     own = copy.copy(model)
     own.opt.timestep = step
     if label == OWN:
@@ -336,4 +347,3 @@ def _timed(advance: Callable[[int], None]) -> float:
         if (spent := time.process_time() - before) > TIMED / 5:
             return spent / count
         count *= 2
-

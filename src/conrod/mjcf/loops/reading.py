@@ -114,7 +114,9 @@ def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, floa
     first = int(model.tendon_adr[tendon])
     wraps = range(first, first + int(model.tendon_num[tendon]))
     if any(int(model.wrap_type[w]) != int(mujoco.mjtWrap.mjWRAP_JOINT) for w in wraps):
-        raise InvalidInput(f"{name}: its tendon runs through sites; only fixed tendons, sums of joints, are closures here")
+        raise InvalidInput(
+            f"{name}: its tendon runs through sites; only fixed tendons, sums of joints, are closures here"
+        )
     return {int(model.jnt_dofadr[model.wrap_objid[w]]): float(model.wrap_prm[w]) for w in wraps}
 
 

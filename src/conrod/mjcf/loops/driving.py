@@ -16,8 +16,8 @@ from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, constraint_forces, warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.mjcf.loops.results import FreeRun, ShippedRun
 from conrod.mjcf.runs import STATE
-from conrod.own.loops.results import FreeRun, ShippedRun
 from conrod.own.models.driving import look_at
 from conrod.own.models.loading import FoundPoint, name_or_number, names_of
 from conrod.runs.outcome import OPEN_GAP
@@ -73,7 +73,8 @@ class Drives:
             data.qpos[joint.coordinate], data.qvel[joint.rate] = value, rate
         for joint in self.held:
             data.qvel[joint.rates] = 0.0
-            data.qpos[joint.coordinate : joint.coordinate + 7] = self.machine.knots[0].coordinates[joint.coordinate : joint.coordinate + 7, 0]
+            placed = slice(joint.coordinate, joint.coordinate + 7)
+            data.qpos[placed] = self.machine.knots[0].coordinates[placed, 0]
 
     @contextmanager
     def acting(self) -> Iterator[None]:
@@ -95,10 +96,10 @@ class Drives:
 def driven_run(
     machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int
 ) -> Recording:
-    """Run a model through its exact motion's times, a sample each `every` steps; of the model nothing but armatures change.
+    """Run a model through its exact motion's times, a sample each `every` steps.
 
     Args:
-        model: with its settings and step; the first sample's exact state is its start.
+        model: with its settings and step, of which a copy gets flywheels; the first sample is its start.
     """
     original, model = model, copy.copy(model)
     model.opt.disableflags |= older.flag("AUTORESET")
@@ -169,9 +170,7 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
 
 def gaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
     """How far each acting closure is open: a distance [m], or what a coupling is off."""
-    return {
-        name: float(np.linalg.norm(data.efc_pos[rows[:3]])) for name, rows in closure_rows(model, data).items()
-    }
+    return {name: float(np.linalg.norm(data.efc_pos[rows[:3]])) for name, rows in closure_rows(model, data).items()}
 
 
 def carried_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -254,7 +253,7 @@ def _chatter(model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:
 
 
 def free_run(label: str, model: mujoco.MjModel, motion: SpatialMotion, seconds: float) -> FreeRun:
-    """A model let go from its exact start without contacts, limits and controls: drift of loops, momentum and energy."""
+    """A model let go from its exact start without contacts, limits and controls: what drifts."""
     model = copy.copy(model)
     switched = older.flag("AUTORESET") | int(mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT)
     model.opt.disableflags |= switched | int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
@@ -270,7 +269,15 @@ def free_run(label: str, model: mujoco.MjModel, motion: SpatialMotion, seconds: 
             mujoco.mj_subtreeVel(model, aside)
             momentum = total * (aside.subtree_linvel[0] - model.opt.gravity * data.time)
             parts = _sizes(model, aside)
-            rows.append([*momentum, *aside.subtree_angmom[0], *aside.energy, max(gaps_of(model, aside).values(), default=0.0), *parts])
+            rows.append(
+                [
+                    *momentum,
+                    *aside.subtree_angmom[0],
+                    *aside.energy,
+                    max(gaps_of(model, aside).values(), default=0.0),
+                    *parts,
+                ]
+            )
             mujoco.mj_step(model, data)
             if reason := broken_off(model, data):
                 reason += f" at {data.time:.4g} s"
@@ -281,7 +288,8 @@ def free_run(label: str, model: mujoco.MjModel, motion: SpatialMotion, seconds: 
     energy = np.abs(table[:, 6:8].sum(axis=1) - table[0, 6:8].sum()).max() / max(table[:, 7].max(), 1e-300)
     return FreeRun(
         label, Outcome.DIVERGED if reason else Outcome.COMPLETED, reason, float(table[:, 8].max()),
-        float(drift[:3].max() / max(table[:, 9].max(), 1e-300)), float(drift[3:6].max() / max(table[:, 10].max(), 1e-300)),
+        float(drift[:3].max() / max(table[:, 9].max(), 1e-300)),
+        float(drift[3:6].max() / max(table[:, 10].max(), 1e-300)),
         None if dissipates else float(energy),
     )  # fmt: skip
 
