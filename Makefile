@@ -14,7 +14,7 @@ validate: $(READY) catalogue ## compare both engines with the exact motion on al
 
 catalogue: $(READY) ## the same for the machines of the catalogue: rewrite reports/catalogue/ and the page on them
 	$(BIN)/conrod validate catalogue --fresh --out reports/catalogue
-	$(BIN)/python -m conrod.scenes.catalogue.page > docs/catalogue.md
+	$(BIN)/python docs/catalogue.py > docs/catalogue.md
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep
@@ -22,7 +22,7 @@ sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an
 	$(MAKE) prior
 
 prior: $(READY) ## rewrite the table that `conrod recommend` starts from, from reports/sweep/
-	$(BIN)/python -m conrod.studies.sweep.prior reports/sweep/data/*.json > prior.json
+	$(BIN)/python -m benchmarks.prior reports/sweep/data/*.json > prior.json
 	mv prior.json src/conrod/studies/sweep/prior.json
 
 limits: $(READY) ## find where the engines stop being trustworthy and rewrite reports/limits/; hours, can be interrupted

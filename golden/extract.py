@@ -78,8 +78,7 @@ def _series(points: Iterable[Entry] | None, quantities: Iterable[str]) -> dict[s
 
 # -- validate ----------------------------------------------------------------------------------------------------------
 
-PRINTED = {"printed_table": "printed"}
-VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement", "printed_table", "lift_error")
+VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement", "lift_error")
 
 
 def _validation(file: Path) -> Records:
@@ -89,7 +88,7 @@ def _validation(file: Path) -> Records:
         for key in ("mode", "outcome", "steps_per_revolution", "revolutions"):
             yield from _exactly(f"{name}/{key}", entry[key])
         for key in VALIDATED:
-            yield from _measured(f"{name}/{key}", entry[PRINTED.get(key, key)] or None)
+            yield from _measured(f"{name}/{key}", entry[key] or None)
         yield from _orders(name, entry["order"], _series(entry["refinement"], entry["order"] or ()))
         tolerance = _without(entry["tolerance"], "reason")
         yield from _exactly(f"{name}/tolerance", tolerance if any(tolerance.values()) else {})

@@ -46,7 +46,7 @@ def verdicts() -> tuple[Verdict, ...]:
 
 def table() -> list[dict[str, str]]:
     """The printed table, row by row, as text."""
-    text = files("conrod.scenes").joinpath("shear_press_table.csv").read_text(encoding="utf-8")
+    text = files("audits").joinpath("data", "shear_press_table.csv").read_text(encoding="utf-8")
     return list(csv.DictReader(text.splitlines()))
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.prior import table_of
 from conrod.engines import engine_named
 from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
@@ -23,7 +24,7 @@ from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.findings import pareto_front
-from conrod.studies.sweep.prior import shipped, table_of
+from conrod.studies.sweep.prior import shipped
 from conrod.studies.sweep.recommend import (
     Recommendation,
     Refusal,

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from command_line import conrod
 
-import conrod as conrod_package
 from conrod.engines import engine_named
 from conrod.engines.forces import ForceTracks
 from conrod.exact.kinematics import Kinematics
@@ -244,7 +243,7 @@ def test_a_machine_with_change_points_is_measured_away_from_them() -> None:
 
 # -- the command -----------------------------------------------------------------------------------------------------
 
-TABLE = str(Path(conrod_package.__file__).parent / "scenes" / "shear_press_table.csv")
+TABLE = str(Path(__file__).parents[2] / "audits" / "data" / "shear_press_table.csv")
 QUICK = ("--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "250", "--revolutions", "1", "--jobs", "1")
 
 

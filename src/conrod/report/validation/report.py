@@ -110,7 +110,6 @@ def _page(part: Part[SceneStudy]) -> Page:
     runs = completed(study.results)
     has_contact = bool(scene.mechanism().cam_contacts)
     figures = _figures(study, part.options.get("figures", FIGURE_NAMES))
-    printed = next((r.printed for r in study.results if r.printed is not None), None)
     whole, last = _stretch(scene, runs[0].revolutions) if runs else ("", "")
     lift = follower_lift(scene.kinematics)
     full_lift = lift.full if lift else None
@@ -122,8 +121,8 @@ def _page(part: Part[SceneStudy]) -> Page:
         parameters=parameters_table(scene), noticed=tables.qualification_table(study),
         one_pass=scene.kinematics.mechanism.driver.span is not None, kinematic=tables.kinematic_table(study),
         refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),
-        closure=tables.closure_table(study), prediction=tables.prediction_table(study), printed=printed,
-        printed_table=tables.printed_table(study), contact=tables.contact_table(study, full_lift),
+        closure=tables.closure_table(study), prediction=tables.prediction_table(study),
+        contact=tables.contact_table(study, full_lift),
         full_lift=full_lift, breaks=_breaks(scene),
         cam=scene if isinstance(scene, CamFollower) else None, tolerances=tables.tolerances_table(study),
         settings=tables.settings_tables(study, has_contact),

@@ -197,16 +197,6 @@ def tolerances_table(study: SceneStudy) -> Table:
     return table(["engine", "preset", *(name.replace("_", ", ") for name in JUDGED), "because"], rows)
 
 
-def printed_table(study: SceneStudy) -> Table:
-    """The document's printed table against the runs; no row where there is none."""
-
-    def cells(r: ValidationResult) -> list[str]:
-        assert r.printed is not None
-        return [f"{r.printed.engine_agrees} of {r.printed.exact_agrees}", numbers.measured(r.printed.worst)]
-
-    return _table(study, "printed", ["cells met", "largest distance from a print [last printed units]"], cells)
-
-
 def contact_table(study: SceneStudy, lift: float | None) -> Table:
     """Lift and rms errors of a cam's follower; full lift [m], of one that rises and falls."""
     head = ["lift error / lift", "lift error [mm]", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]

@@ -1,19 +1,16 @@
 """Errors and costs of the committed sweeps, shipped as data: where a search for a setting of any machine begins.
 
 They are a guess, and nothing is promised on them: whatever they propose is run on the machine itself. `prior.json` is
-made of reports/sweep/data by `make prior`; a test compares the two.
+made of reports/sweep/data by `make prior` (benchmarks/prior.py); a test compares the two.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
-from statistics import median
 from typing import Any, NamedTuple
 
 from conrod.scenes import SCENES, Scene
@@ -112,37 +109,3 @@ def _order(steps: Sequence[int], over: Sequence[float], k: int) -> float:
         if a >= 0 and b < len(steps) and math.isfinite(over[a]) and math.isfinite(over[b]) and over[b] < over[a]:
             return (over[a] - over[b]) / math.log(steps[b] / steps[a])
     return USUAL_ORDER
-
-
-# -- the table ---------------------------------------------------------------------------------------------------------
-
-
-def table_of(studies: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The table of saved sweeps (data of a sweep's report)."""
-    return {study["name"]: _machine(study["points"]) for study in studies}
-
-
-def _machine(points: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    steps = sorted({point["steps_per_revolution"] for point in points})
-    made: dict[str, Any] = {"steps": steps}
-    for engine, rule in dict.fromkeys((point["engine"], point["rule"]) for point in points):
-        own = {p["steps_per_revolution"]: p for p in points if (p["engine"], p["rule"]) == (engine, rule)}
-        costs = [point["ratio"] / n for n, point in own.items() if point["ratio"] is not None]
-        if costs:
-            errors = [[_decibels(own[n]["errors"], q) for n in steps] for q in QUANTITIES]
-            made.setdefault(engine, {})[rule] = [float(f"{median(costs):.3g}"), *errors]
-    return made
-
-
-def _decibels(errors: Mapping[str, float] | None, quantity: str) -> int | None:
-    return None if errors is None else round(DECIBELS * math.log10(max(errors[quantity], 1e-30)))
-
-
-def table_text(table: Mapping[str, Swept]) -> str:
-    """The table as JSON, one machine a line."""
-    compact = json.JSONEncoder(separators=(",", ":")).encode
-    return "{\n" + ",\n".join(f"{compact(name)}:{compact(swept)}" for name, swept in table.items()) + "\n}\n"
-
-
-if __name__ == "__main__":
-    sys.stdout.write(table_text(table_of([json.loads(Path(name).read_text("utf-8")) for name in sys.argv[1:]])))

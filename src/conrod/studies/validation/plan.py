@@ -20,7 +20,7 @@ from conrod.runs.convergence import claimed_order
 from conrod.runs.outcome import Verdict
 from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.runs.trajectory import Outcome
-from conrod.scenes import CamFollower, Scene, ShearPress
+from conrod.scenes import CamFollower, Scene
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import LEAST_STEPS, Prediction
@@ -89,11 +89,6 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         lift_error=lift.error,
         curves=drawn.curves,
     )
-    if engine.presets[preset].judged and isinstance(scene, ShearPress):
-        from conrod.studies.validation import printed_table  # of one machine, and loaded for it alone
-
-        if printed_table.applies(scene):
-            result = replace(result, printed=printed_table.compare_with_print(scene, engine, preset))
     return result.judged()
 
 

@@ -61,23 +61,6 @@ class RefinementPoint:
 
 
 @dataclass(frozen=True)
-class PrintedCells:
-    """Comparison of a run with a printed table, cell by cell.
-
-    Attributes:
-        cells: printed cells.
-        exact_agrees: cells that the exact motion rounds to.
-        engine_agrees: of these, cells that the engine meets within 0.55 of the last printed unit.
-        worst: largest distance of the engine from a printed cell among these, in last printed units.
-    """
-
-    cells: int
-    exact_agrees: int
-    engine_agrees: int
-    worst: float
-
-
-@dataclass(frozen=True)
 class Noticed:
     """What a verdict makes of one kind of defect, planted into the run that it is on.
 
@@ -140,7 +123,6 @@ class ValidationResult(Result):
     tolerance: Tolerance = field(default_factory=Tolerance)
     refinement: tuple[RefinementPoint, ...] = ()
     prediction: Mapping[str, Mapping[str, float]] | None = None
-    printed: PrintedCells | None = None
     lift_error: float | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
     qualified: Qualified | None = None
@@ -150,10 +132,7 @@ class ValidationResult(Result):
         return self.tolerance.judged()
 
     def faults(self) -> list[str]:
-        found, faults = self.printed, []
-        if found is not None and found.engine_agrees != found.exact_agrees:
-            faults.append(f"the printed table, {found.engine_agrees} of {found.exact_agrees} cells met")
-        return faults + (["no planted defect is noticed, of whatever size: no verdict"] if self.no_verdict else [])
+        return ["no planted defect is noticed, of whatever size: no verdict"] if self.no_verdict else []
 
     @property
     def no_verdict(self) -> bool:

@@ -1,4 +1,4 @@
-"""The page `docs/catalogue.md`, made from the files: `python -m conrod.scenes.catalogue.page > docs/catalogue.md`."""
+"""The page `docs/catalogue.md`, made from the files: `python docs/catalogue.py > docs/catalogue.md`."""
 
 from __future__ import annotations
 
