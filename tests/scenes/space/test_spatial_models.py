@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from spatial_poses import Model, driven
 
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 from conrod.scenes.space import MACHINES
 
 TIMES = np.linspace(0.0, 1.0, 12, endpoint=False) + 0.01
@@ -83,7 +85,7 @@ def test_a_model_built_a_little_wrong_is_open(name: str, defect: Callable[[Model
 @pytest.mark.parametrize(("name", "change"), [
     ("cardan", {"bend": 30.1 * DEGREE}), ("double-cardan", {"phasing": 0.1 * DEGREE}),
     ("spherical-four-bar", {"coupler": 60.1 * DEGREE}), ("rssr", {"rod": 0.42 * 1.001}),
-    ("rssr", {"crank": 0.08 * 1.001}),
+    ("rssr", {"crank": 0.08 * 1.001}), ("rssr", {"branch": -1.0}),
     ("bennett", {"side": 0.2, "other_twist": 75.1 * DEGREE}), ("sarrus", {"upper": 0.2 * 1.001}),
     ("delta", {"rod": 1.244 * 1.001}), ("stewart", {"base": 0.5 * 1.001}), ("tilted-slider-crank", {"offset": 0.0201}),
 ])  # fmt: skip
@@ -101,21 +103,36 @@ def test_another_machines_closed_form_does_not_fit_the_model(name: str, change: 
     assert model.opening < 1e-14
 
 
+@pytest.mark.parametrize(
+    ("name", "size"), [("rssr", {"rod": 1.0}), ("sarrus", {"other_lower": 0.5}), ("delta", {"rod": 0.3})]
+)
+def test_a_machine_whose_links_do_not_reach_is_refused(name: str, size: dict[str, float]) -> None:
+    with pytest.raises(InvalidInput, match="cannot be assembled in the reference pose"):
+        MACHINES[name](**size)
+
+
 # -- derivatives -------------------------------------------------------------------------------------------------------
+
+SAMPLES = 128
+RATES = 2j * math.pi * np.fft.fftfreq(SAMPLES, 1.0 / SAMPLES)
+
+
+def of_fourier_series(values: Array, order: int, later: float = 0.0) -> Array:
+    """A derivative by time, some time later, of what repeats after 1 s: (T, ...)."""
+    factors = RATES**order * np.exp(RATES * later)
+    return np.fft.ifft(np.fft.fft(values, axis=0) * factors.reshape(-1, *[1] * (values.ndim - 1)), axis=0).real
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_derivatives_to_jerk_are_those_of_the_positions_fourier_series(name: str) -> None:
-    # Every law repeats after 1 s, and so do the points: their Fourier series converges to rounding.
-    machine, samples = MACHINES[name](), 192
-    times = np.arange(samples) / samples
-    rates = 2j * math.pi * np.fft.fftfreq(samples, 1.0 / samples)
-    for point, values in machine.points(driven(machine, times, 3)).items():
-        series = np.fft.fft(values[0], axis=0)
-        for order in (1, 2, 3):
-            expected = np.fft.ifft(series * rates[:, None] ** order, axis=0).real
-            scale = (2.0 * math.pi) ** order * np.ptp(values[0])
-            assert np.abs(values[order] - expected).max() < 1e-8 * scale + 1e-13, (point, order)
-            # Negative control: a thousandth of a turn later it is another derivative.
-            later = np.fft.ifft(series * rates[:, None] ** order * np.exp(rates * 1e-3)[:, None], axis=0).real
-            assert scale == 0.0 or np.abs(values[order] - later).max() > 1e-4 * scale
+def test_derivatives_to_jerk_are_those_of_the_fourier_series(name: str) -> None:
+    # Every law repeats after 1 s, and so do points and rates of joints: their Fourier series converges to rounding.
+    machine = MACHINES[name]()
+    drives = driven(machine, np.arange(SAMPLES) / SAMPLES, 3)
+    rates = [values[1:] for values in machine.joints(drives).values()]
+    for values in (*machine.points(drives).values(), *rates):
+        for order in range(1, len(values)):
+            size = (2.0 * math.pi) ** order * max(np.abs(values[0]).max(), 1e-3)
+            assert np.abs(values[order] - of_fourier_series(values[0], order)).max() < 1e-9 * size
+            # Negative control: 1e-5 of a period later it is another derivative, where there is one.
+            elsewhere = np.abs(values[order] - of_fourier_series(values[0], order, 1e-5)).max()
+            assert elsewhere > 1e-6 * size or np.ptp(values[order]) < 1e-9

@@ -56,11 +56,13 @@ def spherical_four_bar(
 
 
 def rssr(
-    rod_joint: Literal["universal", "ball"] = "universal", crank: float = 0.08, rocker: float = 0.25, rod: float = 0.42
-) -> SpatialMachine:
+    rod_joint: Literal["universal", "ball"] = "universal", crank: float = 0.08, rocker: float = 0.25, rod: float = 0.42,
+    branch: float = 1.0,
+) -> SpatialMachine:  # fmt: skip
     """Crank and rocker on skew axes at a right angle, and a rod between their pins, |rocker_pin - crank_pin| = rod.
 
     Args:
+        branch: +1 or -1, the rocker's side on which the rod is assembled.
         rod_joint: what holds the rod at the crank. With a ball there, as at the rocker, it spins idly about itself.
     """
     pivot = np.array([0.3, 0.15, 0.05])
@@ -70,24 +72,21 @@ def rssr(
         crank_pin = crank * turned(X, Z, turn)
         reach = -crank_pin + pivot  # and then on to the rocker's pin, across X
         a, b = 2.0 * rocker * dot(reach, Y), 2.0 * rocker * dot(reach, Z)
-        cosine, sine = harmonic_root(a, b, -dot(reach, reach) + (rod**2 - rocker**2), 1.0)
+        cosine, sine = harmonic_root(a, b, -dot(reach, reach) + (rod**2 - rocker**2), branch)
         rocker_pin = rocker * (cosine * Y + sine * Z) + pivot
         swing, pitch = rod_angles(rocker_pin - crank_pin, Z, X)
-        rod_joints = {"rod_swing": swing - turn, "rod_pitch": pitch} if rod_joint == "universal" else {}
+        rod_turns = {"rod_swing": swing - turn, "rod_pitch": pitch} if rod_joint == "universal" else {}
         return SpatialMotion(
             points={"crank_pin": crank_pin, "rocker_pin": rocker_pin, "rod_middle": 0.5 * (crank_pin + rocker_pin)},
-            joints={"input": turn, **rod_joints, "output": direction(cosine, sine)},
+            joints={"input": turn, **rod_turns, "output": direction(cosine, sine)},
         )
 
     at = start_pose(closed_form, ["input"])
     pin, rocker_pin = at["crank_pin"], at["rocker_pin"]
     sites = {"rod_end": rocker_pin, "rod_middle": at["rod_middle"]}
-    pitch_axis = np.cross(Z, rocker_pin - pin)
-    if rod_joint == "universal":
-        rod_link = Link("rod_cross", pin, (Joint("rod_swing", Z),), (), {},
-                        (Link("rod", pin, (Joint("rod_pitch", pitch_axis),), (rocker_pin,), sites),))  # fmt: skip
-    else:
-        rod_link = Link("rod", pin, (Joint("rod", Z, "ball"),), (rocker_pin,), sites)
+    universal = (Joint("rod_swing", Z), Joint("rod_pitch", np.cross(Z, rocker_pin - pin)))
+    rod_joints = universal if rod_joint == "universal" else (Joint("rod", Z, "ball"),)
+    rod_link = Link("rod", pin, rod_joints, (rocker_pin,), sites)
     links = (
         Link("crank", ORIGIN, (Joint("input", Z),), (pin,), {"crank_pin": pin}, (rod_link,)),
         Link("rocker", pivot, (Joint("output", X),), (rocker_pin,), {"rocker_pin": rocker_pin}),

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from conrod.errors import InvalidInput
 from conrod.exact.jet import Jet
 from conrod.exact.motion import Array
 from conrod.scenes.space.model import Closure, Link, model_text
@@ -80,9 +81,19 @@ class SpatialMachine:
 
 
 def start_pose(closed_form: ClosedForm, driven: Iterable[str]) -> dict[str, Array]:
-    """Points (3,) [m] where all driven coordinates are 0: the reference pose, from which a model is built."""
-    points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven}).points
-    return {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
+    """Points (3,) [m] where all driven coordinates are 0: the reference pose, from which a model is built.
+
+    Raises:
+        InvalidInput: links of these sizes do not reach each other there.
+    """
+    with np.errstate(invalid="ignore"):
+        points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven}).points
+    start = {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
+    if apart := [name for name, point in start.items() if not np.isfinite(point).all()]:
+        raise InvalidInput(
+            f"links of these sizes cannot be assembled in the reference pose: they leave {apart[0]} nowhere"
+        )
+    return start
 
 
 def _jets(drives: Mapping[str, Array]) -> dict[str, Jet]:

@@ -21,7 +21,7 @@ ORIGIN = np.zeros(3)
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between a link and its parent, at the link's origin."""
+    """A joint between a link and its parent, at the link's origin; the second of two turns with the first."""
 
     name: str
     axis: Array  # in the world, in the reference pose; of any length
@@ -73,10 +73,9 @@ def model_text(name: str, links: Iterable[Link], closures: Iterable[Closure]) ->
         _write(world, link, ORIGIN)
     equality = ET.SubElement(root, "equality")
     for closure in closures:
-        ends = ("site1", "site2") if closure.kind == "connect" else ("body1", "body2")
-        ET.SubElement(
-            equality, closure.kind, dict(zip(ends, (closure.first, closure.second), strict=True), name=closure.name)
-        )
+        part = "site" if closure.kind == "connect" else "body"
+        ends = {f"{part}1": closure.first, f"{part}2": closure.second}
+        ET.SubElement(equality, closure.kind, {"name": closure.name, **ends})
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 

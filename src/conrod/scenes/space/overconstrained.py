@@ -50,9 +50,8 @@ def bennett(
     at = start_pose(closed_form, ["input"])
     crank_pin, rocker_pin = at["crank_pin"], at["rocker_pin"]
     crank_axis = rotated(Z, unit(crank_pin), twist)
-    pins, eyes, closures = hinge_closure(
-        "rocker", rocker_pin, PIN * rotated(crank_axis, unit(rocker_pin - crank_pin), other_twist)
-    )
+    rocker_axis = rotated(crank_axis, unit(rocker_pin - crank_pin), other_twist)
+    pins, eyes, closures = hinge_closure("rocker", rocker_pin, PIN * rocker_axis)
     coupler_link = Link("coupler", crank_pin, (Joint("coupler", crank_axis),), (rocker_pin,),
                         {"coupler_middle": at["coupler_middle"], **pins})  # fmt: skip
     links = (
@@ -104,11 +103,10 @@ def sarrus(
     at = start_pose(closed_form, ["input"])
     plate, knee, other_knee = at["plate"], at["knee"], at["other_knee"]
     pins, eyes, closures = hinge_closure("other_plate", plate + offset * Y, PIN * X)
-    plate_link = Link(
-        "plate", plate + offset * X, (Joint("plate", -Y),), (plate, plate + offset * Y), {"plate": plate, **pins}
-    )
-    upper_link = Link("upper", knee, (Joint("knee", -Y),), (plate + offset * X,), {}, (plate_link,))
-    other_upper_link = Link("other_upper", other_knee, (Joint("other_knee", X),), (plate + offset * Y,), eyes)
+    corner, other_corner = plate + offset * X, plate + offset * Y
+    plate_link = Link("plate", corner, (Joint("plate", -Y),), (plate, other_corner), {"plate": plate, **pins})
+    upper_link = Link("upper", knee, (Joint("knee", -Y),), (corner,), {}, (plate_link,))
+    other_upper_link = Link("other_upper", other_knee, (Joint("other_knee", X),), (other_corner,), eyes)
     links = (
         Link("lower", offset * X, (Joint("input", -Y),), (knee,), {"knee": knee}, (upper_link,)),
         Link("other_lower", offset * Y, (Joint("other_lower", X),), (other_knee,), {"other_knee": other_knee},

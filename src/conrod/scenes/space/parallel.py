@@ -120,11 +120,10 @@ def stewart(
     sites = {"platform": at["platform"], "tool": at["tool"]}
     links = []
     for k, (foot, end) in enumerate(zip(feet, ends, strict=True), 1):
-        tilt = Joint(f"tilt_{k}", np.cross(Y, end - foot))
+        universal = (Joint(f"swing_{k}", Y), Joint(f"tilt_{k}", np.cross(Y, end - foot)))
         piston = Link(f"piston_{k}", 0.5 * (foot + end), (Joint(f"leg_{k}", end - foot, "slide"),), (end,),
                       {f"leg_{k}_end": end})  # fmt: skip
-        cylinder = Link(f"cylinder_{k}", foot, (tilt,), (0.5 * (foot + end),), {}, (piston,))
-        links.append(Link(f"foot_{k}", foot, (Joint(f"swing_{k}", Y),), (), {}, (cylinder,)))
+        links.append(Link(f"cylinder_{k}", foot, universal, (0.5 * (foot + end),), {}, (piston,)))
         sites[f"platform_joint_{k}"] = end
     links.append(Link("platform", centre, PLATFORM + TILT, tuple(ends), sites))
     closures = [Closure(f"ball_{k}", f"leg_{k}_end", f"platform_joint_{k}") for k in range(1, 7)]
