@@ -222,14 +222,13 @@ def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
 
 def print_forces(found: Sequence[ForceStudy]) -> None:
     """Largest errors, observed orders, verdict; then what no quantity shows of a wrong mass."""
-    from conrod.report.forces import hidden_words, tolerance_reasons, unseen_words, verdicts_table
+    from conrod.report.forces import tolerance_reasons, unseen_words, verdicts_table
 
     out = console()
     print_table(out, verdicts_table(found))
     print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
     for one in found:
-        unseen = [*unseen_words(one.effects), *hidden_words(one.hidden)]
-        if unseen:
+        if unseen := unseen_words(one.effects):
             print_lines(out, [f"{one.name}: no quantity depends on: {'; '.join(unseen)}"])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -62,17 +62,6 @@ def stamps_words(stamps: Stamps | None) -> str:
 def unseen_words(effects: Iterable[Effect]) -> list[str]:
     """Properties that no quantity depends on."""
     return [f"{effect.body} {property_words(effect.quality)}" for effect in effects if effect.unseen]
-
-
-def hidden_words(hidden: Iterable[Mapping[str, float]]) -> list[str]:
-    """Changes of several properties together, by "body.property", that no quantity shows."""
-    return [" with ".join(_changed(name, change) for name, change in shares.items()) for shares in hidden]
-
-
-def _changed(name: str, change: float) -> str:
-    body, _, quality = name.partition(".")
-    sign = "+" if change >= 0.0 else "-"
-    return f"{body} {property_words(quality)} {sign}{change_words(quality, abs(change))}"
 
 
 def property_words(quality: str) -> str:
@@ -173,7 +162,7 @@ def _page(part: Part[ForceStudy]) -> Page:
         contact=bool(found.scene.kinematics.mechanism.cam_contacts),
         errors=[_errors_table(measured, group) for group in GROUPS],
         stamps=table(["engine", "preset", "values"], [[*name_of(r), stamps_words(r.stamps)] for r in measured]),
-        masses=_masses_table(found), hidden=hidden_words(found.hidden),
+        masses=_masses_table(found),
     )  # fmt: skip
     return Page(text, figures)
 

@@ -1,4 +1,4 @@
-"""Exact sensitivities of drive torque and reactions to masses, and changes that no quantity can see.
+"""Exact sensitivities of drive torque and reactions to masses.
 
 Drive torque and reactions are the multipliers of M q'' - Q = J^T lambda. J has no mass in it, so the derivative by a
 mass, a place of a centre of gravity or an inertia solves the same equations with that of M q'' - Q on the left.
@@ -7,7 +7,7 @@ mass, a place of a centre of gravity or an inertia solves the same equations wit
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,6 @@ from conrod.mechanism.mechanism import Body, Mechanism
 MASS, CENTRE_X, CENTRE_Y, INERTIA = "mass", "centre_of_gravity.x", "centre_of_gravity.y", "inertia"
 PROPERTIES = (MASS, CENTRE_X, CENTRE_Y, INERTIA)
 TORQUE = "drive torque"
-Changes = dict[tuple[str, str], float]  # by body and property [kg], [m] or [kg m^2]
 # Changes that are to be seen: 1 % of a mass, 1 % of a length, 5 % of an inertia.
 MASS_STEP, LENGTH_STEP, INERTIA_STEP = 0.01, 0.01, 0.05
 # Of a quantity's peak, what a change that is to be seen must make: far above rounding, far below any engine.
@@ -33,83 +32,30 @@ class Sensitivity:
 
     Attributes:
         derivatives: by the name of the quantity, "drive torque" or "joint.component", (T,), by the property.
-        effects: by the same names, the largest change that `change` makes, against the quantity's peak (where it has
-            none, against the largest peak of a quantity of its unit).
     """
 
     body: str
     quality: str
     change: float  # of the property, that is to be seen [kg], [m] or [kg m^2]
     derivatives: dict[str, Array]
-    effects: dict[str, float]
-
-    @property
-    def unseen(self) -> bool:
-        """True where no quantity depends on the property."""
-        return max(self.effects.values()) < SEEN
 
 
 def sensitivities(kinematics: Kinematics, state: State) -> Iterator[Sensitivity]:
     """Of drive torque and reactions in a motion, to each property of each body, one after the other."""
     mechanism, inverse = kinematics.mechanism, InverseDynamics(kinematics)
     poses, rates, accelerations = inverse.motion(state)
-    factors, peaks = kinematics.factors(poses), _peaks(inverse.forces(state))
+    factors = kinematics.factors(poses)
     for body in mechanism.bodies:
         by_name = _derivatives(mechanism, body, poses, rates, accelerations)
         for name, right in by_name.items():
             derivatives = quantities(inverse.forces_of(factors.solve_transposed(list(right.T))))
-            change = _change(kinematics, body, name)
-            effects = {key: float(np.abs(value).max()) * change / peaks[key] for key, value in derivatives.items()}
-            yield Sensitivity(body.name, name, change, derivatives, effects)
+            yield Sensitivity(body.name, name, _change(kinematics, body, name), derivatives)
 
 
 def quantities(forces: JointForces) -> dict[str, Array]:
     """Drive torque and the components of reactions by name, each (T,)."""
     reactions = {f"{joint}.{name}": value for joint, some in forces.components.items() for name, value in some.items()}
     return {TORQUE: forces.drive_torque} | reactions
-
-
-def blind_changes(found: Iterable[Sensitivity], among: Sequence[str] | None = None) -> list[Changes]:
-    """Changes of properties together that no quantity sees to first order; those of one property alone are among them.
-
-    The largest share of each is as that of `Sensitivity`.
-
-    Args:
-        among: names of the quantities that are looked at, all where it is left out.
-    """
-    columns, properties = [], []
-    for some in found:
-        scaled = []
-        for name in some.derivatives if among is None else among:
-            largest = float(np.abs(some.derivatives[name]).max()) * some.change
-            weight = some.effects[name] / largest if largest > 0.0 else 0.0
-            scaled.append(some.derivatives[name] * some.change * weight)
-        columns.append(np.concatenate(scaled))
-        properties.append((some.body, some.quality, some.change))
-    # Of the triangular factor, which has the same singular values and directions, and far fewer rows.
-    _, sizes, directions = np.linalg.svd(np.linalg.qr(np.column_stack(columns), mode="r"), full_matrices=False)
-    blind = _sparse(directions[sizes <= SEEN * sizes[0]])
-    return [
-        {
-            (body, quality): float(v) * change
-            for (body, quality, change), v in zip(properties, row, strict=True)
-            if abs(v) > 1e-6
-        }
-        for row in blind
-    ]
-
-
-def _sparse(rows: Array) -> Array:
-    """The same space by rows of few entries: reduced to echelon form, the largest entries first."""
-    rows = rows.copy()
-    for k in range(len(rows)):
-        i, j = (int(at) for at in np.unravel_index(np.abs(rows[k:]).argmax(), rows[k:].shape))
-        rows[[k, k + i]] = rows[[k + i, k]]
-        rows[k] /= rows[k, j]
-        for other in range(len(rows)):
-            if other != k:
-                rows[other] -= rows[other, j] * rows[k]
-    return rows
 
 
 def _derivatives(
@@ -152,17 +98,3 @@ def _length(kinematics: Kinematics, body: Body) -> float:
             if name == body.name:
                 ends.append(math.hypot(*getattr(joint, point, (0.0, 0.0))))
     return max(ends, default=0.0) or kinematics.size
-
-
-def _peaks(forces: JointForces) -> dict[str, float]:
-    """Sizes that effects are measured against, by quantity."""
-    peaks = {name: float(np.abs(value).max()) for name, value in quantities(forces).items()}
-    turning = {name: name == TORQUE or name.endswith(".moment") for name in peaks}
-    largest = {
-        kind: max((peak for name, peak in peaks.items() if turning[name] == kind), default=0.0)
-        for kind in (True, False)
-    }
-    return {
-        name: peak if peak > SEEN * largest[turning[name]] else largest[turning[name]] or 1.0
-        for name, peak in peaks.items()
-    }

@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.engines.engine import Preset
 from conrod.exact.dynamics.inverse import InverseDynamics, State, component_names
-from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, blind_changes, quantities, sensitivities
+from conrod.exact.dynamics.sensitivity import SEEN, TORQUE, quantities, sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference
@@ -122,17 +122,10 @@ def is_moment(name: str) -> bool:
 # -- what forces show of a wrong mass --------------------------------------------------------------------------------
 
 
-def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[tuple[Effect, ...], tuple[Mapping[str, float], ...]]:
-    """Effects that the quantities of some groups detect at constant speed, and changes together that none of them does.
-
-    The latter by "body.property".
-    """
+def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[Effect, ...]:
+    """Effects of each property of each body on the quantities of some groups, at constant speed."""
     names = [name for group in asked for name in quantities_of(scene.kinematics.mechanism, group)]
-    if not names:
-        return (), ()
-    together = blind_changes(sensitivities(scene.kinematics, even_state(scene)), names)
-    hidden = ({".".join(of): change for of, change in blind.items()} for blind in together)
-    return effects_on(scene, names, peaks_of(scene)), tuple(shares for shares in hidden if len(shares) > 1)
+    return effects_on(scene, names, peaks_of(scene)) if names else ()
 
 
 def effects_on(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:

@@ -157,8 +157,6 @@ class ForceStudy(SceneResults[ForceResult]):
 
     Attributes:
         effects: of each property of each body on the quantities.
-        hidden: changes of several properties together, by "body.property", that none of the quantities shows.
     """
 
     effects: tuple[Effect, ...]
-    hidden: tuple[Mapping[str, float], ...]

@@ -181,4 +181,4 @@ def force_study(
         for engine in engines
         for preset in presets[engine.name]
     )
-    return [ForceStudy(name, scene, found[name], *seen_of(scene, plan.quantities)) for name, scene in scenes.items()]
+    return [ForceStudy(name, scene, found[name], seen_of(scene, plan.quantities)) for name, scene in scenes.items()]
