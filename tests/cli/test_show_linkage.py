@@ -229,7 +229,7 @@ def test_show_says_that_it_is_at_work_while_it_computes(monkeypatch: pytest.Monk
         at_work.append(list(under_way))
         return turn_quantities(*arguments)
 
-    monkeypatch.setattr("conrod.cli.waiting.waiting", watched)
+    monkeypatch.setattr("conrod.cli.say.waiting", watched)
     monkeypatch.setattr("conrod.exact.linkage.turn_quantities", computed)
     assert conrod("show", "shear-press").returncode == 0
     assert at_work == [["shear-press"]]

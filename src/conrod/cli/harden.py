@@ -9,9 +9,9 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import options
+from conrod.cli import FAILED, options
 from conrod.cli.options import option
-from conrod.cli.waiting import waiting
+from conrod.cli.say import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -79,9 +79,9 @@ def harden(model: str, asked: Asked) -> None:
     request = Request(asked.keyframe, asked.seconds, solref, asked.integrator, asked.force, "-o" in files, controls)
 
     from conrod.mjcf.harden.study import harden_file
-    from conrod.studies.execution.isolation import confined
+    from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
 
-    with waiting(path):
+    with waiting(path, FILE_TIMEOUT):
         found = confined(harden_file, path, request)
     with naming("standard output"):
         print_hardened(found, files.get("-o"))
@@ -91,7 +91,7 @@ def harden(model: str, asked: Asked) -> None:
     }
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
-        sys.exit(options.FAILED)
+        sys.exit(FAILED)
 
 
 def _time_constant(text: str) -> str | float:

@@ -11,9 +11,9 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from conrod.cli import options
+from conrod.cli import FAILED, options
 from conrod.cli.options import complete_scene, option
-from conrod.cli.waiting import waiting
+from conrod.cli.say import waiting
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.lint.annotations import github, sarif
@@ -98,9 +98,9 @@ def lint(model: str, asked: Asked) -> None:
     request = Request(asked.keyframe, seconds, asked.crank, speed, places, asked.ignored, folder, controls)
 
     from conrod.mjcf.lint.linting import lint as look
-    from conrod.studies.execution.isolation import confined
+    from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
 
-    with waiting(path):
+    with waiting(path, FILE_TIMEOUT):
         report = confined(look, path, request)
     with naming("standard output"):
         if asked.form == "text":
@@ -113,7 +113,7 @@ def lint(model: str, asked: Asked) -> None:
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
     if any(finding.harm.severity in Severity(asked.fail_on).and_worse for finding in report.findings):
-        sys.exit(options.FAILED)
+        sys.exit(FAILED)
 
 
 # -- printing --------------------------------------------------------------------------------------------------------

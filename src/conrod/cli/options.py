@@ -1,81 +1,28 @@
-"""Options that commands share, options of one purpose as fields of one dataclass, and exit statuses."""
+"""Options that commands share, and options of one purpose as fields of one dataclass."""
 
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
+from conrod.cli import HEADING, Verb
 from conrod.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
-
-FAILED, USAGE, INTERRUPTED = 1, 2, 130
 
 CELL_TIMEOUT = 600.0  # [s]
 MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
 DEFAULT_GRID = "default"
-HEADING = "Options"
-ALL = "conrod.help-all"  # set in a context whose whole help is asked for
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-# -- help --------------------------------------------------------------------------------------------------------------
-
-
-class Verb(click.Command):
-    """A command whose --help is one screen; --help-all is all of it, with every option under its heading."""
-
-    def __init__(self, *arguments: Any, **attributes: Any) -> None:
-        super().__init__(*arguments, **attributes)
-
-        def show(context: click.Context, _: click.Parameter, asked: bool) -> None:
-            if asked and not context.resilient_parsing:
-                context.meta[ALL] = True
-                click.echo(context.get_help())
-                context.exit()
-
-        words = "Show every option; -h, --help shows this."
-        self.params.append(
-            click.Option(["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=show, help=words)
-        )
-
-    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        paragraphs = inspect.cleandoc(self.help or "").split("\n\n")
-        formatter.write_paragraph()
-        with formatter.indentation():
-            formatter.write_text("\n\n".join(paragraphs if ALL in ctx.meta else paragraphs[:1]))
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        headings: dict[str, list[tuple[str, str]]] = {HEADING: []}
-        names: dict[str, list[str]] = {}
-        for parameter in self.get_params(ctx):
-            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
-            if record is not None and (ALL in ctx.meta or "--help" not in parameter.opts):
-                heading = getattr(parameter, "heading", HEADING)
-                headings.setdefault(heading, []).append(record)
-                names.setdefault(heading, []).append(parameter.opts[-1])
-        for heading, records in headings.items():
-            if ALL in ctx.meta or heading == HEADING:
-                with formatter.section(heading):
-                    formatter.write_dl(records)
-        if ALL not in ctx.meta and len(headings) > 1:
-            others = (f"{one.split(' (')[0]}: {', '.join(names[one])}." for one in headings if one != HEADING)
-            formatter.write_paragraph()
-            formatter.write_text(" ".join(["More with --help-all.", *others]))
-
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        if ALL in ctx.meta:
-            super().format_epilog(ctx, formatter)
+verb = partial(click.command, cls=Verb)
 
 
 class HeadedOption(click.Option):
@@ -84,9 +31,6 @@ class HeadedOption(click.Option):
     def __init__(self, *arguments: Any, heading: str = "", **attributes: Any) -> None:
         super().__init__(*arguments, **attributes)
         self.heading = heading
-
-
-verb = partial(click.command, cls=Verb)
 
 
 # -- completion --------------------------------------------------------------------------------------------------------
@@ -279,23 +223,6 @@ class RunOptions:
         from conrod.studies.frame.ledger import default_path
 
         return default_path() if self.ledger is None else Path(self.ledger)
-
-    def executor(self) -> RepeatingExecutor:
-        """Executor of the runs: a cluster, or processes of this machine."""
-        if self.cluster is None:
-            return self.processes()
-        from conrod.studies.execution.cluster import DaskCluster
-
-        return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
-
-    def processes(self, jobs: int | None = None) -> LocalProcesses:
-        """Processes of this machine, as many as were asked for unless a number is given."""
-        from conrod.studies.execution.local import LocalProcesses
-
-        jobs = self.jobs if jobs is None else jobs
-        return LocalProcesses(
-            available_cores() if jobs is None else jobs, cell_timeout=self.timeout, cell_memory=self.memory
-        )
 
 
 def available_cores() -> int:

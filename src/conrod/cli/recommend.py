@@ -6,7 +6,7 @@ import sys
 from dataclasses import dataclass
 from itertools import product
 
-from conrod.cli import options
+from conrod.cli import FAILED, options
 from conrod.cli.options import StudyOptions, TimedRunOptions, option
 from conrod.cli.say import say
 
@@ -83,4 +83,4 @@ def recommend(scene: str, asked: Asked) -> None:
     if wanted and not written:
         say("conrod: no model is written: nothing qualifies", err=True)
     if not qualified or (wanted and not written):
-        sys.exit(options.FAILED)
+        sys.exit(FAILED)

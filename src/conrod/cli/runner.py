@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from conrod.cli.options import RunOptions
+from conrod.cli.options import RunOptions, available_cores
 from conrod.cli.say import say
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
-from conrod.studies.execution.local import RepeatingExecutor
+from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.frame.case import Case, Study, pursue
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
@@ -31,6 +31,22 @@ Found = TypeVar("Found")
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0
 LONG = 60.0  # [s] of CPU time: how long it takes is said beforehand
+
+
+def processes_of(options: RunOptions, jobs: int | None = None) -> LocalProcesses:
+    """Processes of this machine, as many as were asked for unless a number is given."""
+    jobs = options.jobs if jobs is None else jobs
+    jobs = available_cores() if jobs is None else jobs
+    return LocalProcesses(jobs, cell_timeout=options.timeout, cell_memory=options.memory)
+
+
+def executor_of(options: RunOptions) -> RepeatingExecutor:
+    """Executor of the runs: a cluster, or processes of this machine."""
+    if options.cluster is None:
+        return processes_of(options)
+    from conrod.studies.execution.cluster import DaskCluster
+
+    return DaskCluster(options.cluster, cell_timeout=options.timeout, cell_memory=options.memory)
 
 
 @dataclass(frozen=True)
@@ -53,7 +69,7 @@ class Runner:
             raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
         path = options.ledger_file
         # What the executor refuses is refused before there is a ledger.
-        with options.executor() as executor, Ledger.open(path) as ledger:
+        with executor_of(options) as executor, Ledger.open(path) as ledger:
             try:
                 yield cls(ledger, options, executor)
             except KeyboardInterrupt:
@@ -83,7 +99,7 @@ class Runner:
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
         """Measurements of cells, one at a time on this machine, for cases that measure how long something takes."""
         fresh = self.options.timed_again
-        with self.options.processes(1) as executor, ProgressBar(description) as bar:
+        with processes_of(self.options, 1) as executor, ProgressBar(description) as bar:
             return run_cases(cells, self.ledger, executor, fresh=fresh, watcher=bar)
 
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:

@@ -38,7 +38,7 @@ def show(
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
-    from conrod.cli.waiting import waiting
+    from conrod.cli.say import waiting
     from conrod.exact.linkage import turn_quantities
     from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
     from conrod.studies.frame.resolve_arguments import select_scene

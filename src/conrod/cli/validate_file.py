@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 from rich.text import Text
 
-from conrod.cli import options as exit_status
+from conrod.cli import FAILED
 from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
+from conrod.cli.say import waiting
 from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
-from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -61,7 +61,7 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
         subject.show(found)
     files.write({part: found}, "validate", {part: str(path)}, asked)
     if not holds(baseline) or found.passed is False:
-        sys.exit(exit_status.FAILED)
+        sys.exit(FAILED)
 
 
 def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request, found: Any) -> Held | None:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from rich.text import Text
 
-from conrod.cli import options as exit_status
+from conrod.cli import FAILED
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
+from conrod.cli.say import waiting
 from conrod.cli.validate_request import MODELS, Request
-from conrod.cli.waiting import waiting
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
@@ -54,7 +54,7 @@ def validate_invariances(asked: Request) -> None:
     typed = dict(zip(found, [*models, *(names or scenes)], strict=True))
     files.write(found, "validate", typed, asked)
     if not all(study.passed for study in found.values()):
-        sys.exit(exit_status.FAILED)
+        sys.exit(FAILED)
 
 
 def _of_file(name: str, path: Path, asked: Request, controls: Controls) -> InvarianceStudy:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from rich.text import Text
 
-from conrod.cli import options as exit_status
+from conrod.cli import FAILED
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
+from conrod.cli.say import waiting
 from conrod.cli.validate_request import Request
-from conrod.cli.waiting import waiting
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
 from conrod.mechanism.units import check_number, in_prose, parse_quantity
@@ -19,7 +19,7 @@ from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
 from conrod.report.terminal import console, print_lines, print_table
-from conrod.studies.execution.isolation import confined
+from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
 from conrod.studies.frame.files import naming
 
 TAKEN = ("--drive", "--ctrl", "--keyframe", "--point", "--seconds", "--tolerance", "--out", "--json")
@@ -33,13 +33,13 @@ def validate_loops(asked: Request) -> None:
     check_readable(path)
     question = question_of(asked)
     files = outputs(KIND, [path.stem], asked, as_outputs_must_not_be(path))
-    with waiting(path):
+    with waiting(path, FILE_TIMEOUT):
         found = judge(path, question)
     with naming("standard output"):
         show(found)
     files.write({path.stem: found}, "validate", {path.stem: str(path)}, asked)
     if not found.passed:
-        sys.exit(exit_status.FAILED)
+        sys.exit(FAILED)
 
 
 def judge(path: Path, question: Question) -> LoopStudy:

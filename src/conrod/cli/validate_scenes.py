@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from conrod.cli import options as exit_status
+from conrod.cli import FAILED
 from conrod.cli.baseline import Holding, costs_of, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
-from conrod.cli.runner import Runner
+from conrod.cli.runner import Runner, processes_of
 from conrod.cli.validate_request import Request
 from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
@@ -90,13 +90,13 @@ def validate_scenes(asked: Request) -> None:
         baseline = held_scenes(holding, asked, found, runner)
     with naming("standard output"):
         measured.show(found)
-    with asked.processes() as executor:
+    with processes_of(asked) as executor:
         # One page is drawn here and now; several by all processes.
         draw = executor.map if len(found) > 1 else map
         every = {one.name: one for one in found}
         files.write(every, "validate", asked.subjects, asked, measured.given, measured.drawn, draw)
     if not holds(baseline) or not all(one.passed for one in found):
-        sys.exit(exit_status.FAILED)
+        sys.exit(FAILED)
 
 
 def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
