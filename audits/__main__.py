@@ -12,7 +12,8 @@ from conrod.report.kind import KINDS, Reproduction
 from conrod.report.printed_values import counts_table
 from conrod.report.terminal import console, print_table
 from conrod.report.writer import report_batch
-from conrod.studies.frame.files import Batch, folder_to_write, write_together
+from conrod.studies.frame.files import folder_to_write
+from conrod.studies.frame.writing import Batch, write_together
 
 KINDS[KIND.name] = "audits.report.pages"
 

@@ -32,8 +32,9 @@ from conrod.scenes.catalogue import catalogue_names, scene_named
 from conrod.studies.detection.qualification import Qualification, QualificationCase
 from conrod.studies.detection.variants import VariantCase, variant
 from conrod.studies.frame.case import Study
-from conrod.studies.frame.files import Batch, folder_to_write, write_together
+from conrod.studies.frame.files import folder_to_write
 from conrod.studies.frame.result import results_of
+from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import ValidationResult
 

@@ -98,6 +98,6 @@ def portable(error: Exception) -> Exception:
         error.add_note("".join(traceback.format_exception(error)))
     try:
         pickle.loads(pickle.dumps(error))
-    except Exception:
+    except Exception:  # pickling runs code of the error's own class, which may raise anything
         return RuntimeError(f"{type(error).__name__}: {error}")
     return error

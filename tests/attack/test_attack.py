@@ -36,9 +36,10 @@ from outside_kills import killing, waiting_cell, was_alone
 from conrod.errors import InvalidInput
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.files import STAGING, check_writable_folder
+from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.results_table import TIMED
+from conrod.studies.frame.writing import STAGING
 from tests.support.command_line import conrod
 
 pytestmark = pytest.mark.slow

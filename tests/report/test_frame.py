@@ -28,8 +28,8 @@ from conrod.report.table import Toned, table
 from conrod.report.template import table_text, unwrapped
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES, Scene
-from conrod.studies.frame.files import write_together
 from conrod.studies.frame.resolve_arguments import select_scenes
+from conrod.studies.frame.writing import write_together
 from conrod.studies.free_motion.results import ExactSummary, MotionCurves, MotionResult, MotionStudy
 
 COMMAND = Reproduction("conrod validate {scene} --motion free --out reports")

@@ -16,9 +16,9 @@ from conrod.report.kind import Reproduction
 from conrod.report.limits.report import KIND, merged
 from conrod.report.saved import restore, shortened
 from conrod.report.writer import environment, rendered_again, report_batch
-from conrod.studies.frame.files import Batch, write_together
+from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.limits.exact_flight import ExactFlight
-from conrod.studies.limits.follower_float import ComparedFlight
+from conrod.studies.limits.float_results import ComparedFlight
 from conrod.studies.limits.records import Flight
 from conrod.studies.limits.results import LimitStudy
 

@@ -34,8 +34,8 @@ from conrod.report.sweep.work_precision import name_offsets, work_precision_figu
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
 from conrod.runs.convergence import observed_order
-from conrod.studies.frame.files import Batch
 from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")

@@ -36,9 +36,9 @@ from conrod.scenes.catalogue import (
 )
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.files import Batch
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
+from conrod.studies.frame.writing import Batch
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validate_kinematic, validation_cases

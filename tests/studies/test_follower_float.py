@@ -19,13 +19,11 @@ from conrod.studies.frame.case import Results, pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.exact_flight import exact_flight
+from conrod.studies.limits.float_results import WITHIN, FollowerFloat, OnsetProbe
 from conrod.studies.limits.follower_float import (
     LEAST_STEPS,
     SPANS,
-    WITHIN,
-    FollowerFloat,
     GapCase,
-    OnsetProbe,
     float_search,
     thinned,
 )

@@ -13,7 +13,8 @@ import pytest
 from command_line import conrod
 
 from conrod.studies.execution.isolation import isolated
-from conrod.studies.frame.files import PLANNED, STAGING, _staging, check_writable_folder
+from conrod.studies.frame.files import check_writable_folder
+from conrod.studies.frame.writing import PLANNED, STAGING, staging_in
 
 NAMES = ("README.md", "results.json", "data/a.json", "figures/b.svg", "same")
 FILES = {name: f"new {name}" for name in NAMES} | {"same": "old same"}
@@ -23,7 +24,8 @@ FILES = {name: f"new {name}" for name in NAMES} | {"same": "old same"}
 WRITER = f"""
 import json, os, shutil, signal, sys
 from pathlib import Path
-from conrod.studies.frame.files import Batch, check_writable_folder, single, write_together
+from conrod.studies.frame.files import check_writable_folder
+from conrod.studies.frame.writing import Batch, single, write_together, staging_in
 root = Path(sys.argv[1])
 def state():
     return {{str(file.relative_to(root)): file.read_text() for file in root.rglob("*") if file.is_file()}}
@@ -84,7 +86,7 @@ def test_what_was_edited_since_the_kill_stays(tmp_path: Path) -> None:
 
 
 def test_a_writer_that_is_alive_is_left_alone(tmp_path: Path) -> None:
-    with _staging(tmp_path) as waiting:
+    with staging_in(tmp_path) as waiting:
         check_writable_folder(tmp_path)
         assert waiting.is_dir()
     assert list(tmp_path.iterdir()) == []

@@ -14,10 +14,11 @@ from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.axes import AXES, Axis, Scale, between, spaced
+from conrod.studies.limits.axes import AXES, Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk
+from conrod.studies.limits.scale import Scale, between, spaced
 from conrod.studies.limits.walk import length_search, walk_search
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")

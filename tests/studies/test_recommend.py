@@ -31,8 +31,8 @@ from conrod.studies.sweep.recommend import (
     check_tolerances,
     confirming_cases,
     recommend_for,
-    savings_of,
 )
+from conrod.studies.sweep.savings import savings_of
 from conrod.studies.sweep.step_search import Choice, StepSearch, Tried, finer_than, run_at
 from conrod.studies.sweep.study import SweepPlan, plan_sweep
 

@@ -9,8 +9,9 @@ from functools import cache
 from pathlib import Path
 
 from conrod.report.saved import restore
-from conrod.studies.limits.axes import AXES, Scale, spaced
+from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.results import LimitStudy, Probe, Walk
+from conrod.studies.limits.scale import Scale, spaced
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 SCENE = "saw-500rpm"

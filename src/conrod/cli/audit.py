@@ -29,7 +29,7 @@ def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     from conrod.own.printed.table import audit_file
     from conrod.report.printed_values import KIND, console_lines, counts_table
     from conrod.report.terminal import console, print_lines, print_table
-    from conrod.studies.frame.files import naming
+    from conrod.studies.frame.writing import naming
 
     pages = _pages(files)
     target = outputs(KIND, pages, asked, {file: Path(file) for file in files})

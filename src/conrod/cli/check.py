@@ -146,8 +146,18 @@ def check(
         path = Path(subject)
         check_file(path)
         return _check_file(subject_of(path), path, machine, asked)
+    return _check_in_memory(subject, machine, asked)
+
+
+def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request) -> Checked:
+    holding = Holding.of(asked, dict([select_scene(machine, asked.assignments)]))
+    study = kind.judge(path, machine, asked)
+    return Checked(study, held_file(holding, kind.judge, path, asked, study))
+
+
+def _check_in_memory(subject: Any, machine: str | Scene, asked: Request) -> Checked:
+    """What is in memory is judged in processes of its own, too, which take files."""
     with tempfile.TemporaryDirectory() as folder:
-        # Also what is in memory is judged in processes of its own, which take files.
         model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
         try:
             if (columns := _columns_of(subject)) is not None:
@@ -163,12 +173,6 @@ def check(
             raise type(error)(said) from None
     named: Any = {"file": "the table" if isinstance(checked.study, TableStudy) else "the model"}
     return dataclasses.replace(checked, study=dataclasses.replace(checked.study, **named))
-
-
-def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request) -> Checked:
-    holding = Holding.of(asked, dict([select_scene(machine, asked.assignments)]))
-    study = kind.judge(path, machine, asked)
-    return Checked(study, held_file(holding, kind.judge, path, asked, study))
 
 
 def _check_scene(subject: Any, asked: Request) -> Checked:

@@ -36,8 +36,9 @@ def export(
 ) -> None:
     """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
     from conrod.errors import unknown_choice
-    from conrod.studies.frame.files import file_to_write, naming, single, write_together
+    from conrod.studies.frame.files import file_to_write
     from conrod.studies.frame.resolve_arguments import check_model, check_table, machine_text, select_scene
+    from conrod.studies.frame.writing import naming, single, write_together
 
     name, chosen = select_scene(scene, assignments)
     if kind is None:

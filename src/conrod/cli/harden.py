@@ -19,7 +19,8 @@ from conrod.own.models.request import controls_of
 from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import json_document
-from conrod.studies.frame.files import files_to_write, naming, single, write_together
+from conrod.studies.frame.files import files_to_write
+from conrod.studies.frame.writing import naming, single, write_together
 
 BINARY = ".mjb"
 MODELS = (".xml", ".mjcf", ".urdf", BINARY)

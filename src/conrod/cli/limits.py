@@ -64,8 +64,8 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.report.limits.report import KIND
-    from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
+    from conrod.studies.frame.writing import naming
     from conrod.studies.limits.plan import check_asked, plan_limits, pursue_plans
 
     chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)
@@ -123,7 +123,8 @@ def request_of(names: Sequence[str], span: str | None, revolutions: float | None
 
 
 def _span(text: str, names: Sequence[str]) -> tuple[float, float]:
-    from conrod.studies.limits.axes import AXES, measure_of
+    from conrod.studies.limits.axes import AXES
+    from conrod.studies.limits.scale import measure_of
 
     if len(names) != 1 or names[0] not in AXES:
         raise InvalidInput(f"--range {text} needs one --axis to be the range of")

@@ -22,9 +22,10 @@ from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of, places_of
 from conrod.report.terminal import console, print_lines
 from conrod.runs.plain import json_document
-from conrod.studies.frame.files import files_to_write, naming, real_path, single, write_together
+from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.paired_timing import PairedCost
 from conrod.studies.frame.resolve_arguments import select_scene
+from conrod.studies.frame.writing import naming, real_path, single, write_together
 
 REVOLUTIONS = 2  # of a crank whose speed a scene gives
 COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}

@@ -14,7 +14,8 @@ from conrod.cli.say import say
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import SCENE, Kind, Reproduction
 from conrod.report.writer import Draw, document_text, report_batch
-from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
+from conrod.studies.frame.files import files_to_write, folder_to_write
+from conrod.studies.frame.writing import single, write_together
 
 F = TypeVar("F")
 

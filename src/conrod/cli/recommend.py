@@ -5,10 +5,14 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 from conrod.cli import FAILED, options
 from conrod.cli.options import StudyOptions, TimedRunOptions, option
 from conrod.cli.say import say
+
+if TYPE_CHECKING:
+    from conrod.report.recommendation import Advice
 
 
 @dataclass(frozen=True)
@@ -48,10 +52,10 @@ def recommend(scene: str, asked: Asked) -> None:
     from conrod.engines.rule import grid_named
     from conrod.errors import InvalidInput
     from conrod.report.recommendation import KIND, advice_of
-    from conrod.report.terminal import console, print_lines
     from conrod.studies.frame.case import pursue
-    from conrod.studies.frame.files import files_to_write, naming, single, write_together
+    from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_engines, select_scene
+    from conrod.studies.frame.writing import naming, single, write_together
     from conrod.studies.sweep.prior import shipped
     from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
@@ -70,9 +74,7 @@ def recommend(scene: str, asked: Asked) -> None:
         answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)
     found = advice_of(name, chosen, allowed, answers)
     with naming("standard output"):
-        for one in found.answers.values():
-            print_lines(console(), one["lines"])
-            print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)
+        print_answers(found)
     qualified = [one for one in answers if isinstance(one, Recommendation)]
     command = "recommend --thorough" if thorough else "recommend"
     files.write({name: found}, command, (scene,), asked, {"--thorough": None, "--model": None})
@@ -80,7 +82,17 @@ def recommend(scene: str, asked: Asked) -> None:
     for path, settings in product(wanted.values(), written):
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
         say(f"model: {path}")
-    if wanted and not written:
+    unwritten = bool(wanted) and not written
+    if unwritten:
         say("conrod: no model is written: nothing qualifies", err=True)
-    if not qualified or (wanted and not written):
+    if not qualified or unwritten:
         sys.exit(FAILED)
+
+
+def print_answers(found: Advice) -> None:
+    """The answer of each engine, and what is to be pasted."""
+    from conrod.report.terminal import console, print_lines
+
+    for one in found.answers.values():
+        print_lines(console(), one["lines"])
+        print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)

@@ -21,7 +21,8 @@ def report(directory: str, out: str | None) -> None:
     one, e.g. reports/sweep.
     """
     from conrod.report.writer import rendered_again
-    from conrod.studies.frame.files import folder_to_write, write_together
+    from conrod.studies.frame.files import folder_to_write
+    from conrod.studies.frame.writing import write_together
 
     folder = Path(directory)
     if not folder.is_dir():

@@ -30,9 +30,10 @@ def results(
 
     Without a file the table goes to standard output as comma-separated values.
     """
-    from conrod.studies.frame.files import files_to_write, naming, single, write_together
+    from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.ledger import Ledger, default_path
     from conrod.studies.frame.results_table import results_table
+    from conrod.studies.frame.writing import naming, single, write_together
 
     path = default_path() if ledger is None else Path(ledger)
     files = files_to_write({"--csv": csv_file, "--json": document, "--parquet": parquet_file}, {"the ledger": path})

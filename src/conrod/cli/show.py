@@ -40,8 +40,9 @@ def show(
     from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
     from conrod.cli.say import waiting
     from conrod.exact.linkage import turn_quantities
-    from conrod.studies.frame.files import files_to_write, folder_to_write, single, write_together
+    from conrod.studies.frame.files import files_to_write, folder_to_write
     from conrod.studies.frame.resolve_arguments import select_scene
+    from conrod.studies.frame.writing import single, write_together
 
     if scene is None:
         if assignments or any(given is not None for given in (angle, drawing, figures, document)):

@@ -34,8 +34,8 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.engines.rule import grid_named
     from conrod.report.sweep.report import KIND
     from conrod.studies.frame.case import pursue
-    from conrod.studies.frame.files import naming
     from conrod.studies.frame.resolve_arguments import select_engines, select_scenes
+    from conrod.studies.frame.writing import naming
     from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
     chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)

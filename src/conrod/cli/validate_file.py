@@ -32,7 +32,6 @@ from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.execution import isolation
 from conrod.studies.frame.drift import Held
-from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
     MOST_SAMPLES,
     REVOLUTIONS,
@@ -41,6 +40,7 @@ from conrod.studies.frame.resolve_arguments import (
     scene_text,
     select_scene,
 )
+from conrod.studies.frame.writing import naming
 
 Judge = Callable[[Path, str | Scene, Request], Any]
 DEFAULT_REVOLUTIONS = 2

@@ -24,8 +24,8 @@ from conrod.report.invariances import KIND, finding, invariances_table, notes
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
-from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import select_scenes
+from conrod.studies.frame.writing import naming
 
 TAKEN = ("--keyframe", "--seconds", "--ctrl", "--set", "--out", "--json", "--invariances")
 

@@ -20,7 +20,7 @@ from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
-from conrod.studies.frame.files import naming
+from conrod.studies.frame.writing import naming
 
 TAKEN = ("--drive", "--ctrl", "--keyframe", "--point", "--seconds", "--tolerance", "--out", "--json")
 

@@ -22,7 +22,6 @@ from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study, pursue
 from conrod.studies.frame.drift import Held
-from conrod.studies.frame.files import naming
 from conrod.studies.frame.resolve_arguments import (
     MOST_SAMPLES,
     MOST_STREAMED,
@@ -33,6 +32,7 @@ from conrod.studies.frame.resolve_arguments import (
     select_scenes,
 )
 from conrod.studies.frame.result import SceneResults
+from conrod.studies.frame.writing import naming
 
 if TYPE_CHECKING:
     from conrod.studies.forces.results import ForceStudy

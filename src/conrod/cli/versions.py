@@ -47,8 +47,9 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.engines.registry import engine_named
     from conrod.errors import InvalidInput
     from conrod.report.versions import KIND
-    from conrod.studies.frame.files import files_to_write, naming, single, write_together
+    from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scenes
+    from conrod.studies.frame.writing import naming, single, write_together
     from conrod.studies.versions import reproducer
     from conrod.studies.versions.running import ReleaseRunner
     from conrod.studies.versions.study import plan_probes, versions_study

@@ -68,7 +68,7 @@ def engine_named(name: str) -> Engine[Any]:
     point = _brought()[name]
     try:
         engine: Engine[Any] = point.load()
-    except Exception as error:
+    except Exception as error:  # importing it runs code of another package
         raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {error!r}") from error
     if engine.name != name:
         raise InvalidInput(f"engine {name!r}: {point.value} calls itself {engine.name!r}")

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from conrod.errors import InvalidInput
-from conrod.studies.frame.files import is_folder, is_no_file, real_path
+from conrod.studies.frame.files import is_folder, is_no_file
+from conrod.studies.frame.writing import real_path
 
 if TYPE_CHECKING:
     from conrod.report.kind import Kind

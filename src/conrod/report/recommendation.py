@@ -15,7 +15,13 @@ from conrod.report.kind import Kind, Page, Part
 from conrod.report.template import rendered
 from conrod.scenes import Scene
 from conrod.studies.frame.run import RunCase
-from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
+from conrod.studies.sweep.recommend import (
+    Answer,
+    Confirmation,
+    Recommendation,
+    Refusal,
+    Rejected,
+)
 from conrod.studies.sweep.step_search import Choice
 
 Allowed = Mapping[str, float]  # largest error by quantity

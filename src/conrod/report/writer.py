@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named
 from conrod.report.saved import GIVEN, json_text, plain, restore, shortened
-from conrod.studies.frame.files import Batch, recover
+from conrod.studies.frame.writing import Batch, recover
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]

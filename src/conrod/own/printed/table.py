@@ -22,7 +22,7 @@ from conrod.own.printed.rows import Row, grouped, read_rows, values
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import scene_named
 from conrod.scenes.described_scene import read_scene
-from conrod.studies.frame.files import real_path
+from conrod.studies.frame.writing import real_path
 
 MECHANISM_FILE = ".toml"
 MOST_BYTES = 4 * 1024 * 1024  # 10 000 rows of 400 characters

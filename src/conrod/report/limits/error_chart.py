@@ -14,9 +14,10 @@ from matplotlib.lines import Line2D
 from conrod.report.charts.canvas import Layout, legend_rows, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
-from conrod.studies.limits.axes import AXES, Scale
+from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
+from conrod.studies.limits.scale import Scale
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]

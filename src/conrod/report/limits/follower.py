@@ -15,7 +15,7 @@ from conrod.report.charts.canvas import Layout, on_grid, on_log_grid, preset_han
 from conrod.report.charts.styles import EXACT, colour, engine_title, preset_style
 from conrod.report.limits.tables import WHO, who
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.studies.limits.follower_float import WITHIN, ComparedFlight, FollowerFloat, GapCurve
+from conrod.studies.limits.float_results import WITHIN, ComparedFlight, FollowerFloat, GapCurve
 
 WIDTH, TALL, LOW = 9.5, 2.9, 2.9  # [inch]
 LEFT, RIGHT, TOP, BETWEEN, GAP, BOTTOM = 0.85, 0.25, 0.62, 0.75, 0.78, 0.5  # margins [inch]

@@ -21,9 +21,9 @@ from conrod.report.charts.canvas import on_grid
 from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.numbers import ROUNDING
 from conrod.runs.trajectory import Outcome
-from conrod.studies.limits.axes import Scale
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR, Level
 from conrod.studies.limits.results import Walk
+from conrod.studies.limits.scale import Scale
 
 MOST_TICKS = 13
 ROOM = 0.02  # beside the ends, of the whole length

@@ -21,7 +21,7 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.view import View, outline, slide_of
 from conrod.report.linkage.sheet import Sheet, mathematical
-from conrod.studies.frame.files import Batch
+from conrod.studies.frame.writing import Batch
 
 COLOURS = {"fixed": "#222222", "permanent": "#0072B2", "contact": "#009E73", "secondary": "#D55E00"}
 # How much of the mechanism's extent is shown on every side of it, for the centres that lie there.

@@ -19,7 +19,8 @@ from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.pack.readme import joint_kind, readme, worth_meeting
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import read_scene
-from conrod.studies.frame.files import Batch, file_to_write, folder_to_write, is_folder, is_no_file, single
+from conrod.studies.frame.files import file_to_write, folder_to_write, is_folder, is_no_file
+from conrod.studies.frame.writing import Batch, single
 
 SCHEMA = 1
 README, PARAMETERS, MECHANISM, TOLERANCES = "README.md", "parameters.json", "mechanism.json", "tolerances.json"

@@ -100,7 +100,7 @@ class DaskCluster(RepeatingExecutor):
             raise KilledFromOutside(died) from None
         except CancelledError:
             raise InvalidInput(f"lost the connection to the cluster at {self._address}") from None
-        except Exception as error:
+        except Exception as error:  # Dask unpickles on its workers: what it raises there has no type of its own
             why = f"the cluster at {self._address} cannot run conrod: {one_line(error)}; install the same conrod there"
             raise InvalidInput(why) from None
         return answer

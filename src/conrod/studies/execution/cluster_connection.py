@@ -44,7 +44,7 @@ def answer(call: bytes, limits: Limits, expected: Sequence[Mapping[str, Any]]) -
         return True, _workers(limits).call(function, *arguments, **named)
     except (InvalidInput, WorkerDied, TimeoutError, MemoryError) as error:
         return False, error
-    except Exception as error:
+    except Exception as error:  # the call's own, of whatever kind
         # Dask would open it while it unpickles the message; a caller without the module could not read even that.
         return False, RuntimeError(f"{type(error).__name__} on {platform.node()}: {error}")
 
@@ -102,7 +102,7 @@ def connected(address: str, patience: float) -> Any:
         raise InvalidInput(f"no cluster answers at {address}: {one_line(error.__cause__ or error)}") from None
     try:
         check_versions(client.get_versions(), address)
-    except BaseException:
+    except BaseException:  # Ctrl-C, too: a client that is left open has threads that go on
         client.close()
         raise
     return client

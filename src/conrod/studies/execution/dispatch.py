@@ -88,20 +88,26 @@ def run_cases(
     stale = STALE + (executor.limits.timeout or STALE)
     try:
         _run(_claimed(ordered, ledger, lambda case: case.key, left, watcher, stale), executor, keep)
-    except BaseException:
+    except BaseException:  # Ctrl-C, too: nobody is to wait for what is claimed here
         ledger.claims.close()
         raise
     found = ledger.measurements(by_key)
     lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
-    if not lost:
-        return found
+    if lost:
+        found |= _made_again(lost, ledger, executor, watcher, again)
+    return {key: found[key] for key in by_key}
+
+
+def _made_again(
+    lost: Mapping[str, Case], ledger: Ledger, executor: RepeatingExecutor, watcher: Watcher | None, again: bool
+) -> dict[str, Measurement]:
+    """Results of cases whose rows cannot be read, which are dropped and run once more."""
     if again:
         raise InvalidInput(f"the ledger {ledger.path} is damaged: what it keeps cannot be read; name another")
     if watcher is not None:
         watcher.unreadable(len(lost))
-    ledger.forget(lost)
-    found |= run_cases(list(lost.values()), ledger, executor, watcher=watcher, again=True)
-    return {key: found[key] for key in by_key}
+    ledger.forget(list(lost))
+    return run_cases(list(lost.values()), ledger, executor, watcher=watcher, again=True)
 
 
 def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
@@ -170,7 +176,7 @@ def _run(
             for future in wait(flying, POLL if others else None, FIRST_COMPLETED).done:
                 keep(flying[future], future)
                 del flying[future]
-    except BaseException:
+    except BaseException:  # Ctrl-C, too
         for future in flying:
             future.cancel()
         # What finished beside the error or the interrupt. The ledger may be what failed: then the first error says why.

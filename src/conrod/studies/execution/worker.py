@@ -90,7 +90,7 @@ def _answer(call: bytes, reserve: bytearray, headroom: int | None) -> bytes:
             _limit(address_space() + headroom)
         # Within the limits too: a result that there is no memory to send is none.
         return pickle.dumps((True, function(*arguments, **named)))
-    except Exception as error:
+    except Exception as error:  # the caller's, whatever it is: it is raised again there
         if _out_of_memory(error):
             reserve.clear()
             return pickle.dumps((False, MemoryError(str(error))))

@@ -12,7 +12,7 @@ from typing import Any
 
 from conrod.errors import InvalidInput
 from conrod.runs.plain import json_document, plain, restore
-from conrod.studies.frame.files import single, write_together
+from conrod.studies.frame.writing import single, write_together
 
 SCHEMA, MARK = 1, "conrod_baseline"
 LAST_BIT = 2.0**-52

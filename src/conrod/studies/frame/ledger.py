@@ -20,9 +20,9 @@ from conrod.errors import InvalidInput
 from conrod.scenes.canonical import canonical
 from conrod.studies.frame.case import Case, key_of
 from conrod.studies.frame.claims import Claims
-from conrod.studies.frame.files import real_path
 from conrod.studies.frame.ledger_file import PATIENCE, connected, connected_to_read, naming_ledger
 from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.writing import real_path
 
 if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing

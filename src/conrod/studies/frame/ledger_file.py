@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.studies.frame.files import real_path
+from conrod.studies.frame.writing import real_path
 
 # 'crod' in ASCII: by it a ledger is known from any other SQLite file.
 APPLICATION_ID = 0x63726F64
@@ -68,7 +68,7 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
             # Safe against a killed process; only a power cut may undo the last runs, and never more than them.
             connection.execute("PRAGMA synchronous = NORMAL")
             connection.text_factory = _text
-        except BaseException:
+        except BaseException:  # Ctrl-C, too
             connection.close()
             raise
     return connection

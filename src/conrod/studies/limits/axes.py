@@ -9,7 +9,6 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 
 from conrod.mechanism.units import check_number
 from conrod.studies.limits.case import LimitCase, Setup
@@ -33,9 +32,9 @@ from conrod.studies.limits.changed_machines import (
     with_mass_ratio,
     with_nose,
 )
+from conrod.studies.limits.scale import Scale
 
 EXPONENT = re.compile(r"(?<=\d)e(?:\+|(-))0*(\d)")
-FINE = 0.02  # a boundary is found to two per cent of what its scale measures
 STEP = 0.6e-3  # [s]; divides the revolutions of 1 rpm and of 50000 rpm, into a hundred thousand and into two
 STEPS_AT_ONE_RPM = 60.0 / STEP
 # Near a change point all happens within a small part of a turn: with the usual steps nothing holds as far as it could.
@@ -51,15 +50,6 @@ MOST_ORDERS = 24
 UNITS = {-3: "km", 0: "m", 2: "cm", 3: "mm"}
 
 Spans = tuple[tuple[float, float], ...]  # each from a safe value to a failing one
-
-
-class Scale(Enum):
-    """Spacing of values on an axis, and so how they are halved."""
-
-    LOG = "log"  # by ratios
-    COUNT = "count"  # whole numbers, by ratios
-    NEARNESS = "nearness"  # by ratios of the distance to one
-    LISTED = "listed"  # each value stands alone: there is nothing to halve
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,40 +105,6 @@ class Axis:
             values = self.values(setup)
             return ((values[0], values[-1]),)
         return ((self.safe_end, self.failing_end),) if self.ends is None else self.ends(setup)
-
-
-# -- values along a scale --------------------------------------------------------------------------------------------
-
-
-def measure_of(scale: Scale, value: float) -> float:
-    """Return what equal steps along a scale are equal steps of."""
-    return math.log(1.0 - value) if scale is Scale.NEARNESS else math.log(value)
-
-
-def spaced(scale: Scale, first: float, last: float, count: int) -> tuple[float, ...]:
-    """Return values from the first to the last, evenly along the scale; fewer where whole numbers are fewer."""
-    begin, end = measure_of(scale, first), measure_of(scale, last)
-    inner = [_value(scale, begin + (end - begin) * k / (count - 1)) for k in range(1, count - 1)]
-    return tuple(dict.fromkeys([first, *inner, last]))
-
-
-def between(scale: Scale, good: float, bad: float) -> float | None:
-    """Return the value half-way; None where the two are within two per cent, or no whole number lies between."""
-    begin, end = measure_of(scale, good), measure_of(scale, bad)
-    if abs(end - begin) <= math.log1p(FINE):
-        return None
-    middle = _value(scale, 0.5 * (begin + end))
-    return None if middle in (good, bad) else middle
-
-
-def _value(scale: Scale, measure: float) -> float:
-    match scale:
-        case Scale.COUNT:
-            return float(round(math.exp(measure)))
-        case Scale.NEARNESS:
-            return -math.expm1(measure)
-        case _:
-            return math.exp(measure)
 
 
 # -- what the rows need ----------------------------------------------------------------------------------------------

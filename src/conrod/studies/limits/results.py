@@ -8,7 +8,7 @@ from itertools import groupby
 from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
-from conrod.studies.limits.follower_float import FollowerFloat
+from conrod.studies.limits.float_results import FollowerFloat
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.records import GOOD, Mark
 

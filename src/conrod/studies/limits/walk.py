@@ -8,10 +8,11 @@ from dataclasses import replace
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.limits.axes import AXES, Axis, between, spaced
+from conrod.studies.limits.axes import AXES, Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of, solver_note
 from conrod.studies.limits.results import Boundary, IterationNeed, LongRun, Probe, Walk
+from conrod.studies.limits.scale import between, spaced
 
 # Three runs in each of four decades: what fails and holds again between two of them is missed.
 SCANNED = 13

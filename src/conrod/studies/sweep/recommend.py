@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
 from conrod.engines.engine import STOCK, shortened
 from conrod.errors import InvalidInput
@@ -18,6 +16,7 @@ from conrod.studies.frame.case import Study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import Swept, guesses
+from conrod.studies.sweep.savings import Savings, savings_of
 from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow, run_at
 from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan
 
@@ -47,21 +46,6 @@ class Rejected:
 
     choice: Choice
     why: tuple[Confirmation, ...]
-
-
-@dataclass(frozen=True)
-class Savings:
-    """A setting beside the stock ones at all steps of the grid, by quantity where it is a mapping.
-
-    Attributes:
-        digits: decimal digits gained at equal cost; None where no stock run is as cheap as this.
-        best: least error that any stock run reaches; empty where none completed.
-        cost_factor: cost of the cheapest stock run within all tolerances over this one's; None where there is none.
-    """
-
-    digits: Mapping[str, float | None]
-    best: Mapping[str, float]
-    cost_factor: float | None
 
 
 @dataclass(frozen=True)
@@ -280,24 +264,3 @@ def _timings(choice: Choice, stock: Sequence[Choice], allowed: Tolerances, time:
     if stock and (dearest < found[choice.case.key].ratio or first == finest.steps):
         found |= time([finest.case])
     return found
-
-
-def savings_of(choice: Choice, stock: Sequence[Choice], timings: Mapping[str, Timing], allowed: Tolerances) -> Savings:
-    """A timed setting beside completed stock runs; at a cost count only those with a timing."""
-    cost, own = timings[choice.case.key].seconds_per_revolution, choice.errors(allowed)
-    timed = [(timings[one.case.key].seconds_per_revolution, one) for one in stock if one.case.key in timings]
-    within = [c for c, one in timed if one.excess(allowed) <= 1.0]
-    errors = {q: sorted((c, one.errors(allowed)[q]) for c, one in timed) for q in allowed}
-    return Savings(
-        digits={q: _digits(errors[q], cost, own[q]) for q in allowed},
-        best={q: min(one.errors(allowed)[q] for one in stock) for q in allowed if stock},
-        cost_factor=min(within) / cost if within else None,
-    )
-
-
-def _digits(stock: Sequence[tuple[float, float]], cost: float, error: float) -> float | None:
-    """Decimal digits between the stock error at a cost, interpolated between (cost, error), and an error."""
-    if not stock or cost < stock[0][0] or error <= 0.0:
-        return None
-    costs, errors = (np.log([max(p[k], 1e-300) for p in stock]) for k in (0, 1))
-    return float(np.interp(math.log(cost), costs, errors) - math.log(error)) / math.log(10.0)

@@ -49,7 +49,7 @@ class VersionCase(RunCase):
         except (AttributeError, TypeError) as error:
             # Of a release that has not what conrod asks of it, which no table of ours foresaw.
             return Measurement(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
-        except Exception as error:  # the engine's own, of whatever kind
+        except Exception as error:  # the engine's own, of whatever kind: an old release fails in its own ways
             return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")
         found: dict[str, Any] = {}
         if ended.outcome is Outcome.COMPLETED:
