@@ -34,6 +34,11 @@ def validate(asked: Request) -> None:
 
         validate_invariances(asked)
         return
+    if _is_spatial(asked):
+        from conrod.cli.validate_loops import validate_loops
+
+        validate_loops(asked)
+        return
     files = [name for name in asked.subjects if name.lower().endswith(MODELS + TABLES)]
     if files:
         _validate_file(files[0], asked)
@@ -65,17 +70,25 @@ def _validate_file(file: str, asked: Request) -> None:
         said = f"without {others[0]}" if others else "but it is named twice"
         raise InvalidInput(f"{file}: a file is judged on its own, {said}")
     if asked.scene is None:
-        if not file.lower().endswith(MODELS):
-            raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
-        from conrod.cli.validate_loops import validate_loops
-
-        validate_loops(asked)
-        return
+        raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
     refuse(asked, "--scene: it is for a model that is its own reference", "drives")
     refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures", "qualify")
     from conrod.cli.validate_file import validate_file
 
     validate_file(Path(file), asked.scene, asked)
+
+
+def _is_spatial(asked: Request) -> bool:
+    """Whether spatial machines are named, or MuJoCo models that are their own reference or to be one in space."""
+    from conrod.scenes.space import MACHINES, SPATIAL
+
+    names = [name for name in asked.subjects if name in (*MACHINES, SPATIAL)]
+    models = bool(asked.subjects) and all(name.lower().endswith(MODELS) for name in asked.subjects)
+    scene = asked.scene
+    if names and len(names) < len(asked.subjects):
+        other = next(name for name in asked.subjects if name not in names)
+        raise InvalidInput(f"{names[0]} is a machine in space, {other} is not: they are validated one after the other")
+    return bool(names) or (models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)))
 
 
 def _check_endings(subjects: Sequence[str], scene: str | None) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from rich.text import Text
@@ -10,8 +12,8 @@ from rich.text import Text
 from conrod.cli import FAILED
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
-from conrod.cli.say import waiting
 from conrod.cli.validate_request import Request
+from conrod.cli.say import waiting
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
 from conrod.mechanism.units import check_number, in_prose, parse_quantity
@@ -19,34 +21,63 @@ from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
 from conrod.report.terminal import console, print_lines, print_table
+from conrod.scenes.space import MACHINES, SPATIAL
 from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
 from conrod.studies.frame.writing import naming
 
-TAKEN = ("--drive", "--ctrl", "--keyframe", "--point", "--seconds", "--tolerance", "--out", "--json")
+TAKEN = ("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--out", "--json")
+
+
+def is_spatial(name: str) -> bool:
+    """Whether a name is that of a spatial machine."""
+    return name in MACHINES
 
 
 def validate_loops(asked: Request) -> None:
-    """Judge a model file, print what was found, write what is to be written; raises InvalidInput for bad usage."""
-    if len(asked.subjects) > 1:
-        raise InvalidInput(f"--drive is for one model at a time, not for {len(asked.subjects)}")
-    path = Path(asked.subjects[0])
-    check_readable(path)
-    question = question_of(asked)
-    files = outputs(KIND, [path.stem], asked, as_outputs_must_not_be(path))
-    with waiting(path, FILE_TIMEOUT):
-        found = judge(path, question)
+    """Judge model files and spatial machines, print what was found, write what is to be written.
+
+    Raises:
+        InvalidInput: bad usage, or a model that cannot be used.
+    """
+    subjects = tuple(MACHINES) if SPATIAL in asked.subjects else asked.subjects
+    question, named = question_of(asked), [name for name in subjects if not is_spatial(name)]
+    for name in named:
+        check_readable(Path(name))
+    parts = {name if is_spatial(name) else Path(name).stem: name for name in subjects}
+    guarded = dict[str, Path]()
+    for name in named:
+        guarded |= as_outputs_must_not_be(Path(name))
+    files = outputs(KIND, parts, asked, guarded)
+    found = {}
+    for part, name in parts.items():
+        with waiting(name, FILE_TIMEOUT):
+            found[part] = _of_machine(name, question) if is_spatial(name) else judge(Path(name), question, part)
     with naming("standard output"):
-        show(found)
-    files.write({path.stem: found}, "validate", {path.stem: str(path)}, asked)
-    if not found.passed:
+        for one in found.values():
+            show(one)
+    files.write(found, "validate", parts, asked)
+    if not all(one.passed for one in found.values()):
         sys.exit(FAILED)
 
 
-def judge(path: Path, question: Question) -> LoopStudy:
+def _of_machine(name: str, question: Question) -> LoopStudy:
+    """A spatial machine's own model, driven as it is made for unless laws are given."""
+    machine = MACHINES[name]()
+    own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"{name}.xml")
+        path.write_text(machine.mjcf, encoding="utf-8")
+        try:
+            return replace(judge(path, own, name), file=name)
+        except InvalidInput as error:
+            raise InvalidInput(str(error).replace(f"{path}", name)) from None
+
+
+def judge(path: Path, question: Question, name: str) -> LoopStudy:
     """The study of a file, made in a process of its own."""
     from conrod.mjcf.loops.study import study
 
-    return confined(study, path, question, path.stem)
+    return confined(study, path, question, name)
 
 
 def question_of(asked: Request) -> Question:
@@ -62,9 +93,13 @@ def question_of(asked: Request) -> Question:
     controls = named_values(
         asked.controls, "--ctrl", f"an actuator and a number, or a law of time: motor=4.19; {FORMS}"
     )
+    drives = named_values(asked.drives, "--drive", f"a joint and its law: JOINT={FORMS}")
+    if not drives and asked.scene is not None and is_spatial(asked.scene):
+        drives = dict(MACHINES[asked.scene]().drives)
     return Question(
-        named_values(asked.drives, "--drive", f"a joint and its law: JOINT={FORMS}"), asked.keyframe, controls,
+        drives, asked.keyframe, controls,
         asked.seconds, tuple(place.removeprefix("site:") for place in asked.points), tolerance_of(asked.tolerance),
+        asked.scene,
     )  # fmt: skip
 
 

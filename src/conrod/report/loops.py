@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure as Canvas
 
+from conrod.mjcf.loops.differences import Comparison
 from conrod.mjcf.loops.results import OWN, FreeRun, LoopRun, LoopStudy
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.panels import error_panel, finish_panels
@@ -24,6 +25,7 @@ from conrod.runs.trajectory import Outcome
 LEAST = 1e-16  # [m], that is drawn
 RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
 UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
+TOLD = 4  # differences that the finding names
 CONTRADICTION = 1e-9  # of the travel; less is rounding
 
 
@@ -45,6 +47,8 @@ def finding(study: LoopStudy) -> str:
 
 def _judgement(study: LoopStudy) -> str:
     own = study.own
+    if not study.is_machine and (other := study.compared) is not None:
+        return f"It is not {other.machine} as it stands: {_differences_words(other)}."
     if not study.agrees:
         worst = max(study.kinematic, key=lambda name: study.kinematic[name])
         return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
@@ -60,6 +64,17 @@ def _judgement(study: LoopStudy) -> str:
         if own.errors[name] > allowed
     ]
     return f"With its own settings {gap}: {_tolerance_words(over)}."
+
+
+def _differences_words(other: Comparison) -> str:
+    """What is otherwise, that with the largest effect first."""
+    named = [
+        one.words + ("" if one.effect is None else f" (by itself {in_mm(one.effect)})") for one in other.differences
+    ]
+    if other.other_branch:
+        named = ["its numbers are the machine's, and it is assembled on another branch"]
+    why = "; ".join(named[:TOLD]) or "no length, axis, anchor or loop differs"
+    return why if other.off is None else f"{why}; {other.point} is up to {in_mm(other.off)} off"
 
 
 def _tolerance_words(over: list[str]) -> str:
@@ -107,6 +122,8 @@ def steps_table(study: LoopStudy) -> Table:
 
 def _runs(study: LoopStudy, runs: tuple[LoopRun, ...], title: str) -> Table:
     rows = [(run.label, *_sizes(run), order(run.order), measured(run.cost), _verdict(study, run)) for run in runs]
+    if runs is study.runs and study.compared is not None and study.compared.closed_form is not None:
+        rows.append(("pymunk", *[""] * len(RIGHT), "unsupported: it is planar"))
     return table(("settings", *RIGHT, VERDICT), rows, RIGHT, title)
 
 
@@ -150,8 +167,9 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
     """Agreement of MuJoCo's kinematics, closed form and forces."""
     off = ", ".join(f"{name} {measured(size)}" for name, size in study.kinematic.items())
     yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
-    if study.closed_form is not None:
-        yield f"its closed form differs from the exact motion by {measured(study.closed_form)} of the travel"
+    if study.compared is not None and study.compared.closed_form is not None:
+        off = measured(study.compared.closed_form)
+        yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
     if study.unmodelled:
         yield f"forces are not compared: the model has {', '.join(study.unmodelled)}"
     for run in study.runs:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from conrod.exact.space.mobility import Mobility
+from conrod.mjcf.loops.differences import SAME, Comparison
 from conrod.own.error_curve import ErrorCurve
 from conrod.runs.trajectory import Outcome
 
@@ -26,6 +27,7 @@ class Question:
         seconds: length of the runs; None for that of the slowest drive.
         points: sites that are judged; all where none is given.
         tolerance: allowed errors by quantity [SI]; empty where none are asked for.
+        machine: that it is to be, by name or as a model file; None where it is its own reference.
     """
 
     drives: Mapping[str, str]
@@ -34,6 +36,7 @@ class Question:
     seconds: float | None = None
     points: tuple[str, ...] = ()
     tolerance: Mapping[str, float] = field(default_factory=dict)
+    machine: str | None = None
 
 
 @dataclass(frozen=True)
@@ -135,7 +138,7 @@ class LoopStudy:
         remarks: limits of joints that the motion leaves, contacts on the way, and the like.
         runs: at the model's own step; `steps`: all others that were made.
         cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
-        closed_form: deviation of the exact motion from a machine's closed form, over its travel; None of a file.
+        compared: with the machine that it is to be; None where it is its own reference.
     """
 
     file: str
@@ -156,7 +159,7 @@ class LoopStudy:
     steps: tuple[LoopRun, ...]
     free: tuple[FreeRun, ...]
     cheapest: LoopRun | None = None
-    closed_form: float | None = None
+    compared: Comparison | None = None
 
     @property
     def own(self) -> LoopRun:
@@ -169,6 +172,15 @@ class LoopStudy:
         return all(off <= KINEMATIC for off in self.kinematic.values())
 
     @property
+    def is_machine(self) -> bool:
+        """Whether its points are where those of the machine are that it is to be, within the tolerance asked for."""
+        if self.compared is None:
+            return True
+        allowed = self.question.tolerance.get("position", SAME * self.travel)
+        return self.compared.off is not None and self.compared.off <= allowed
+
+    @property
     def passed(self) -> bool:
-        """True if it agrees, runs as shipped, and its own settings complete the motion within tolerance."""
-        return self.agrees and not self.shipped.failed and self.own.within(self.question.tolerance)
+        """True if it is the machine, agrees, runs as shipped, and completes with its own settings within tolerance."""
+        held = self.own.within(self.question.tolerance)
+        return self.is_machine and self.agrees and not self.shipped.failed and held

@@ -22,6 +22,7 @@ from conrod.exact.space.laws import FORMS, Law, law_of
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
+from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import Recording, driven_run, free_run, gaps_of, shipped_run, site_points, start_state
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.mjcf.loops.results import OWN, QUANTITIES, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
@@ -41,9 +42,10 @@ from conrod.own.models.loading import (
     start_words,
 )
 from conrod.own.models.request import Order
-from conrod.runs.convergence import observed_order
+from conrod.runs.convergence import claimed_order
 from conrod.runs.outcome import OPEN_GAP
 from conrod.runs.trajectory import Outcome
+from conrod.scenes.space import MACHINES
 
 LABELS = (OWN, "tuned", "hardened")
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
@@ -58,13 +60,26 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
     """
-    model = load_model(path)
+    model, against = load_model(path), ""
     try:
         check_finite(model)
         check_rigid(model)
-        return _Bench.of(model, question).studied(str(path), name)
+        machine = None if question.machine is None else machine_tree(question.machine)
+        if machine is not None:
+            found = changes(tree_of(model, data_at_start(model, question.keyframe)[0].qpos), machine)
+            against = f"; against {question.machine}: {'; '.join(words for words, _ in found)}"
+        return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
-        raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
+        raise InvalidInput(f"{path}: {str(error).removeprefix(f'{path}: ')}{against}") from None
+
+
+def machine_tree(machine: str) -> SpatialTree:
+    """The machine of a name, or of a model file."""
+    if machine in MACHINES:
+        model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
+    else:
+        model = load_model(Path(machine))
+    return tree_of(model, data_at_start(model, None)[0].qpos)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +111,7 @@ class _Bench:
         freedom = mobility(machine)
         return cls(model, question, machine, data, misfit, seconds, freedom, _points(model, tree, freedom, question))
 
-    def studied(self, file: str, name: str) -> LoopStudy:
+    def studied(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
         """All that is found."""
         checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED))
         judged = [checked.points[point.name].position for point in self.points]
@@ -112,8 +127,21 @@ class _Bench:
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.misfit, kinematic, () if exact is None else exact.ambiguous, self.machine.tree.unmodelled, remarks,
             self._shipped(travel), runs, steps, self._free(checked),
-            min(within, key=lambda run: run.cost or math.inf, default=None),
+            min(within, key=lambda run: run.cost or math.inf, default=None), self._compared(machine, checked, travel),
         )  # fmt: skip
+
+    def _compared(self, machine: SpatialTree | None, motion: SpatialMotion, travel: float) -> Comparison | None:
+        """Against the machine that it is to be, and its closed form where it has one."""
+        if machine is None or (name := self.question.machine) is None:
+            return None
+        driven = self.machine
+        found = compared(name, driven.tree, machine, driven.laws, driven.held, motion)
+        if name not in MACHINES:
+            return found
+        laws = {joint: law.derivatives(motion.times)[:3] for joint, law in driven.laws.items()}
+        exact = MACHINES[name]().points(laws)
+        off = (np.abs(exact[p][0] - motion.points[p].position).max() for p in exact if p in motion.points)
+        return replace(found, closed_form=max(map(float, off)) / travel)
 
     # -- runs ---------------------------------------------------------------------------------------------------------
 
@@ -123,8 +151,8 @@ class _Bench:
         costs = self._costs()
         for label in LABELS:
             made = {n: self._run(label, n, travel) for n in (*(1.0 / c for c in COARSER), *map(float, FINER))}
-            sizes = [made[float(n)].errors.get("position", 0.0) for n in FINER]
-            order = observed_order(FINER, sizes).claimed if all(sizes) else None
+            by_step = sorted((round(COARSER[-1] * n), run.errors.get("position")) for n, run in made.items())
+            order = claimed_order(by_step)
             priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
             at_own.append(replace(priced[1.0], order=order))
             others += [run for n, run in priced.items() if n != 1.0]

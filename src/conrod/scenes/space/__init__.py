@@ -28,6 +28,8 @@ _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
     "stewart": stewart,
     "tilted-slider-crank": tilted_slider_crank,
 }
+# The word that stands for all of them.
+SPATIAL = "spatial"
 MACHINES: Mapping[str, Callable[..., SpatialMachine]] = Named(_BUILDERS, "spatial machine")
 
-__all__ = ["MACHINES", "SpatialMachine", "SpatialMotion"]
+__all__ = ["MACHINES", "SPATIAL", "SpatialMachine", "SpatialMotion"]

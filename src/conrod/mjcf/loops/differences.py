@@ -1,0 +1,182 @@
+"""What a model has otherwise than the machine that it is to be: lengths, axes, anchors, loops, and what each does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.exact.space.laws import Law
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.exact.space.tree import Closure, SpatialBody, SpatialTree
+
+# Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
+SAME = 1e-6
+MOST_TRIED = 12
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A number or a loop that a model has otherwise.
+
+    Attributes:
+        words: what it is: "upper_1 is 0.1 % longer: 200.2 mm instead of 200 mm".
+        effect: how far it alone moves a judged point [m]; None where it was not tried, or nothing moves any more.
+    """
+
+    words: str
+    effect: float | None = None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A model against the machine that it is to be.
+
+    Attributes:
+        machine: its name, or the file that it is in.
+        off: largest distance between the points of both [m]; None where the machine could not be moved so.
+        point: that is so far off.
+        closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where
+            it has none.
+        other_branch: whether all numbers are the machine's, and it is assembled the other way.
+    """
+
+    machine: str
+    off: float | None
+    point: str
+    differences: tuple[Difference, ...]
+    other_branch: bool = False
+    closed_form: float | None = None
+
+
+Change = Callable[[SpatialTree], SpatialTree]
+
+
+def compared(
+    name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
+    motion: SpatialMotion,
+) -> Comparison:  # fmt: skip
+    """A model's exact motion against a machine's, by the names of points, with what is different in numbers.
+
+    Raises:
+        InvalidInput: they have no point in common, or the machine lacks a driven joint.
+    """
+    points = [point for point in motion.points if point in machine.points]
+    if not points:
+        raise InvalidInput(f"it has no site in common with {name}: {', '.join(machine.points)}")
+    lacking = [joint for joint in laws if joint not in {j.name for j in machine.joints}]
+    if lacking:
+        raise InvalidInput(f"{name} has no joint {lacking[0]}: {', '.join(j.name for j in machine.joints)}")
+    exact = _moved(machine, laws, held, motion.times)
+    if exact is None:
+        return Comparison(name, None, "", ())
+    off = {p: _apart(motion, exact, p) for p in points}
+    worst = max(off, key=lambda point: off[point])
+    found = []
+    for k, (words, change) in enumerate(changes(model, machine)):
+        alone = _moved(change(machine), laws, held, motion.times) if change and k < MOST_TRIED else None
+        found.append(Difference(words, None if alone is None else max(_apart(alone, exact, p) for p in points)))
+    found.sort(key=lambda one: -(one.effect or 0.0))
+    return Comparison(name, off[worst], worst, tuple(found), not found and off[worst] > SAME * machine.extent)
+
+
+def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], times: Array) -> SpatialMotion | None:
+    """A machine's exact motion; None where its loops cannot follow the drives."""
+    driven = DrivenTree(machine, laws, held)
+    try:
+        driven.go(driven.closed(machine.start[:, None], 0.0)[0], float(times[-1]))
+    except InvalidInput:
+        return None
+    return driven.motion(times, order=2)
+
+
+def _apart(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
+    return float(np.linalg.norm(one.points[point].position - other.points[point].position, axis=1).max())
+
+
+# -- numbers -----------------------------------------------------------------------------------------------------------
+
+
+def changes(model: SpatialTree, machine: SpatialTree) -> Iterator[tuple[str, Change | None]]:
+    """What is otherwise, in words, with what makes it so of the machine; None where nothing can."""
+    own, theirs = ({body.name: body for body in tree.bodies} for tree in (model, machine))
+    for name in theirs:
+        if name not in own:
+            yield f"{name} is missing", None
+    for name, body in own.items():
+        if name in theirs:
+            parent = model.bodies[body.parent].name
+            yield from _of_body(body, theirs[name], parent, machine.extent)
+        else:
+            yield f"{name} is a body more", None
+    closures = {closure.name: closure for closure in machine.closures}
+    for closure in model.closures:
+        if closure.name in closures:
+            yield from _of_closure(closure, closures.pop(closure.name), machine)
+        elif (twin := next((c for c in machine.closures if _same(closure, c, machine.extent)), None)) is not None:
+            yield f"{closure.name} closes what {twin.name} closes: the loop is there twice", None
+        else:
+            yield f"{closure.name} is a loop more", None
+    for name in closures:
+        yield f"loop {name} is missing", None
+
+
+def _of_body(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float) -> Iterator[tuple[str, Change]]:
+    if np.abs(body.place - theirs.place).max() > SAME * extent:
+        yield _length(parent, body.name, body.place, theirs.place), _with_body(replace(theirs, place=body.place))
+    joints = {joint.name: joint for joint in body.joints}
+    for joint in theirs.joints:
+        mine = joints.get(joint.name)
+        if mine is None or mine.kind != joint.kind or joint.kind not in ("hinge", "slide"):
+            continue
+        one, two = body.turn @ mine.axis, theirs.turn @ joint.axis
+        if (tilt := float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))) > SAME:
+            turned = replace(joint, axis=theirs.turn.T @ one)
+            rest = tuple(turned if j is joint else j for j in theirs.joints)
+            yield (
+                f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off",
+                _with_body(replace(theirs, joints=rest)),
+            )
+        if (off := float(np.linalg.norm(mine.anchor - joint.anchor))) > SAME * extent:
+            turned = replace(joint, anchor=mine.anchor)
+            rest = tuple(turned if j is joint else j for j in theirs.joints)
+            yield f"{joint.name} is anchored {1e3 * off:.3g} mm off", _with_body(replace(theirs, joints=rest))
+
+
+def _of_closure(closure: Closure, theirs: Closure, machine: SpatialTree) -> Iterator[tuple[str, Change]]:
+    for k, (one, two) in enumerate(zip(closure.points, theirs.points, strict=True)):
+        if (off := float(np.linalg.norm(one.offset - two.offset))) > SAME * machine.extent:
+            points = tuple(replace(p, offset=one.offset) if i == k else p for i, p in enumerate(theirs.points))
+            words = f"{closure.name} is anchored {1e3 * off:.3g} mm off on {machine.bodies[two.body].name}"
+            yield words, _with_closure(replace(theirs, points=points))
+    if (closure.polynomial, closure.references) != (theirs.polynomial, theirs.references):
+        yield f"{closure.name} has another polynomial", _with_closure(replace(theirs, polynomial=closure.polynomial))
+
+
+def _length(parent: str, name: str, place: Array, theirs: Array) -> str:
+    own, right = float(np.linalg.norm(place)), float(np.linalg.norm(theirs))
+    aside = np.linalg.norm(np.cross(place, theirs)) > SAME * max(own * right, 1e-300)
+    if aside or right == 0.0:
+        return f"{name} is {1e3 * float(np.linalg.norm(place - theirs)):.3g} mm off its place on {parent}"
+    share = own / right - 1.0
+    way = "longer" if share > 0.0 else "shorter"
+    return f"{parent} is {100.0 * abs(share):.3g} % {way} to {name}: {1e3 * own:.6g} mm instead of {1e3 * right:.6g} mm"
+
+
+def _same(one: Closure, other: Closure, extent: float) -> bool:
+    """Whether two closures have the same points of the same bodies."""
+    return one.kind == other.kind and bool(one.points) and all(
+        p.body == q.body and np.abs(p.offset - q.offset).max() <= SAME * extent
+        for p, q in zip(one.points, other.points, strict=True)
+    )  # fmt: skip
+
+
+def _with_body(body: SpatialBody) -> Change:
+    return lambda tree: replace(tree, bodies=tuple(body if b.name == body.name else b for b in tree.bodies))
+
+
+def _with_closure(closure: Closure) -> Change:
+    return lambda tree: replace(tree, closures=tuple(closure if c.name == closure.name else c for c in tree.closures))
