@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import constraint_jacobian
-from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, constraint_forces, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
 from conrod.mjcf.loops.results import FreeRun, ShippedRun
 from conrod.mjcf.runs import STATE
 from conrod.own.models.driving import look_at
@@ -110,9 +110,8 @@ def driven_run(
 
     def looked() -> tuple[Array, ...]:
         look_at(model, data, aside)
-        carried = carried_forces(model, aside)
+        carried, torques = carried_forces(machine, original, plain, aside)
         reactions = [carried[rows] for rows in closure_rows(model, aside).values() if len(rows) == 3]
-        torques = _torques(machine, original, plain, aside, carried)
         return (
             np.array([point.motion(model, aside) for point in points]),
             np.array(list(gaps_of(model, aside).values())),
@@ -173,32 +172,28 @@ def gaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
     return {name: float(np.linalg.norm(data.efc_pos[rows[:3]])) for name, rows in closure_rows(model, data).items()}
 
 
-def carried_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Forces of all constraints (nefc,) that solve MuJoCo's equations, of which the solver's have lost digits.
+def carried_forces(
+    machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, data: mujoco.MjData
+) -> tuple[Array, Array]:
+    """Forces of the closures (ne,), and what each driven joint asks of its drive, by the accelerations that were made.
 
-    They are those of `conrod.engines.mujoco.recorder`: (A + R) f = aref - J qacc_smooth.
+    All joints keep M a + bias = passive + actuator + J' f + drive (MuJoCo documentation, Computation); those that are
+    not driven give f, of which hardened closures have lost digits in MuJoCo's own forces.
+
+    Args:
+        original: the model without flywheels, and `plain` its data.
     """
-    if data.nefc == 0:
-        return np.zeros(0)
-    jacobian, yielding = constraint_jacobian(model, data), np.empty((data.nefc, model.nv))
-    mujoco.mj_solveM(model, data, yielding, jacobian)
-    system, missing = yielding @ jacobian.T + np.diag(data.efc_R), data.efc_aref - jacobian @ data.qacc_smooth
-    if not (np.all(np.isfinite(system)) and np.all(np.isfinite(missing))):
-        return np.full(data.nefc, np.nan)
-    return constraint_forces(system, missing, np.asarray(data.efc_type != EQUALITY, dtype=bool))
-
-
-def _torques(
-    machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, aside: mujoco.MjData, carried: Array
-) -> Array:
-    """What each driven joint asks of its drive: of its equation without the flywheel all but the drive is known."""
-    plain.qpos[:], plain.qvel[:] = aside.qpos, aside.qvel
+    plain.qpos[:], plain.qvel[:] = data.qpos, data.qvel
     mujoco.mj_fwdPosition(original, plain)
-    inertial, closing = np.empty(original.nv), np.empty(original.nv)
-    mujoco.mj_mulM(original, plain, inertial, np.array(aside.qacc))
-    mujoco.mj_mulJacTVec(original, aside, closing, carried)
-    needed = inertial + aside.qfrc_bias - aside.qfrc_passive - aside.qfrc_actuator - closing
-    return np.array([needed[joint.rate] for joint in machine.driven])
+    needed = np.empty(original.nv)
+    mujoco.mj_mulM(original, plain, needed, np.array(data.qacc))
+    needed += data.qfrc_bias - data.qfrc_passive - data.qfrc_actuator
+    jacobian = constraint_jacobian(original, data)
+    needed -= jacobian[data.ne :].T @ data.efc_force[data.ne :]
+    closing = jacobian[: data.ne]
+    carried = np.linalg.lstsq(closing[:, machine.free].T, needed[machine.free], rcond=RANK_TOLERANCE)[0]
+    needed -= closing.T @ carried
+    return carried, np.array([needed[joint.rate] for joint in machine.driven])
 
 
 # -- nothing prescribed ----------------------------------------------------------------------------------------------
