@@ -17,6 +17,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointMotion
 from conrod.exact.space.closing import jacobian, residuals
+from conrod.exact.space.coordinates import is_turn, moved
 from conrod.exact.space.laws import Law
 from conrod.exact.space.poses import Poses, poses
 from conrod.exact.space.tree import SpatialJoint, SpatialTree
@@ -82,7 +83,7 @@ class DrivenTree:
         self.driven: tuple[SpatialJoint, ...] = tuple(by_name[name] for name in laws)
         taken = {rate for name in (*laws, *held) for rate in range(tree.freedom)[by_name[name].rates]}
         self.free = np.array([rate for rate in range(tree.freedom) if rate not in taken], dtype=int)
-        self.weights = np.array([1.0 / tree.extent if _is_turn(tree, rate) else 1.0 for rate in self.free])
+        self.weights = np.array([1.0 / tree.extent if is_turn(tree, rate) else 1.0 for rate in self.free])
         self.knots: list[Knot] = []
 
     # -- poses -----------------------------------------------------------------------------------------------------
@@ -291,32 +292,3 @@ def _motion(found: Poses, name: str, samples: int) -> Array:
     for k, one in enumerate(found.point(found.tree.points[name])):
         made[k] = math.factorial(k) * np.broadcast_to(one, (3, samples)).T
     return made
-
-
-def _is_turn(tree: SpatialTree, rate: int) -> bool:
-    joint = tree.joint_of_rate(rate)
-    return joint.kind in ("hinge", "ball") or (joint.kind == "free" and rate - joint.rate >= 3)
-
-
-def moved(tree: SpatialTree, coordinates: Array, way: Array) -> Array:
-    """Coordinates (nq, T) after a movement (nv, T) of all joints, balls by the turn that it is in their own frame."""
-    made = np.array(coordinates)
-    for joint in tree.joints:
-        q, v = joint.coordinate, joint.rate
-        if joint.kind == "free":
-            made[q : q + 3] += way[v : v + 3]
-            q, v = q + 3, v + 3
-        if joint.kind in ("free", "ball"):
-            made[q : q + 4] = _turned_by(made[q : q + 4], way[v : v + 3])
-        else:
-            made[q] += way[v]
-    return made
-
-
-def _turned_by(quaternion: Array, way: Array) -> Array:
-    """Unit quaternions (4, T) after turns by vectors (3, T) in their own frame."""
-    angle = np.linalg.norm(way, axis=0)
-    b, c = np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * way
-    a, v = quaternion[0], quaternion[1:]
-    made = np.concatenate([(a * b - (v * c).sum(axis=0))[None], a * c + b * v + np.cross(v, c, axis=0)])
-    return np.asarray(made / np.linalg.norm(made, axis=0))

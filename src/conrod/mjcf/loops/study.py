@@ -4,36 +4,31 @@ from __future__ import annotations
 
 import copy
 import math
-import time
-import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
-from conrod.engines.mujoco.settings import HARDENING, MuJoCoSettings
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.exact.motion import Array
-from conrod.exact.space.forces import SpatialForces, forces
-from conrod.exact.space.laws import FORMS, Law, law_of
+from conrod.exact.space.forces import forces
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.loops.differences import Comparison, changes, compared
-from conrod.mjcf.loops.driving import Recording, driven_run, free_run, gaps_of, shipped_run, site_points, start_state
+from conrod.mjcf.loops.driving import driven_run, free_run, shipped_run, start_state
+from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.reading import check_rigid, tree_of
-from conrod.mjcf.loops.results import OWN, QUANTITIES, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
+from conrod.mjcf.loops.request import control_law, duration, judged_points, laws_of, machine_tree
+from conrod.mjcf.loops.results import OWN, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
+from conrod.mjcf.loops.runs import errors_of, step_time, with_settings
+from conrod.mjcf.loops.undriven import free_run, shipped_run
 from conrod.mjcf.runs import looping_stepper, state_of
-from conrod.own.error_curve import error_curve
-from conrod.own.models.driving import ordered
 from conrod.own.models.loading import (
     FoundPoint,
     check_finite,
     data_at_start,
-    element_id,
     listed,
     load_model,
     name_or_number,
@@ -41,9 +36,7 @@ from conrod.own.models.loading import (
     numbered,
     start_words,
 )
-from conrod.own.models.request import Order
 from conrod.runs.convergence import claimed_order
-from conrod.runs.outcome import OPEN_GAP
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 
@@ -51,10 +44,6 @@ LABELS = (OWN, "tuned", "hardened")
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 2000
 CHECKED, MOST_STEPS = 180, 10**6
-TIMED = 0.15  # [s]
-# Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
-# 1 mm at 1e-9 and by 1e-7 mm at 1e-7 (1 m, 1 ms).
-SOFTER = 1e-7
 
 
 def study(path: Path, question: Question, name: str) -> LoopStudy:
@@ -74,15 +63,6 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {str(error).removeprefix(f'{path}: ')}{against}") from None
-
-
-def machine_tree(machine: str) -> SpatialTree:
-    """The machine of a name, or of a model file."""
-    if machine in MACHINES:
-        model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
-    else:
-        model = load_model(Path(machine))
-    return tree_of(model, data_at_start(model, None)[0].qpos)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +89,12 @@ class _Bench:
         machine = DrivenTree(tree, laws, held)
         start, misfit = machine.closed(tree.start[:, None], 0.0)
         check_drives(machine, start)
-        seconds = question.seconds or _duration(laws)
+        seconds = question.seconds or duration(laws)
         machine.go(start, seconds)
         freedom = mobility(machine)
-        return cls(model, question, machine, data, misfit, seconds, freedom, _points(model, tree, freedom, question))
+        return cls(
+            model, question, machine, data, misfit, seconds, freedom, judged_points(model, tree, freedom, question)
+        )
 
     def studied(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
         """All that is found."""
@@ -121,7 +103,7 @@ class _Bench:
         travel = max(float(np.linalg.norm(p - p[0], axis=1).max()) for p in judged)
         if travel <= 1e-9 * self.machine.tree.extent:
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(p.name for p in self.points)}")
-        kinematic, remarks = kinematic_mode(self, checked)
+        kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, self.misfit, checked)
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces()
         exact = None if unknown else forces(self.machine, checked)
@@ -177,8 +159,8 @@ class _Bench:
         motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
         model = self._with(label, step)
         exact = None if self._unknown_forces() else forces(self.machine, motion)
-        return judged(
-            label, step, driven_run(self.machine, model, motion, self.points, every), motion, self.machine, travel
+        return errors_of(
+            label, step, driven_run(self.machine, model, motion, self.points, every), motion, exact, travel
         )
 
     def _with(self, label: str, step: float) -> mujoco.MjModel:
@@ -195,7 +177,7 @@ class _Bench:
             steppers[label] = looping_stepper(model, state_of(model, data), 100)()
         for _ in range(5):
             for label, advance in steppers.items():
-                spent[label] = min(spent[label], _timed(advance))
+                spent[label] = min(spent[label], step_time(advance))
         return {label: value / spent[OWN] for label, value in spent.items()}
 
     def _shipped(self, travel: float) -> ShippedRun:
@@ -208,7 +190,7 @@ class _Bench:
             try:
                 numbers[actuator] = float(text)
             except ValueError:
-                laws[names.index(actuator)] = _control_law(text, actuator)
+                laws[names.index(actuator)] = control_law(text, actuator)
         data, key = data_at_start(self.model, self.question.keyframe, tuple(numbers.items()))
         words = start_words(self.model, key, data.ctrl.tolist())
         return shipped_run(copy.copy(self.model), data, laws, self.seconds, words, travel)
@@ -222,172 +204,3 @@ class _Bench:
             free_run(label, with_settings(self.model, label, step, self.seconds, True), motion, self.seconds)
             for label in LABELS
         )
-
-
-# -- what is asked ---------------------------------------------------------------------------------------------------
-
-
-def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tuple[dict[str, Law], tuple[str, ...]]:
-    """Laws of the driven joints, and the joints that are held: free joints under what closes.
-
-    Raises:
-        InvalidInput: a drive is no joint, no hinge or slide, or its law leaves the joint's range.
-    """
-    by_name, laws = {joint.name: joint for joint in tree.joints}, dict[str, Law]()
-    drivable = [one.name for one in tree.joints if one.kind in ("hinge", "slide")]
-    for name, text in question.drives.items():
-        if name not in by_name:
-            if name in numbered(names_of(model, "actuator")):
-                moved = name_or_number(
-                    model, "joint", int(model.actuator_trnid[element_id(model, "actuator", name), 0])
-                )
-                raise InvalidInput(f"--drive {name}: it is an actuator; drive its joint: --drive {moved}={text}")
-            raise unknown_choice("joint", name, drivable)
-        joint = by_name[name]
-        if joint.kind not in ("hinge", "slide"):
-            raise InvalidInput(
-                f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {listed(drivable)}"
-            )
-        laws[name] = law_of(text, joint.unit, float(tree.start[joint.coordinate]), name)
-    if all(law.duration == math.inf for law in laws.values()):
-        raise InvalidInput(
-            f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}"
-        )
-    seconds = question.seconds or _duration(laws)
-    for name, law in laws.items():
-        if (span := by_name[name].range) is not None:
-            values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
-            if values.min() < span[0] - 1e-9 or values.max() > span[1] + 1e-9:
-                raise InvalidInput(
-                    f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
-                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}"
-                )
-    return laws, tuple(
-        joint.name for joint in tree.joints if joint.kind == "free" and not tree.bodies[joint.body].parent
-    )
-
-
-def _duration(laws: Mapping[str, Law]) -> float:
-    return max(law.duration for law in laws.values() if law.duration < math.inf)
-
-
-def _control_law(text: str, actuator: str) -> Callable[[float], float]:
-    law = law_of(text, "rad", 0.0, actuator)
-    return lambda now: float(law.derivatives(np.array([now]))[0, 0])
-
-
-def _points(model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question) -> tuple[FoundPoint, ...]:
-    """Points that are judged: those named, or all that the drives determine."""
-    for name in question.points:
-        if name not in tree.points:
-            raise unknown_choice("point", name, tree.points)
-        if name in freedom.undetermined:
-            raise InvalidInput(
-                f"--point {name}: its drives do not determine it: {', '.join(freedom.idle)} can still move"
-            )
-    return site_points(model, question.points or tuple(p for p in tree.points if p not in freedom.undetermined))
-
-
-# -- kinematic mode --------------------------------------------------------------------------------------------------
-
-
-def kinematic_mode(bench: _Bench, motion: SpatialMotion) -> tuple[dict[str, float], tuple[str, ...]]:
-    """How far MuJoCo's kinematics are from the exact motion, over its largest values; and what is met on the way."""
-    model, off, sizes = bench.model, dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
-    data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
-    start = {p.name: motion.points[p.name].position[0] for p in bench.points}
-    for k in range(len(motion.times)):
-        start_state(data, motion, k)
-        with warnings_kept_quiet():
-            mujoco.mj_forward(model, data)
-        data.qacc[:] = motion.rates[1, :, k]
-        mujoco.mj_rnePostConstraint(model, data)
-        opened = max([opened, *gaps_of(model, data).values()])
-        for contact in data.contact[: data.ncon]:
-            if contact.dist < 0.0:
-                touching[" and ".join(name_or_number(model, "geom", int(g)) for g in contact.geom)] = None
-        for point in bench.points:
-            exact = motion.points[point.name]
-            for name, found in zip(QUANTITIES, point.motion(model, data), strict=True):
-                truth = getattr(exact, name)[k]
-                size = truth - start[point.name] if name == "position" else truth
-                sizes[name] = max(sizes[name], float(np.linalg.norm(size)))
-                off[name] = max(off[name], float(np.linalg.norm(found - truth)))
-    shares = {name: off[name] / max(sizes[name], 1e-300) for name in QUANTITIES if sizes[name] > 1e-12}
-    shares["closures"] = max(opened - 2.0 * bench.misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
-    return shares, tuple(_met(bench, motion, list(touching)))
-
-
-def _met(bench: _Bench, motion: SpatialMotion, touching: list[str]) -> Iterator[str]:
-    if touching:
-        yield f"parts touch on the way: {listed(touching)}; the runs have these contacts, the exact motion has none"
-    for joint in bench.machine.tree.joints:
-        if joint.range is not None and joint.kind in ("hinge", "slide"):
-            values = motion.coordinates[joint.coordinate]
-            if values.min() < joint.range[0] - 1e-6 or values.max() > joint.range[1] + 1e-6:
-                yield (
-                    f"{joint.name} goes from {values.min():.4g} to {values.max():.4g} {joint.unit}, its limits are "
-                    f"{joint.range[0]:.4g} to {joint.range[1]:.4g}: the runs have them"
-                )
-
-
-# -- dynamic mode ----------------------------------------------------------------------------------------------------
-
-
-def with_settings(model: mujoco.MjModel, label: str, step: float, period: float, idle: bool) -> mujoco.MjModel:
-    """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, as flywheels need.
-
-    Args:
-        idle: whether the drives leave a freedom, whose inertia rounding hides beside closures that are too hard.
-    """
-    own = copy.copy(model)
-    own.opt.timestep = step
-    if label == OWN:
-        return ordered(own, Order(label, tolerance=0.0))
-    tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact=False)
-    if label == "hardened":
-        tuned = replace(tuned, preset=label, solref=(0.1 * period, 1.0), hardening=SOFTER if idle else HARDENING)
-    return ordered(own, Order(label, tuned))
-
-
-def judged(
-    label: str, step: float, run: Recording, motion: SpatialMotion, exact: SpatialForces | None, travel: float
-) -> LoopRun:
-    """A run with its errors against the exact motion at the same times."""
-    gaps = {name: float(np.nanmax(gap)) for name, gap in run.gaps.items()}
-    if run.outcome is not Outcome.COMPLETED:
-        return LoopRun(label, step, run.outcome, run.reason, gaps=gaps)
-    if max(gaps.values(), default=0.0) > OPEN_GAP * travel:
-        worst = max(gaps, key=lambda name: gaps[name])
-        return LoopRun(label, step, Outcome.OPENED, f"{worst} opens by {1e3 * gaps[worst]:.3g} mm", gaps=gaps)
-    off = {
-        name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
-        for name, found in run.points.items()
-    }
-    errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
-    worst = max(off, key=lambda name: float(off[name][0].max()))
-    drives, reactions = dict[str, float](), dict[str, float]()
-    if exact is not None:
-        drives = {name: _relative(run.forces[name], truth) for name, truth in exact.drives.items()}
-        reactions = {name: _relative(run.forces[name], truth) for name, truth in exact.reactions.items()}
-        reactions = {name: off for name, off in reactions.items() if math.isfinite(off)}
-    curve = error_curve(run.times, np.max([one[0] for one in off.values()], axis=0))
-    return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions)
-
-
-def _relative(found: Array, truth: Array) -> float:
-    """Largest deviation over the largest of the truth; not a number where nothing of that is known."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        return float(np.nanmax(np.abs(found - truth)) / max(float(np.nanmax(np.abs(truth))), 1e-300))
-
-
-def _timed(advance: Callable[[int], None]) -> float:
-    """CPU time of a step [s], over as many as take long enough to be timed."""
-    count = 50
-    while True:
-        before = time.process_time()
-        advance(count)
-        if (spent := time.process_time() - before) > TIMED / 5:
-            return spent / count
-        count *= 2

@@ -1,0 +1,89 @@
+"""Settings of a model's runs, their cost, and their errors against the exact motion."""
+
+from __future__ import annotations
+
+import copy
+import math
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.settings import HARDENING, MuJoCoSettings
+from conrod.exact.motion import Array
+from conrod.exact.space.forces import SpatialForces
+from conrod.exact.space.motion import SpatialMotion
+from conrod.mjcf.loops.driving import Recording
+from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun
+from conrod.own.error_curve import error_curve
+from conrod.own.models.driving import ordered
+from conrod.own.models.request import Order
+from conrod.runs.outcome import OPEN_GAP
+from conrod.runs.trajectory import Outcome
+
+# Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
+# 1 mm at 1e-9 and by 1e-7 mm at 1e-7 (1 m, 1 ms).
+SOFTER = 1e-7
+TIMED = 0.15  # [s]
+
+
+def with_settings(model: mujoco.MjModel, label: str, step: float, period: float, idle: bool) -> mujoco.MjModel:
+    """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, as flywheels need.
+
+    Args:
+        idle: whether the drives leave a freedom, whose inertia rounding hides beside closures that are too hard.
+    """
+    own = copy.copy(model)
+    own.opt.timestep = step
+    if label == OWN:
+        return ordered(own, Order(label, tolerance=0.0))
+    tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact=False)
+    if label == "hardened":
+        tuned = replace(tuned, preset=label, solref=(0.1 * period, 1.0), hardening=SOFTER if idle else HARDENING)
+    return ordered(own, Order(label, tuned))
+
+
+def errors_of(
+    label: str, step: float, run: Recording, motion: SpatialMotion, exact: SpatialForces | None, travel: float
+) -> LoopRun:
+    """A run with its errors against the exact motion at the same times."""
+    gaps = {name: float(np.nanmax(gap)) for name, gap in run.gaps.items()}
+    if run.outcome is not Outcome.COMPLETED:
+        return LoopRun(label, step, run.outcome, run.reason, gaps=gaps)
+    if max(gaps.values(), default=0.0) > OPEN_GAP * travel:
+        worst = max(gaps, key=lambda name: gaps[name])
+        return LoopRun(label, step, Outcome.OPENED, f"{worst} opens by {1e3 * gaps[worst]:.3g} mm", gaps=gaps)
+    off = {
+        name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
+        for name, found in run.points.items()
+    }
+    errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
+    worst = max(off, key=lambda name: float(off[name][0].max()))
+    drives, reactions = dict[str, float](), dict[str, float]()
+    if exact is not None:
+        drives = {name: _relative(run.forces[name], truth) for name, truth in exact.drives.items()}
+        reactions = {name: _relative(run.forces[name], truth) for name, truth in exact.reactions.items()}
+        reactions = {name: off for name, off in reactions.items() if math.isfinite(off)}
+    curve = error_curve(run.times, np.max([one[0] for one in off.values()], axis=0))
+    return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions)
+
+
+def _relative(found: Array, truth: Array) -> float:
+    """Largest deviation over the largest of the truth; not a number where nothing of that is known."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return float(np.nanmax(np.abs(found - truth)) / max(float(np.nanmax(np.abs(truth))), 1e-300))
+
+
+def step_time(advance: Callable[[int], None]) -> float:
+    """CPU time of a step [s], over as many as take long enough to be timed."""
+    count = 50
+    while True:
+        before = time.process_time()
+        advance(count)
+        if (spent := time.process_time() - before) > TIMED / 5:
+            return spent / count
+        count *= 2
