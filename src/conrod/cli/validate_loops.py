@@ -12,8 +12,8 @@ from rich.text import Text
 from conrod.cli import FAILED
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
-from conrod.cli.validate_request import Request
 from conrod.cli.say import waiting
+from conrod.cli.validate_request import Request
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
 from conrod.mechanism.units import check_number, in_prose, parse_quantity

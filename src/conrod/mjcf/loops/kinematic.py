@@ -11,7 +11,8 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.driving import gaps_of, start_state
 from conrod.mjcf.loops.results import QUANTITIES
-from conrod.own.models.loading import FoundPoint, (
+from conrod.own.models.loading import (
+    FoundPoint,
     listed,
     name_or_number,
 )

@@ -17,7 +17,7 @@ from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.loops.differences import Comparison, changes, compared
-from conrod.mjcf.loops.driving import driven_run, free_run, shipped_run, start_state
+from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.mjcf.loops.request import control_law, duration, judged_points, laws_of, machine_tree
