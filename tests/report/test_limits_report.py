@@ -83,7 +83,7 @@ def test_the_index_names_what_it_was_made_with(batch: Batch) -> None:
 
 def small(study: LimitStudy) -> LimitStudy:
     """Few figures, and a part of every kind that has none."""
-    return replace(of_axis(study, "mass-ratio"), determinism=study.determinism, needs=study.needs)
+    return replace(of_axis(study, "mass-ratio"), determinism=study.determinism)
 
 
 def test_a_saved_report_renders_the_same_again(study: LimitStudy, tmp_path: Path) -> None:

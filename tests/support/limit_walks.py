@@ -171,7 +171,6 @@ def limit_study() -> LimitStudy:
         walks=tuple(walks),
         long_runs=study.long_runs[:2],
         maps=study.maps[:1],
-        needs=study.needs[-2:],
         determinism=study.determinism[:2],
     )
 
@@ -179,4 +178,4 @@ def limit_study() -> LimitStudy:
 def of_axis(study: LimitStudy, axis: str) -> LimitStudy:
     """What asking for one axis alone would have given."""
     walks = tuple(walk for walk in study.walks if walk.axis == axis)
-    return replace(study, walks=walks, long_runs=(), maps=(), needs=(), determinism=(), floats=())
+    return replace(study, walks=walks, long_runs=(), maps=(), determinism=(), floats=())

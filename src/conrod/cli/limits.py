@@ -22,7 +22,7 @@ Axes: steps, speed, mass-ratio, nearness, stabilisation, regularisation,
 iterations, run-length, length-unit, rounding, start-pose, declaration;
 of a cam: float, flank-radius, nose-radius.
 Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
-Besides: mass-ratio-at-iterations, determinism; of a cam: flight.
+Besides: determinism; of a cam: flight.
 docs/limits.md says what each one does."""
 SEPARATOR = ".."
 MOST_REVOLUTIONS = 1e6

@@ -22,7 +22,6 @@ from conrod.report.limits.tables import (
     determinism_table,
     long_run_table,
     maps_table,
-    needs_table,
     reach_table,
     refusals,
     steps_table,
@@ -86,14 +85,12 @@ def _page(part: Part[LimitStudy]) -> Page:
         command=part.command,
         undetected=undetected_words(study.walks),
         on_maps=[run.undetected for found in study.maps for run in found.runs],
-        iterated=[probe.undetected for need in study.needs for walk in need.walks for probe in walk.probes],
         reach=reach_table(study.walks),
         overview=shown[0] if shown else None,
         dangers=undetected_table(study.walks),
         sections=sections,
         maps=maps,
         maps_table=maps_table(study.maps),
-        needs_table=needs_table(study.needs),
         onsets=onset_table(study.floats),
         flights=flight_table(study.floats),
         theory=next((found.theory * 30.0 / math.pi for found in study.floats if found.theory is not None), None),
@@ -169,7 +166,7 @@ def _summary(study: LimitStudy) -> dict[str, Any]:
 
 # -- merged with what a folder already holds --------------------------------------------------------------------------
 
-TOPIC = ("engine", "preset", "axis", "x_axis", "y_axis", "iterations")  # of a part of a study, besides the scene
+TOPIC = ("engine", "preset", "axis", "x_axis", "y_axis")  # of a part of a study, besides the scene
 
 
 def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:

@@ -14,7 +14,7 @@ from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.determinism import RUNS, Determinism
 from conrod.studies.limits.maps import LimitMap, standing
 from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR, Mark
-from conrod.studies.limits.results import IterationNeed, LimitStudy, LongRun, Probe, Walk, stretches
+from conrod.studies.limits.results import LimitStudy, LongRun, Probe, Walk, stretches
 
 WHO = ("engine", "preset")
 # Criterion -> the heading of its column.
@@ -243,16 +243,6 @@ def maps_table(maps: Iterable[LimitMap]) -> Table:
         run = (str(found.nodes), str(len(found.runs)), numbers.percent(found.share))
         rows.append((*who(found), *axes, *run, *shares))
     return table((*WHO, "across", "upwards", "nodes", "runs", "share", *(f"{name} nodes" for name in standings)), rows)
-
-
-def needs_table(needs: Iterable[IterationNeed]) -> Table:
-    """Return a row for each number of iterations and each way from equal masses."""
-    rows = [
-        (*who(need), str(need.iterations), "lighter" if walk.falling else "heavier", *bounded(walk))
-        for need in needs
-        for walk in need.walks
-    ]
-    return table((*WHO, "iterations", "slider", *BOUNDED), rows)
 
 
 def determinism_table(found: Iterable[Determinism]) -> Table:

@@ -9,7 +9,6 @@ from itertools import islice
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.engine import judged_preset
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study, pursue
@@ -19,7 +18,7 @@ from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search
 from conrod.studies.limits.maps import PAIRS, Pair, map_search
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
-from conrod.studies.limits.walk import ITERATIONS, MASS_RATIO, length_search, need_search, walk_search
+from conrod.studies.limits.walk import length_search, walk_search
 
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
 Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study or several
@@ -72,18 +71,6 @@ def _pair(pair: Pair) -> Item:
     return Item(pair.name, pair.refusal, lambda setup, _: [partial(map_search, setup, pair)])
 
 
-def _no_rule_to_replace(setup: Setup) -> str | None:
-    # An engine as it comes is off whatever its iterations leave; later presets are the first judged one, changed.
-    preset = judged_preset(setup.made_by)
-    if setup.preset != preset:
-        return f"iterations that stay are studied with the preset {preset} alone"
-    return MASS_RATIO.refusal(setup)
-
-
-def _needs(setup: Setup, asked: Request) -> list[Search]:
-    return [partial(need_search, setup, iterations) for iterations in ITERATIONS]
-
-
 def _no_follower(setup: Setup) -> str | None:
     if setup.contact and not setup.scene.closed_form:
         return AXES["float"].refusal(setup)
@@ -95,7 +82,6 @@ ITEMS = {
     for item in (
         *map(_axis, AXES.values()),
         *map(_pair, PAIRS),
-        Item("mass-ratio-at-iterations", _no_rule_to_replace, _needs),
         Item("determinism", lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
         Item("flight", _no_follower, lambda setup, _: [partial(float_search, setup)]),
     )

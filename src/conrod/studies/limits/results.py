@@ -121,17 +121,6 @@ class LongRun:
 
 
 @dataclass(frozen=True)
-class IterationNeed:
-    """Walks of the mass ratio, upwards and downwards, with a number of iterations that stays."""
-
-    scene: str
-    engine: str
-    preset: str
-    iterations: int
-    walks: tuple[Walk, ...]
-
-
-@dataclass(frozen=True)
 class LimitStudy:
     """All that `conrod limits` finds on one scene; parts that were not asked for are empty.
 
@@ -150,7 +139,6 @@ class LimitStudy:
     walks: tuple[Walk, ...]
     long_runs: tuple[LongRun, ...]
     maps: tuple[LimitMap, ...]
-    needs: tuple[IterationNeed, ...]
     determinism: tuple[Determinism, ...]
     floats: tuple[FollowerFloat, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
@@ -161,7 +149,6 @@ PARTS: dict[str, type[Any]] = {
     "walks": Walk,
     "long_runs": LongRun,
     "maps": LimitMap,
-    "needs": IterationNeed,
     "determinism": Determinism,
     "floats": FollowerFloat,
 }

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.limits.axes import AXES, Axis
+from conrod.studies.limits.axes import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of, solver_note
-from conrod.studies.limits.results import Boundary, IterationNeed, LongRun, Probe, Walk
+from conrod.studies.limits.results import Boundary, LongRun, Probe, Walk
 from conrod.studies.limits.scale import between, spaced
 
 # Three runs in each of four decades: what fails and holds again between two of them is missed.
@@ -82,31 +81,6 @@ def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
     again = tuple(probe.value for probe, good in zip(probes[k:], held[k:], strict=True) if good)
     last_good, bad = probes[k - 1].value if k else None, probes[k]
     return Boundary(criterion.slug, last_good, bad.value, bad.outcome, bad.undetected, again)
-
-
-# -- mass ratio at iterations that stay ------------------------------------------------------------------------------
-
-MASS_RATIO = AXES["mass-ratio"]
-ITERATIONS = (1, 3, 10, 30, 100, 300, 1000)
-
-
-def mass_ratio_at(iterations: int) -> Axis:
-    """Return the mass ratio, with the preset's rule for the iterations replaced by a number that stays."""
-
-    def iterated(setup: Setup, value: float) -> LimitCase:
-        case = MASS_RATIO.case(setup, value)
-        return replace(case, settings=setup.variations.iterated(case.settings, iterations))
-
-    return replace(MASS_RATIO, case=iterated)
-
-
-def need_search(setup: Setup, iterations: int) -> Study[IterationNeed]:
-    """Walk the mass ratio both ways with a number of iterations that stays."""
-    axis = mass_ratio_at(iterations)
-    walks = []
-    for first, last in axis.spans(setup):
-        walks.append((yield from walk_search(axis, setup, first, last)))
-    return IterationNeed(setup.name, setup.engine, setup.preset, iterations, tuple(walks))
 
 
 # -- long runs -------------------------------------------------------------------------------------------------------
