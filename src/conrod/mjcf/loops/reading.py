@@ -40,7 +40,7 @@ def tree_of(model: mujoco.MjModel, start: Array, active: Array | None = None) ->
     if not points:
         points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if k}
     gravity = np.zeros(3) if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else model.opt.gravity.copy()
-    moving = {name: one for name, one in points.items() if model.body_weldid[one.body]}
+    moving = {name: one for name, one in points.items() if model.body_dofnum[model.body_weldid[one.body]]}
     return SpatialTree(bodies, closures, moving, gravity, np.array(start, dtype=float), _unmodelled(model))
 
 

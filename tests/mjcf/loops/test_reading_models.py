@@ -1,0 +1,257 @@
+"""A model read from MuJoCo stands and moves as MuJoCo's own kinematics do, in any pose of any tree."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from random_trees import random_state, random_tree
+
+from conrod.engines.mujoco.model import constraint_jacobian
+from conrod.exact.motion import Array
+from conrod.exact.space.closing import jacobian, residuals
+from conrod.exact.space.motion import moved
+from conrod.exact.space.poses import poses
+from conrod.exact.space.tree import SpatialTree
+from conrod.mjcf.loops.driving import site_points
+from conrod.mjcf.loops.reading import tree_of
+
+SEEDS = range(12)
+ROUNDING = 1e-14  # of bodies up to a few metres away
+
+
+def read(model: mujoco.MjModel, coordinates: Array | None = None) -> SpatialTree:
+    return tree_of(model, model.qpos0 if coordinates is None else coordinates)
+
+
+def at(model: mujoco.MjModel, seed: int) -> tuple[mujoco.MjData, Array]:
+    """Data with all that belongs to a random state, and its coordinates (nq, 1)."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], accelerations = random_state(model, seed)
+    mujoco.mj_forward(model, data)
+    data.qacc[:] = accelerations
+    mujoco.mj_rnePostConstraint(model, data)
+    return data, data.qpos[:, None].copy()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_all_bodies_and_points_stand_where_mujoco_has_them(seed: int) -> None:
+    model = random_tree(seed)
+    data, coordinates = at(model, seed)
+    tree = read(model)
+    found = poses(tree, coordinates)
+    size = np.abs(data.xpos).max()
+    for body in range(model.nbody):
+        assert found.places[body][0][:, 0] == pytest.approx(data.xpos[body], abs=ROUNDING * size)
+        assert found.turns[body][0][..., 0].ravel() == pytest.approx(data.xmat[body], abs=ROUNDING)
+    for name, point in tree.points.items():
+        assert found.point(point)[0][:, 0] == pytest.approx(data.site(name).xpos, abs=ROUNDING * size)
+    assert set(tree.points) >= {"SF"}
+    assert "S0" not in tree.points  # on a body that stands still
+
+
+def test_a_joint_in_another_place_is_seen() -> None:
+    # Negative control: what a pose depends on makes a difference, each of it.
+    model = random_tree(0)
+    _, coordinates = at(model, 0)
+    before = poses(read(model), coordinates)
+    for field in ("jnt_pos", "jnt_axis", "body_pos", "body_quat", "qpos0"):
+        edited = random_tree(0)
+        getattr(edited, field)[-1] += 1e-6
+        after = poses(read(edited), coordinates)
+        assert max(np.abs(a[0] - b[0]).max() for a, b in zip(before.places, after.places, strict=True)) > 1e-9, field
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_points_move_and_accelerate_as_mujocos_do(seed: int) -> None:
+    model = random_tree(seed)
+    data, coordinates = at(model, seed)
+    tree = read(model)
+    found = poses(tree, coordinates, np.stack([data.qvel, data.qacc])[:, :, None])
+    for point in site_points(model, tuple(tree.points)):
+        _, velocity, acceleration = point.motion(model, data)
+        series = found.point(tree.points[point.name])
+        size = 1.0 + np.abs(acceleration).max()
+        assert series[1][:, 0] == pytest.approx(velocity, abs=1e-13 * size)
+        assert 2.0 * series[2][:, 0] == pytest.approx(acceleration, abs=1e-12 * size)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:4])
+def test_jerks_are_the_change_of_accelerations_along_a_motion(seed: int) -> None:
+    tree = read(random_tree(seed))
+    draw, step = np.random.default_rng(seed), 2e-3
+    rates = draw.normal(size=(3, tree.freedom))
+    start = random_state(random_tree(seed), seed)[0][:, None]
+
+    def rates_at(time: float) -> Array:
+        return np.array([rates[0] + time * (rates[1] + time * rates[2]), rates[1] + 2.0 * time * rates[2]])
+
+    def accelerations(share: int) -> list[Array]:
+        here, parts = start, 400
+        part = share * step / parts
+        for k in range(parts):  # midpoint rule, whose error is far below the difference's
+            here = moved(tree, here, part * rates_at((k + 0.5) * part)[0][:, None])
+        found = poses(tree, here, rates_at(share * step)[:, :, None])
+        return [2.0 * found.point(point)[2][:, 0] for point in tree.points.values()]
+
+    found = poses(tree, start, rates[:, :, None])
+    around = [np.array(accelerations(share)) for share in (-2, -1, 1, 2)]
+    change = (around[0] - 8.0 * around[1] + 8.0 * around[2] - around[3]) / (12.0 * step)
+    for point, expected in zip(tree.points.values(), change, strict=True):
+        series = found.point(point)
+        assert 6.0 * series[3][:, 0] == pytest.approx(expected, abs=1e-7 * (1.0 + np.abs(change).max()))
+
+
+def test_many_samples_at_once_are_each_by_itself() -> None:
+    model = random_tree(3)
+    tree = read(model)
+    states = [random_state(model, seed) for seed in range(5)]
+    coordinates = np.stack([state[0] for state in states], axis=1)
+    rates = np.stack([np.stack(state[1:]) for state in states], axis=2)
+    together = poses(tree, coordinates, rates)
+    for k in range(5):
+        alone = poses(tree, coordinates[:, k : k + 1], rates[:, :, k : k + 1])
+        for point in tree.points.values():
+            for one, many in zip(alone.point(point), together.point(point), strict=True):
+                assert np.broadcast_to(many, (3, 5))[:, k] == pytest.approx(one[:, 0], abs=1e-13)
+
+
+# -- closures ----------------------------------------------------------------------------------------------------------
+
+CONNECTS = (
+    '<connect name="c" body1="B2" body2="B5" anchor="0.1 -0.2 0.3"/>',
+    '<connect name="c" body1="B3" anchor="0.1 -0.2 0.3"/>',
+    '<connect name="c" body1="hand" body2="B5" anchor="0.1 -0.2 0.3"/>',
+    '<connect name="c" site1="S3" site2="S6"/>',
+    '<connect name="c" site1="S0" site2="S6"/>',
+    '<connect name="c" body1="float" body2="B4" anchor="0.1 0 0"/>',
+)
+COUPLINGS = (
+    '<joint name="c" joint1="F1" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
+    '<joint name="c" joint1="F1" joint2="{hinge}" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
+    '<tendon name="c" tendon1="T1" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
+    '<tendon name="c" tendon1="T1" tendon2="T2" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
+)
+WELDS = (
+    '<weld name="c" body1="B2" body2="B5"/>',
+    '<weld name="c" body1="B2" body2="B5" anchor="0.1 0.2 0.3" relpose="0.2 0.1 0.3 0.4 -0.5 0.6 0.2"/>',
+    '<weld name="c" body1="hand" body2="B5" torquescale="0.3"/>',
+    '<weld name="c" body1="B6" anchor="0.1 0.2 0.3"/>',
+    '<weld name="c" site1="S3" site2="S6"/>',
+)
+
+
+def scalar_joints(seed: int) -> list[str]:
+    """Hinges and slides of the random tree."""
+    model = random_tree(seed)
+    return [model.joint(j).name for j in range(model.njnt) if model.jnt_type[j] >= 2 and model.joint(j).name != "F1"]
+
+
+def closed_by(closure: str, seed: int) -> mujoco.MjModel:
+    names = scalar_joints(seed)
+    tendons = (
+        f'<fixed name="T1"><joint joint="F1" coef="0.7"/><joint joint="{names[0]}" coef="-1.3"/></fixed>'
+        f'<fixed name="T2"><joint joint="{names[-1]}" coef="0.4"/></fixed>'
+    )
+    return random_tree(seed, equality=closure.format(hinge=names[0]), tendon=tendons)
+
+
+@pytest.mark.parametrize("closure", CONNECTS + COUPLINGS)
+@pytest.mark.parametrize("seed", SEEDS[:3])
+def test_connects_and_couplings_are_open_by_what_mujoco_says_and_have_its_jacobian(closure: str, seed: int) -> None:
+    model = closed_by(closure, seed)
+    data, coordinates = at(model, seed)
+    tree = read(model)
+    found = poses(tree, coordinates)
+    # A coupling whose dependent sum is of angles is weighed by the extent.
+    joints = {joint.rate: joint for joint in tree.joints}
+    sums = tree.closures[0].sums
+    angles = bool(sums) and not any(joints[rate].unit == "m" for rate in sums[0])
+    weight, size = tree.extent if angles else 1.0, 1.0 + np.abs(data.efc_pos).max()
+    assert residuals(found, 0)[0, :, 0] == pytest.approx(weight * data.efc_pos, abs=1e-14 * size)
+    assert jacobian(found, 1)[0] == pytest.approx(weight * constraint_jacobian(model, data), abs=1e-13 * size)
+
+
+def differences(tree: SpatialTree, coordinates: Array) -> Array:
+    """Derivatives of what closures leave open by the joint rates (rows, nv), as differences."""
+    columns, step = [], 1e-5
+    for rate in range(tree.freedom):
+        way = np.zeros((tree.freedom, 1))
+        way[rate] = step
+        ends = [residuals(poses(tree, moved(tree, coordinates, sign * way)), 0)[0, :, 0] for sign in (1.0, -1.0)]
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("closure", CONNECTS + COUPLINGS)
+def test_the_jacobian_is_the_change_of_what_is_open(closure: str) -> None:
+    model = closed_by(closure, 1)
+    _, coordinates = at(model, 1)
+    tree = read(model)
+    mine = jacobian(poses(tree, coordinates), 1)[0]
+    assert mine == pytest.approx(differences(tree, coordinates), abs=1e-7 * (1.0 + np.abs(mine).max()))
+
+
+def welded_at(model: mujoco.MjModel, seed: int) -> tuple[mujoco.MjModel, mujoco.MjData, Array]:
+    """The model with its weld, of bodies or of sites, made to be closed at a random pose."""
+    data, coordinates = at(model, seed)
+    one, two = int(model.eq_obj1id[0]), int(model.eq_obj2id[0])
+    if model.eq_objtype[0] == mujoco.mjtObj.mjOBJ_SITE:
+        bodies = [int(model.site_bodyid[site]) for site in (one, two)]
+        turns = [data.xmat[body].reshape(3, 3) for body in bodies]
+        place = data.site_xpos[one]
+        model.site_pos[two] = turns[1].T @ (place - data.xpos[bodies[1]])
+        mujoco.mju_mat2Quat(model.site_quat[two], (turns[1].T @ data.site_xmat[one].reshape(3, 3)).ravel())
+    else:
+        turns = [data.xmat[body].reshape(3, 3) for body in (one, two)]
+        anchor = data.xpos[two] + turns[1] @ model.eq_data[0, :3]
+        model.eq_data[0, 3:6] = turns[0].T @ (anchor - data.xpos[one])
+        mujoco.mju_mat2Quat(model.eq_data[0, 6:10], (turns[0].T @ turns[1]).ravel())
+    mujoco.mj_forward(model, data)
+    return model, data, coordinates
+
+
+@pytest.mark.parametrize("closure", WELDS)
+@pytest.mark.parametrize("seed", SEEDS[:3])
+def test_a_weld_is_closed_where_mujocos_is_and_opens_with_it(closure: str, seed: int) -> None:
+    model, data, coordinates = welded_at(random_tree(seed, equality=closure), seed)
+    tree = read(model)
+    assert np.abs(data.efc_pos).max() < 1e-14 * 10.0
+    assert np.abs(residuals(poses(tree, coordinates), 0)).max() < 1e-13
+    mine = jacobian(poses(tree, coordinates), 1)[0]
+    assert mine == pytest.approx(differences(tree, coordinates), abs=1e-7)
+    theirs = constraint_jacobian(model, data)
+    assert mine[:3] == pytest.approx(theirs[:3], abs=1e-13)
+    # MuJoCo weighs turns by half of the torquescale, a length, and sees them from another frame.
+    both = np.concatenate([mine[3:], theirs[3:]])
+    assert np.linalg.matrix_rank(both, tol=1e-9) == np.linalg.matrix_rank(mine[3:], tol=1e-9)
+    scale = np.linalg.norm(mine[3:]) / np.linalg.norm(theirs[3:])
+    values = [np.linalg.svd(rows, compute_uv=False) for rows in (mine[3:], theirs[3:])]
+    assert values[0] == pytest.approx(scale * values[1], rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize("closure", WELDS)
+def test_a_weld_that_is_open_is_seen(closure: str) -> None:
+    model, _, coordinates = welded_at(random_tree(1, equality=closure), 1)
+    tree = read(model)
+    for field in ("eq_data", "site_pos", "site_quat"):
+        if (field == "eq_data") == (model.eq_objtype[0] == mujoco.mjtObj.mjOBJ_SITE):
+            continue
+        edited = random_tree(1, equality=closure)
+        for name in ("eq_data", "site_pos", "site_quat"):
+            getattr(edited, name)[:] = getattr(model, name)
+        number = 0 if field == "eq_data" else int(model.eq_obj2id[0])
+        getattr(edited, field)[number, 0] += 1e-4
+        assert np.abs(residuals(poses(read(edited), coordinates), 0)).max() > 1e-5
+    assert tree.closures[0].rows == 6
+
+
+def test_a_spring_and_an_axis_are_read_with_their_units() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body><joint name="j" axis="0 0 3" ref="30" range="-10 90" stiffness="4" springref="45"'
+        ' damping="0.2" armature="0.1"/><geom size="0.1"/></body></worldbody></mujoco>'
+    )
+    (joint,) = read(model).joints
+    assert joint.axis.tolist() == [0.0, 0.0, 1.0]
+    assert np.degrees([joint.reference, joint.spring, *joint.range]) == pytest.approx([30.0, 45.0, -10.0, 90.0])
+    assert (joint.stiffness, joint.damping, joint.armature) == (4.0, 0.2, 0.1)
