@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.exact.space.tree import SpatialTree
+from conrod.exact.space.tree import SpatialJoint, SpatialTree
 
 
-def is_turn(tree: SpatialTree, rate: int) -> bool:
-    """Whether a rate is one of angles."""
-    joint = tree.joint_of_rate(rate)
-    return joint.kind in ("hinge", "ball") or (joint.kind == "free" and rate - joint.rate >= 3)
+def lengths(tree: SpatialTree, joint: SpatialJoint, numbers: Mapping[str, int]) -> Array:
+    """For each of a joint's coordinates or rates: 1 of a length, the extent [m] of a turn."""
+    straight = {"slide": 1, "free": 3}.get(joint.kind, 0)
+    return np.array([1.0] * straight + [tree.extent] * (numbers[joint.kind] - straight))
 
 
 def moved(tree: SpatialTree, coordinates: Array, way: Array) -> Array:

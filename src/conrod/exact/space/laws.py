@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,13 +56,15 @@ def law_of(text: str, unit: str, start: float, name: str) -> Law:
         return Law(text, (2.0 * math.pi if unit == "rad" else 1.0) / abs(rate), _line(start, rate))
     if kind == "sine" and len(parts) == 2:
         amplitude, frequency = parse_quantity(name, parts[0], unit), parse_quantity(name, parts[1], "Hz")
+        check_number(f"amplitude of {name}", abs(amplitude), *LENGTHS, unit)
         check_number(f"frequency of {name}", frequency, *LENGTHS, "Hz")
         return Law(text, 1.0 / frequency, _sine(start, amplitude, 2.0 * math.pi * frequency))
     if kind == "move" and len(parts) == 3:
         begin, end = (parse_quantity(name, part, unit) for part in parts[:2])
+        check_number(f"way of {name}", abs(end - begin), *LENGTHS, unit)
         duration = parse_quantity(name, parts[2], "s")
         check_number(f"duration of {name}", duration, *LENGTHS, "s")
-        return Law(text, duration, _move(begin, end, duration))
+        return Law(text, duration, quintic(begin, end, duration))
     if kind == "table" and rest:
         return _table(text, Path(rest), name)
     raise InvalidInput(f"{name} = {text!r} is no drive law: give {FORMS}")
@@ -86,15 +89,21 @@ def _sine(start: float, amplitude: float, omega: float) -> Callable[[Array], Arr
     return derivatives
 
 
-def _move(begin: float, end: float, duration: float) -> Callable[[Array], Array]:
-    """A quintic between two coordinates; it stays at the second."""
+def quintic(begin: float, end: float, duration: float) -> Callable[[Array], Array]:
+    """Derivatives (4, T) of a quintic from one coordinate to another, where it stays; at rest at both ends."""
     polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, *QUINTIC])
 
     def derivatives(times: Array) -> Array:
         share = np.clip(times / duration, 0.0, 1.0)
         rows = [(end - begin) * polynomial.deriv(k)(share) / duration**k for k in (1, 2, 3)]
-        return _stacked(times, begin + (end - begin) * polynomial(share), *rows)
+        return _at_rest_after(duration, times, _stacked(times, begin + (end - begin) * polynomial(share), *rows))
 
+    return derivatives
+
+
+def _at_rest_after(end: float, times: Array, derivatives: Array) -> Array:
+    """Derivatives (4, T) of a law that stays where it is after its end [s]."""
+    derivatives[1:, times > end] = 0.0
     return derivatives
 
 
@@ -103,16 +112,17 @@ def _table(text: str, path: Path, name: str) -> Law:
     from scipy.interpolate import make_interp_spline
 
     try:
-        times, values = np.loadtxt(path, delimiter=",", unpack=True, ndmin=2, comments=("#", "t"))
+        with warnings.catch_warnings(action="ignore"):  # of a file without a row
+            times, values = np.loadtxt(path, delimiter=",", unpack=True, ndmin=2, comments=("#", "t", "T"))
     except (OSError, ValueError) as error:
         raise InvalidInput(f"{name} = {text!r}: a table has two columns, time [s] and coordinate: {error}") from None
-    if len(times) < 6 or not np.all(np.diff(times) > 0.0) or not np.all(np.isfinite(values)):
+    if len(times) < 6 or not np.all(np.diff(times) > 0.0) or not np.all(np.isfinite([times, values])):
         raise InvalidInput(f"{name} = {text!r}: give at least six rows of numbers, with rising times")
     spline, first = make_interp_spline(times, values, k=5), float(times[0])
     length = float(times[-1]) - first
 
     def derivatives(at: Array) -> Array:
         inside = first + np.clip(at, 0.0, length)
-        return np.array([spline(inside, nu=k) for k in range(4)])
+        return _at_rest_after(length, at, np.array([spline(inside, nu=k) for k in range(4)]))
 
     return Law(text, length, derivatives)

@@ -17,17 +17,21 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointMotion
 from conrod.exact.space.closing import jacobian, residuals
-from conrod.exact.space.coordinates import is_turn, moved
-from conrod.exact.space.laws import Law
+from conrod.exact.space.coordinates import lengths, moved
+from conrod.exact.space.laws import Law, quintic
 from conrod.exact.space.poses import Poses, poses
-from conrod.exact.space.tree import SpatialJoint, SpatialTree
+from conrod.exact.space.tree import COORDINATES, RATES, SpatialJoint, SpatialTree
 
 # Singular values below this share of the largest are zero. The files of real machines have lengths of five digits,
 # by which loops that are redundant contradict each other.
 RANK_TOLERANCE = 1e-5
 NEWTON_STEPS, CLOSED = 60, 1e-14
-# Poses of a way at first, and the shortest step against it; a pose may be this share of the step off its prediction.
-POSES, LEAST_STEP, STRAYED = 48, 1e-7, 0.1
+# Steps of a pose that are below this, and grow, are rounding. The square of a sample's last step is rounding; before
+# it the loops are open by no more than this share of the extent.
+FINE, LAST_STEP, NEARLY = 1e-7, 1e-9, 1e-7
+# Poses of a law's course at least, and of a way at most; the shortest step; a pose may be this share of the step off
+# its prediction.
+POSES, MOST_POSES, LEAST_STEP, STRAYED = 48, 20_000, 1e-7, 0.1
 # What a machine may stay open by, against its extent, where its closures contradict each other.
 MISFIT = 1e-2
 TOGETHER = 2048  # samples
@@ -75,6 +79,7 @@ class DrivenTree:
         held: joints of all kinds that stay where they are: a floating base.
         free: rates that the closures determine.
         knots: poses on the way, in the order of time; made by `go`.
+        misfit: what stays open at most at these [m], where closures contradict each other.
     """
 
     def __init__(self, tree: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...] = ()) -> None:
@@ -83,8 +88,12 @@ class DrivenTree:
         self.driven: tuple[SpatialJoint, ...] = tuple(by_name[name] for name in laws)
         taken = {rate for name in (*laws, *held) for rate in range(tree.freedom)[by_name[name].rates]}
         self.free = np.array([rate for rate in range(tree.freedom) if rate not in taken], dtype=int)
-        self.weights = np.array([1.0 / tree.extent if is_turn(tree, rate) else 1.0 for rate in self.free])
+        # What a change of each coordinate, and of each rate, moves [m].
+        self._reach = np.concatenate([[], *(lengths(tree, joint, COORDINATES) for joint in tree.joints)])[:, None]
+        self._sweep = np.concatenate([[], *(lengths(tree, joint, RATES) for joint in tree.joints)])
+        self.weights = 1.0 / self._sweep[self.free]
         self.knots: list[Knot] = []
+        self.misfit = 0.0
 
     # -- poses -----------------------------------------------------------------------------------------------------
 
@@ -101,7 +110,7 @@ class DrivenTree:
         Raises:
             InvalidInput: the loops cannot be closed.
         """
-        here = self.placed(coordinates, np.array([time]))
+        here, before = self.placed(coordinates, np.array([time])), math.inf
         for _ in range(NEWTON_STEPS):
             found = poses(self.tree, here)
             left, matrix = residuals(found, 0)[0, :, 0], self._scaled(found)
@@ -111,15 +120,32 @@ class DrivenTree:
             here = moved(self.tree, here, step)
             if not np.all(np.isfinite(here)):
                 break
-            if np.abs(step).max(initial=0.0) <= CLOSED * (1.0 + np.abs(here).max()):
+            size = float(np.abs(step).max(initial=0.0))
+            if size <= CLOSED * (1.0 + np.abs(here).max()) or 0.5 * before < size < FINE:
                 gap = float(np.abs(residuals(poses(self.tree, here), 0)).max(initial=0.0))
                 if gap <= MISFIT * self.tree.extent:
                     return here, gap
                 break
-            size = float(np.abs(step).max())
             if size > 0.5:  # a step this long is no correction any more
                 here = moved(self.tree, here, step * (0.5 / size - 1.0))
+            before = size
         raise InvalidInput(f"its loops do not close {self.where(time)}: {self.open_closure(here)}")
+
+    def assembled(self) -> Array:
+        """Closed pose (nq, 1) that the laws begin in, on the branch of the tree's start.
+
+        Raises:
+            InvalidInput: the loops cannot be closed there, or the drives not go from there to where their laws begin.
+        """
+        start, ways = self.tree.start[:, None], dict[str, Law]()
+        for joint, law in zip(self.driven, self.laws.values(), strict=True):
+            begin, end = float(start[joint.coordinate, 0]), float(law.derivatives(np.zeros(1))[0, 0])
+            ways[joint.name] = Law(law.text, 1.0, quintic(begin, end, 1.0))
+        if any(way.derivatives(np.array([0.5]))[1, 0] for way in ways.values()):
+            there = DrivenTree(self.tree, ways, self.held)
+            there.go(there.closed(start, 0.0)[0], 1.0)
+            start = there.knots[-1].coordinates
+        return self.closed(start, 0.0)[0]
 
     def open_closure(self, coordinates: Array) -> str:
         """The closure that is furthest open, in words."""
@@ -180,11 +206,14 @@ class DrivenTree:
         """Follow the branch of a closed pose (nq, 1) from time 0 for a duration [s].
 
         Raises:
-            InvalidInput: the loops let it go no further, or it is singular on the way.
+            InvalidInput: the loops let it go no further, or it is singular on the way; its laws repeat too often.
         """
         here = self.knot(start, 0.0)
-        self.knots = [here]
-        step = duration / POSES
+        self.knots, self.misfit = [here], float(np.abs(residuals(poses(self.tree, start), 0)).max(initial=0.0))
+        longest = step = min(duration, *(law.duration for law in self.laws.values())) / POSES
+        if duration > MOST_POSES * longest:
+            most = f"its fastest drive repeats too often in that time: {MOST_POSES * longest:.3g} s at most"
+            raise InvalidInput(f"{duration:g} s: {most}")
         while here.time < duration:
             time = duration if duration - here.time <= 1.001 * step else here.time + step
             following = self._next(here, time)
@@ -195,20 +224,24 @@ class DrivenTree:
                 continue
             here = following
             self.knots.append(here)
-            step = min(2.0 * step, duration / POSES)
+            step = min(2.0 * step, longest)
 
     def _next(self, here: Knot, time: float) -> Knot | None:
         """The closed pose after one, where it is near its prediction."""
         way = _way(here.rates, time - here.time)
         predicted = self.placed(moved(self.tree, here.coordinates, way[:, None]), np.array([time]))
         try:
-            found, _ = self.closed(predicted, time)
+            found, gap = self.closed(predicted, time)
         except InvalidInput:
             return None
-        if np.abs(found - predicted).max() > STRAYED * np.abs(way).max() + 1e-9:
+        strayed, gone = self._reach * np.abs(found - predicted), self._sweep * np.abs(way)
+        if strayed.max() > STRAYED * gone.max() + 1e-9 * self.tree.extent:
             return None
         knot = self.knot(found, time)
-        return knot if knot.rows.shape == here.rows.shape else None
+        if knot.rows.shape != here.rows.shape:
+            return None
+        self.misfit = max(self.misfit, gap)
+        return knot
 
     def _stuck(self, here: Knot) -> str:
         """Why it goes no further."""
@@ -246,20 +279,27 @@ class DrivenTree:
 
     def _solved(self, times: Array, order: int) -> tuple[Array, Array, dict[str, Array]]:
         coordinates, rows, columns = self._predicted(times)
-        for _ in range(4):
-            if not rows.shape[2]:
-                break
-            found = poses(self.tree, coordinates)
-            matrix = self._reduced(found, rows, columns)
-            seen = np.einsum("tmr,mt->tr", rows, residuals(found, 0)[0])
-            step = np.zeros((self.tree.freedom, len(times)))
-            step[self.free] = np.einsum("tfr,tr->ft", columns, np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0])
-            coordinates = moved(self.tree, coordinates, step)
-            if np.abs(step).max() <= 1e-9:  # whose square is rounding
-                break
+        if rows.shape[2]:
+            coordinates = self._corrected(coordinates, times, rows, columns)
         rates = self._derivatives(coordinates, times, rows, columns, order)
         final = poses(self.tree, coordinates, rates)
         return coordinates, _padded(rates), {name: _motion(final, name, len(times)) for name in self.tree.points}
+
+    def _corrected(self, coordinates: Array, times: Array, rows: Array, columns: Array) -> Array:
+        """Closed poses (nq, T) near predicted ones; raises InvalidInput where there is none."""
+        bearable = 3.0 * self.misfit + NEARLY * self.tree.extent
+        for _ in range(NEWTON_STEPS):
+            found = poses(self.tree, coordinates)
+            matrix, left = self._reduced(found, rows, columns), residuals(found, 0)[0]
+            seen = np.einsum("tmr,mt->tr", rows, left)
+            step = np.zeros((self.tree.freedom, len(times)))
+            step[self.free] = np.einsum("tfr,tr->ft", columns, np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0])
+            coordinates = moved(self.tree, coordinates, step)
+            if np.abs(step).max() <= LAST_STEP and np.abs(left).max() <= bearable:
+                return coordinates
+        worst = int(np.argmax(np.abs(left).max(axis=0)))
+        stays = self.open_closure(coordinates[:, worst : worst + 1])
+        raise InvalidInput(f"its loops do not close {self.where(float(times[worst]))}: {stays}")
 
     def _predicted(self, times: Array) -> tuple[Array, Array, Array]:
         """Poses (nq, T) by the series of the nearest knots, and those knots' bases (T, rows, r) and (T, free, r)."""

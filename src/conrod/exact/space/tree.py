@@ -156,8 +156,9 @@ class SpatialTree:
 
     @cached_property
     def extent(self) -> float:
-        """Length [m] that angles are weighed against: the longest way from a body's origin to something on it."""
-        offsets = [b.place for b in self.bodies[1:]] + [p.offset for c in self.closures for p in c.points]
+        """Length [m] that angles are weighed against: the longest way from a moving body's origin to what is on it."""
+        offsets = [body.place for body in self.bodies[1:] if self.above[body.parent]]
+        offsets += [point.offset for c in self.closures for point in c.points if self.above[point.body]]
         return max([float(np.linalg.norm(o)) for o in offsets if np.any(o)], default=1.0)
 
     def joint_of_rate(self, rate: int) -> SpatialJoint:

@@ -87,7 +87,7 @@ def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
     """A machine's exact motion; None where its loops cannot follow the drives."""
     driven = DrivenTree(machine, laws, held)
     try:
-        driven.go(driven.closed(machine.start[:, None], 0.0)[0], float(times[-1]))
+        driven.go(driven.assembled(), float(times[-1]))
     except InvalidInput:
         return None
     return driven.motion(times, order=2)

@@ -19,7 +19,7 @@ from conrod.own.models.loading import (
 
 
 def kinematic_mode(
-    model: mujoco.MjModel, machine: DrivenTree, points: tuple[FoundPoint, ...], misfit: float, motion: SpatialMotion
+    model: mujoco.MjModel, machine: DrivenTree, points: tuple[FoundPoint, ...], motion: SpatialMotion
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """How far MuJoCo's kinematics are from the exact motion, over its largest values; and what is met on the way."""
     off, sizes = dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
@@ -43,7 +43,7 @@ def kinematic_mode(
                 sizes[name] = max(sizes[name], float(np.linalg.norm(size)))
                 off[name] = max(off[name], float(np.linalg.norm(found - truth)))
     shares = {name: off[name] / max(sizes[name], 1e-300) for name in QUANTITIES if sizes[name] > 1e-12}
-    shares["closures"] = max(opened - 2.0 * misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
+    shares["closures"] = max(opened - 2.0 * machine.misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
     return shares, tuple(_met(machine, motion, list(touching)))
 
 

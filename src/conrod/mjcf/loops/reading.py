@@ -23,18 +23,17 @@ KINDS = {
 }
 
 
-def tree_of(model: mujoco.MjModel, start: Array, active: Array | None = None) -> SpatialTree:
-    """The machine of a model.
+def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
+    """The machine of a model, with the closures that act at first.
 
     Args:
         start: coordinates (nq,) that it is assembled from.
-        active: whether each equality constraint acts (neq,); as the file has it where None is given.
 
     Raises:
         InvalidInput: a closure is of a kind whose motion is not determined by rigid bodies.
     """
-    acting = model.eq_active0 if active is None else active
-    closures = tuple(_closure(model, k) for k in range(model.neq) if acting[k])
+    none_acts = model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    closures = tuple(_closure(model, k) for k in range(model.neq) if model.eq_active0[k] and not none_acts)
     bodies = tuple(_body(model, k) for k in range(model.nbody))
     points = {name_or_number(model, "site", k): _of_site(model, k) for k in range(model.nsite)}
     if not points:

@@ -12,11 +12,12 @@ import numpy as np
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.space.laws import FORMS, Law, law_of
 from conrod.exact.space.mobility import Mobility
-from conrod.exact.space.tree import SpatialTree
+from conrod.exact.space.tree import SpatialJoint, SpatialTree
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.results import Question
 from conrod.own.models.loading import (
+    OWN_POSE,
     FoundPoint,
     data_at_start,
     element_id,
@@ -35,7 +36,7 @@ def machine_tree(machine: str) -> SpatialTree:
         model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
     else:
         model = load_model(Path(machine))
-    return tree_of(model, data_at_start(model, None)[0].qpos)
+    return tree_of(model, data_at_start(model, OWN_POSE)[0].qpos)
 
 
 def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tuple[dict[str, Law], tuple[str, ...]]:
@@ -73,9 +74,13 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
                     f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
                     f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}"
                 )
-    return laws, tuple(
-        joint.name for joint in tree.joints if joint.kind == "free" and not tree.bodies[joint.body].parent
-    )
+    return laws, tuple(joint.name for joint in tree.joints if joint.kind == "free" and _floats(tree, joint))
+
+
+def _floats(tree: SpatialTree, joint: SpatialJoint) -> bool:
+    """Whether nothing closes a loop between what a free joint carries and the rest: a base, not a link of the loops."""
+    carried = [joint in above for above in tree.above]
+    return all(len({carried[point.body] for point in closure.points}) < 2 for closure in tree.closures)
 
 
 def duration(laws: Mapping[str, Law]) -> float:

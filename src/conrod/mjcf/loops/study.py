@@ -26,6 +26,7 @@ from conrod.mjcf.loops.runs import errors_of, step_time, with_settings
 from conrod.mjcf.loops.undriven import free_run, shipped_run
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
+    OWN_POSE,
     FoundPoint,
     check_finite,
     data_at_start,
@@ -58,7 +59,7 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         check_rigid(model)
         machine = None if question.machine is None else machine_tree(question.machine)
         if machine is not None:
-            found = changes(tree_of(model, data_at_start(model, question.keyframe)[0].qpos), machine)
+            found = changes(tree_of(model, data_at_start(model, question.keyframe or OWN_POSE)[0].qpos), machine)
             against = f"; against {question.machine}: {'; '.join(words for words, _ in found)}"
         return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
@@ -73,28 +74,28 @@ class _Bench:
     question: Question
     machine: DrivenTree
     data: mujoco.MjData
-    misfit: float
     seconds: float
     freedom: Mobility
     points: tuple[FoundPoint, ...]
 
     @classmethod
     def of(cls, model: mujoco.MjModel, question: Question) -> _Bench:
-        data, _ = data_at_start(model, question.keyframe)
-        tree = tree_of(model, data.qpos, data.eq_active)
+        data, _ = data_at_start(model, question.keyframe or OWN_POSE)
+        tree = tree_of(model, data.qpos)
         if not tree.closures:
             off = [name_or_number(model, "equality", k) for k in range(model.neq)]
             raise InvalidInput(f"it has no closed loop{f'; switched off: {listed(off)}' if off else ''}")
         laws, held = laws_of(model, tree, question)
+        seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
+        if not 2.0 * step <= seconds <= MOST_STEPS * step:
+            most = f"from 2 to {MOST_STEPS:,} can be run"
+            raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
-        start, misfit = machine.closed(tree.start[:, None], 0.0)
+        start = machine.assembled()
         check_drives(machine, start)
-        seconds = question.seconds or duration(laws)
         machine.go(start, seconds)
         freedom = mobility(machine)
-        return cls(
-            model, question, machine, data, misfit, seconds, freedom, judged_points(model, tree, freedom, question)
-        )
+        return cls(model, question, machine, data, seconds, freedom, judged_points(model, tree, freedom, question))
 
     def studied(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
         """All that is found."""
@@ -103,7 +104,7 @@ class _Bench:
         travel = max(float(np.linalg.norm(p - p[0], axis=1).max()) for p in judged)
         if travel <= 1e-9 * self.machine.tree.extent:
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(p.name for p in self.points)}")
-        kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, self.misfit, checked)
+        kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces()
         exact = None if unknown else forces(self.machine, checked)
@@ -111,7 +112,7 @@ class _Bench:
         within = [run for run in (*runs, *steps) if allowed and run.cost is not None and run.within(allowed)]
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
-            self.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
+            self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             self._shipped(travel), runs, steps, self._free(checked),
             min(within, key=lambda run: run.cost or math.inf, default=None), self._compared(machine, checked, travel),
         )  # fmt: skip
@@ -152,9 +153,9 @@ class _Bench:
     def _run(self, label: str, finer: float, travel: float) -> LoopRun:
         """A run with a step so many times finer than the model's own, compared with the exact motion."""
         step = float(self.model.opt.timestep) / finer
-        count = max(2, round(self.seconds / step))
-        if count > MOST_STEPS:
-            return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: at most {MOST_STEPS} are made")
+        count = int(self.seconds / step + 1e-9)
+        if not 2 <= count <= MOST_STEPS:
+            return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MOST_STEPS:,} are made")
         every = max(1, count // SAMPLES)
         motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
         model = self._with(label, step)
