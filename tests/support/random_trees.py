@@ -17,7 +17,7 @@ JOINTS = (
 def random_tree(seed: int, bodies: int = 7, equality: str = "", tendon: str = "") -> mujoco.MjModel:
     """A tree with a floating body, a mocap body and sites S1, S2, ... on its bodies B1, B2, ..."""
     draw = np.random.default_rng(seed)
-    text = '<body name="hand" mocap="true" {}><site name="S0" {}/></body>'.format(_frame(draw), _frame(draw))
+    text = f'<body name="hand" mocap="true" {_frame(draw)}><site name="S0" {_frame(draw)}/></body>'
     text += f'<body name="float" {_frame(draw)}><freejoint name="float"/>{_mass(draw)}<site name="SF" {_frame(draw)}/>'
     text += f'<body name="F1" {_frame(draw)}><joint name="F1" {_joint(draw, "hinge")}/>{_mass(draw)}</body></body>'
     open_bodies = 0
