@@ -59,7 +59,7 @@ def _sum(found: Poses, factors: dict[int, float], reference: float) -> Series:
 
 def _coupling(found: Poses, closure: Closure, order: int) -> Series:
     """Dependent sum less the polynomial of the independent one, by Horner's rule."""
-    weight = _weight(found.tree, closure)
+    length = weight(found.tree, closure)
     dependent = _sum(found, closure.sums[0], closure.references[0])
     value: Series = [np.array([closure.polynomial[-1]])]
     if closure.sums[1]:
@@ -68,13 +68,13 @@ def _coupling(found: Poses, closure: Closure, order: int) -> Series:
             value = added(scaled(value, independent, order), [np.array([factor])])
     else:
         value = [np.array([closure.polynomial[0]])]
-    return [weight * one for one in added(dependent, [-one for one in value])]
+    return [length * one for one in added(dependent, [-one for one in value])]
 
 
-def _weight(tree: SpatialTree, closure: Closure) -> float:
-    """1 for a coupling of lengths; the extent [m] for one of angles."""
+def weight(tree: SpatialTree, closure: Closure) -> float:
+    """1 for closures of points and couplings of lengths; the extent [m] for a coupling of angles."""
     joints = {joint.rate: joint for joint in tree.joints}
-    return 1.0 if any(joints[rate].unit == "m" for rate in closure.sums[0]) else tree.extent
+    return 1.0 if closure.points or any(joints[rate].unit == "m" for rate in closure.sums[0]) else tree.extent
 
 
 def jacobian(found: Poses, samples: int) -> Array:
@@ -98,14 +98,14 @@ def jacobian(found: Poses, samples: int) -> Array:
 
 
 def _couple(found: Poses, closure: Closure, block: Array) -> None:
-    weight = _weight(found.tree, closure)
+    length = weight(found.tree, closure)
     for rate, factor in closure.sums[0].items():
-        block[0, rate] += weight * factor
+        block[0, rate] += length * factor
     if closure.sums[1]:
         independent = _sum(found, closure.sums[1], closure.references[1])[0]
         slope = np.polynomial.Polynomial(closure.polynomial).deriv()(independent)
         for rate, factor in closure.sums[1].items():
-            block[0, rate] -= weight * slope * factor
+            block[0, rate] -= length * slope * factor
 
 
 Blocks: TypeAlias = list[tuple[slice, Array]]  # of a Jacobian: places among the rates, and columns (3, n, T)

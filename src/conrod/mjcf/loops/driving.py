@@ -15,7 +15,9 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
 from conrod.exact.motion import Array
+from conrod.exact.space.closing import weight
 from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
+from conrod.exact.space.tree import SpatialTree
 from conrod.own.models.driving import look_at
 from conrod.own.models.loading import FoundPoint, name_or_number, names_of
 from conrod.runs.trajectory import Outcome
@@ -31,15 +33,18 @@ class Recording:
     """A run at K samples.
 
     Attributes:
+        coordinates: of all joints (nq, K).
         points: by name position, velocity and acceleration (3, K, 3).
         gaps: of each closure (K,), by name.
-        forces: of each connect (K, 3), and of each driven joint (K,), by name.
+        drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name.
     """
 
     times: Array
+    coordinates: Array
     points: Mapping[str, Array]
     gaps: Mapping[str, Array]
-    forces: Mapping[str, Array]
+    drives: Mapping[str, Array]
+    reactions: Mapping[str, Array]
     outcome: Outcome
     reason: str
 
@@ -107,11 +112,9 @@ def driven_run(
         look_at(model, data, aside)
         carried, torques = carried_forces(machine, original, plain, aside)
         reactions = [carried[rows] for rows in closure_rows(model, aside).values() if len(rows) == 3]
-        return (
-            np.array([point.motion(model, aside) for point in points]),
-            np.array(list(gaps_of(model, aside).values())),
-            np.concatenate([*reactions, torques]),
-        )
+        gaps = list(gaps_of(machine.tree, model, aside).values())
+        moved = np.array([point.motion(model, aside) for point in points])
+        return data.qpos.copy(), moved, np.array(gaps), torques, np.array(reactions)
 
     rows, reason = [], ""
     with drives.acting(), warnings_kept_quiet():
@@ -121,17 +124,16 @@ def driven_run(
             if reason:
                 break
             rows.append(looked())
-    whole = len(rows) == len(motion.times)
-    moved, gaps, forces = (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.zeros((0, 1)),) * 3
-    names = [name for name, own in closure_rows(model, aside).items() if len(own) == 3]
-    parts: dict[str, Array] = {name: forces[:, 3 * k : 3 * k + 3] for k, name in enumerate(names)} if rows else {}
-    parts |= {j.name: forces[:, 3 * len(names) + k] for k, j in enumerate(machine.driven)} if rows else {}
+    coordinates, moved, gaps, torques, reactions = (np.array(column) for column in zip(*rows, strict=True))
+    connects = [name for name, own in closure_rows(model, aside).items() if len(own) == 3]
     return Recording(
         motion.times[: len(rows)],
-        {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)} if rows else {},
-        dict(zip(gaps_of(model, aside), gaps.T, strict=True)) if rows else {},
-        parts,
-        Outcome.COMPLETED if whole else Outcome.DIVERGED,
+        coordinates.T,
+        {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
+        dict(zip(gaps_of(machine.tree, model, aside), gaps.T, strict=True)),
+        {joint.name: torques[:, k] for k, joint in enumerate(machine.driven)},
+        {name: reactions[:, k] for k, name in enumerate(connects)},
+        Outcome.DIVERGED if reason else Outcome.COMPLETED,
         reason,
     )
 
@@ -162,9 +164,16 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
     return {name_or_number(model, "equality", int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
 
 
-def gaps_of(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """How far each acting closure is open: a distance [m], or what a coupling is off."""
-    return {name: float(np.linalg.norm(data.efc_pos[rows[:3]])) for name, rows in closure_rows(model, data).items()}
+def gaps_of(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+    """How far each acting closure is open [m], an angle by what it is at the machine's extent."""
+    gaps, closures = dict[str, float](), {closure.name: closure for closure in tree.closures}
+    for name, rows in closure_rows(model, data).items():
+        left, closure = data.efc_pos[rows], closures[name]
+        gaps[name] = float(np.linalg.norm(left[:3])) * weight(tree, closure)
+        if closure.kind == "weld" and (scale := float(model.eq_data[data.efc_id[rows[0]], 10])):
+            # MuJoCo has half of the turn's sine, times this scale.
+            gaps[name] = max(gaps[name], 2.0 * tree.extent / scale * float(np.linalg.norm(left[3:])))
+    return gaps
 
 
 def carried_forces(

@@ -31,7 +31,7 @@ def kinematic_mode(
             mujoco.mj_forward(model, data)
         data.qacc[:] = motion.rates[1, :, k]
         mujoco.mj_rnePostConstraint(model, data)
-        opened = max([opened, *gaps_of(model, data).values()])
+        opened = max([opened, *gaps_of(machine.tree, model, data).values()])
         for contact in data.contact[: data.ncon]:
             if contact.dist < 0.0:
                 touching[" and ".join(name_or_number(model, "geom", int(g)) for g in contact.geom)] = None

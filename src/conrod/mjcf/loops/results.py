@@ -48,7 +48,7 @@ class LoopRun:
         errors: position [m], velocity [m/s] and acceleration [m/s^2]; empty where it did not complete.
         worst: the point with the largest error of position.
         curve: of that error over time; None where it did not complete.
-        gaps: by closure how far it opens [m, or rad of a coupling].
+        gaps: by closure how far it opens [m], an angle by what it is at the machine's extent.
         drives, reactions: largest deviation of each drive's torque and each connect's force, over the largest exact
             one; empty where forces are not computed.
         order: of the position in the time step; None where none can be claimed, or none was looked for.

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import copy
-import math
 import time
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.settings import HARDENING, MuJoCoSettings
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.forces import SpatialForces
-from conrod.exact.space.motion import SpatialMotion
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.exact.space.poses import poses
 from conrod.mjcf.loops.driving import Recording
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun
 from conrod.own.error_curve import error_curve
@@ -28,6 +28,8 @@ from conrod.runs.trajectory import Outcome
 # 1 mm at 1e-9 and by 1e-7 mm at 1e-7 (1 m, 1 ms).
 SOFTER = 1e-7
 TIMED = 0.15  # [s]
+# A force below this share of the largest is none: balanced, or across what the machine does.
+NO_FORCE = 1e-9
 
 
 def with_settings(model: mujoco.MjModel, label: str, step: float, period: float, idle: bool) -> mujoco.MjModel:
@@ -47,8 +49,9 @@ def with_settings(model: mujoco.MjModel, label: str, step: float, period: float,
 
 
 def errors_of(
-    label: str, step: float, run: Recording, motion: SpatialMotion, exact: SpatialForces | None, travel: float
-) -> LoopRun:
+    label: str, step: float, run: Recording, motion: SpatialMotion, machine: DrivenTree, exact: SpatialForces | None,
+    travel: float,
+) -> LoopRun:  # fmt: skip
     """A run with its errors against the exact motion at the same times."""
     gaps = {name: float(np.nanmax(gap)) for name, gap in run.gaps.items()}
     if run.outcome is not Outcome.COMPLETED:
@@ -62,20 +65,43 @@ def errors_of(
     }
     errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
     worst = max(off, key=lambda name: float(off[name][0].max()))
+    far = int(off[worst][0].argmax()) if errors["position"] > OPEN_GAP * travel else None
+    if far is not None and (where := _flipped(run, far, machine, motion, travel)):
+        return LoopRun(label, step, Outcome.FLIPPED, where, gaps=gaps)
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
-        drives = {name: _relative(run.forces[name], truth) for name, truth in exact.drives.items()}
-        reactions = {name: _relative(run.forces[name], truth) for name, truth in exact.reactions.items()}
-        reactions = {name: off for name, off in reactions.items() if math.isfinite(off)}
+        drives = _relative(run.drives, exact.drives)
+        reactions = _relative(run.reactions, exact.reactions)
     curve = error_curve(run.times, np.max([one[0] for one in off.values()], axis=0))
     return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions)
 
 
-def _relative(found: Array, truth: Array) -> float:
-    """Largest deviation over the largest of the truth; not a number where nothing of that is known."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        return float(np.nanmax(np.abs(found - truth)) / max(float(np.nanmax(np.abs(truth))), 1e-300))
+def _flipped(run: Recording, sample: int, machine: DrivenTree, motion: SpatialMotion, travel: float) -> str:
+    """Where a run is on another branch: the closed pose nearest to it is not the exact one; empty where it is."""
+    time = float(run.times[sample])
+    try:
+        nearest = machine.closed(run.coordinates[:, sample : sample + 1], time)[0]
+    except InvalidInput:
+        return ""
+    there = poses(machine.tree, nearest)
+    apart = [
+        float(np.linalg.norm(there.point(machine.tree.points[name])[0][:, 0] - motion.points[name].position[sample]))
+        for name in run.points
+    ]
+    return f"on another branch {machine.where(time)}" if max(apart) > OPEN_GAP * travel else ""
+
+
+def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[str, float]:
+    """Largest deviations over the largest exact value each, or what rounding leaves of the largest of all.
+
+    Those are left out of which nothing is known.
+    """
+    known = {name: truth for name, truth in exact.items() if not np.all(np.isnan(truth))}
+    sizes = {name: float(np.nanmax(np.abs(truth))) for name, truth in known.items()}
+    least = max(NO_FORCE * max(sizes.values(), default=0.0), 1e-300)
+    return {
+        name: float(np.nanmax(np.abs(found[name] - truth))) / max(sizes[name], least) for name, truth in known.items()
+    }
 
 
 def step_time(advance: Callable[[int], None]) -> float:

@@ -16,6 +16,7 @@ from conrod.exact.space.forces import forces
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
+from conrod.mechanism.units import NUMBER
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.kinematic import kinematic_mode
@@ -160,9 +161,8 @@ class _Bench:
         motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
         model = self._with(label, step)
         exact = None if self._unknown_forces() else forces(self.machine, motion)
-        return errors_of(
-            label, step, driven_run(self.machine, model, motion, self.points, every), motion, exact, travel
-        )
+        recorded = driven_run(self.machine, model, motion, self.points, every)
+        return errors_of(label, step, recorded, motion, self.machine, exact, travel)
 
     def _with(self, label: str, step: float) -> mujoco.MjModel:
         return with_settings(self.model, label, step, self.seconds, bool(self.freedom.idle))
@@ -188,13 +188,13 @@ class _Bench:
         for actuator, text in self.question.controls.items():
             if actuator not in names:
                 raise unknown_choice("actuator", actuator, names)
-            try:
+            if NUMBER.fullmatch(text):
                 numbers[actuator] = float(text)
-            except ValueError:
+            else:
                 laws[names.index(actuator)] = control_law(text, actuator)
         data, key = data_at_start(self.model, self.question.keyframe, tuple(numbers.items()))
         words = start_words(self.model, key, data.ctrl.tolist())
-        return shipped_run(copy.copy(self.model), data, laws, self.seconds, words, travel)
+        return shipped_run(self.machine.tree, copy.copy(self.model), data, laws, self.seconds, words, travel)
 
     def _free(self, motion: SpatialMotion) -> tuple[FreeRun, ...]:
         """A floating machine let go; nothing where its base does not float."""
@@ -202,6 +202,12 @@ class _Bench:
             return ()
         step = float(self.model.opt.timestep)
         return tuple(
-            free_run(label, with_settings(self.model, label, step, self.seconds, True), motion, self.seconds)
+            free_run(
+                label,
+                self.machine.tree,
+                with_settings(self.model, label, step, self.seconds, True),
+                motion,
+                self.seconds,
+            )
             for label in LABELS
         )

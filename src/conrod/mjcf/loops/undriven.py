@@ -12,6 +12,7 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.motion import SpatialMotion
+from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.loops.driving import broken_off, gaps_of, start_state
 from conrod.mjcf.loops.results import FreeRun, ShippedRun
 from conrod.mjcf.runs import STATE
@@ -25,8 +26,8 @@ TURNS_BACK, SWING = 0.6, 1e-3
 
 
 def shipped_run(
-    model: mujoco.MjModel, data: mujoco.MjData, controls: Mapping[int, Callable[[float], float]], seconds: float,
-    start: str, travel: float,
+    tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, controls: Mapping[int, Callable[[float], float]],
+    seconds: float, start: str, travel: float,
 ) -> ShippedRun:  # fmt: skip
     """The file run as it is, its controls those of the start or of laws in time, by actuator."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
@@ -45,7 +46,7 @@ def shipped_run(
                 mujoco.mj_getState(model, data, state, STATE)
                 mujoco.mj_setState(model, aside, state, STATE)
                 mujoco.mj_fwdPosition(model, aside)
-                for name, gap in gaps_of(model, aside).items():
+                for name, gap in gaps_of(tree, model, aside).items():
                     gaps[name] = max(gap, gaps.get(name, 0.0))
     outcome = Outcome.COMPLETED
     if reason:
@@ -72,7 +73,7 @@ def _chatter(model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:
     return name_or_number(model, "joint", int(model.dof_jntid[worst])), float(swing[worst])
 
 
-def free_run(label: str, model: mujoco.MjModel, motion: SpatialMotion, seconds: float) -> FreeRun:
+def free_run(label: str, tree: SpatialTree, model: mujoco.MjModel, motion: SpatialMotion, seconds: float) -> FreeRun:
     """A model let go from its exact start without contacts, limits and controls: what drifts."""
     model = copy.copy(model)
     switched = older.flag("AUTORESET") | int(mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT)
@@ -87,14 +88,14 @@ def free_run(label: str, model: mujoco.MjModel, motion: SpatialMotion, seconds: 
             mujoco.mj_energyPos(model, aside)
             mujoco.mj_energyVel(model, aside)
             mujoco.mj_subtreeVel(model, aside)
-            momentum = total * (aside.subtree_linvel[0] - model.opt.gravity * data.time)
+            momentum = total * (aside.subtree_linvel[0] - tree.gravity * data.time)
             parts = _sizes(model, aside)
             rows.append(
                 [
                     *momentum,
                     *aside.subtree_angmom[0],
                     *aside.energy,
-                    max(gaps_of(model, aside).values(), default=0.0),
+                    max(gaps_of(tree, model, aside).values(), default=0.0),
                     *parts,
                 ]
             )
