@@ -48,7 +48,8 @@ def finding(study: LoopStudy) -> str:
 def _judgement(study: LoopStudy) -> str:
     own = study.own
     if not study.is_machine and (other := study.compared) is not None:
-        return f"It is not {other.machine} as it stands: {_differences_words(other)}."
+        off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
+        return f"It is not {other.machine} as it stands: {_differences_words(other)}{off}."
     if not study.agrees:
         worst = max(study.kinematic, key=lambda name: study.kinematic[name])
         return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
@@ -72,9 +73,8 @@ def _differences_words(other: Comparison) -> str:
         one.words + ("" if one.effect is None else f" (by itself {in_mm(one.effect)})") for one in other.differences
     ]
     if other.other_branch:
-        named = ["its numbers are the machine's, and it is assembled on another branch"]
-    why = "; ".join(named[:TOLD]) or "no length, axis, anchor or loop differs"
-    return why if other.off is None else f"{why}; {other.point} is up to {in_mm(other.off)} off"
+        named = ["it is assembled on another branch"]
+    return "; ".join(named[:TOLD]) or "no length, axis, anchor or loop differs"
 
 
 def _tolerance_words(over: list[str]) -> str:
@@ -170,6 +170,8 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
     if study.compared is not None and study.compared.closed_form is not None:
         off = measured(study.compared.closed_form)
         yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
+    if study.compared is not None and study.compared.differences:
+        yield f"otherwise than {study.compared.machine}: {_differences_words(study.compared)}"
     if study.unmodelled:
         yield f"forces are not compared: the model has {', '.join(study.unmodelled)}"
     for run in study.runs:

@@ -9,13 +9,16 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space.coordinates import moved
 from conrod.exact.space.laws import Law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.exact.space.poses import poses
 from conrod.exact.space.tree import Closure, SpatialBody, SpatialTree
 
 # Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
 SAME = 1e-6
 MOST_TRIED = 12
+STARTS = 60  # random poses, from which other branches are looked for
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class Comparison:
         point: that is so far off.
         closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where
             it has none.
-        other_branch: whether all numbers are the machine's, and it is assembled the other way.
+        other_branch: whether it is the machine, assembled the other way.
     """
 
     machine: str
@@ -75,12 +78,14 @@ def compared(
         return Comparison(name, None, "", ())
     off = {p: _apart(motion, exact, p) for p in points}
     worst = max(off, key=lambda point: off[point])
+    if off[worst] > SAME * machine.extent and _on_other_branch(machine, laws, held, motion):
+        return Comparison(name, off[worst], worst, (), True)
     found = []
     for k, (words, change) in enumerate(changes(model, machine)):
         alone = _moved(change(machine), laws, held, motion.times) if change and k < MOST_TRIED else None
         found.append(Difference(words, None if alone is None else max(_apart(alone, exact, p) for p in points)))
     found.sort(key=lambda one: -(one.effect or 0.0))
-    return Comparison(name, off[worst], worst, tuple(found), not found and off[worst] > SAME * machine.extent)
+    return Comparison(name, off[worst], worst, tuple(found))
 
 
 def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], times: Array) -> SpatialMotion | None:
@@ -91,6 +96,26 @@ def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
     except InvalidInput:
         return None
     return driven.motion(times, order=2)
+
+
+def _on_other_branch(
+    machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], motion: SpatialMotion
+) -> bool:
+    """Whether a motion is the machine's from another pose that its loops close in, looked for from random poses."""
+    driven, random = DrivenTree(machine, laws, held), np.random.default_rng(1)
+    start = {name: found.position[0] for name, found in motion.points.items() if name in machine.points}
+    for _ in range(STARTS):
+        way = np.zeros((machine.freedom, 1))
+        way[driven.free] = random.uniform(-np.pi, np.pi, (len(driven.free), 1))
+        try:
+            pose, _ = driven.closed(moved(machine, machine.start[:, None], way), 0.0)
+        except InvalidInput:
+            continue
+        there = poses(machine, pose)
+        off = [np.abs(there.point(machine.points[name])[0][:, 0] - place).max() for name, place in start.items()]
+        if max(off) < SAME * machine.extent:
+            return True
+    return False
 
 
 def _apart(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
@@ -148,9 +173,9 @@ def _of_body(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float)
 
 def _of_closure(closure: Closure, theirs: Closure, machine: SpatialTree) -> Iterator[tuple[str, Change]]:
     for k, (one, two) in enumerate(zip(closure.points, theirs.points, strict=True)):
-        if (off := float(np.linalg.norm(one.offset - two.offset))) > SAME * machine.extent:
+        if np.abs(one.offset - two.offset).max() > SAME * machine.extent:
             points = tuple(replace(p, offset=one.offset) if i == k else p for i, p in enumerate(theirs.points))
-            words = f"{closure.name} is anchored {1e3 * off:.3g} mm off on {machine.bodies[two.body].name}"
+            words = _length(machine.bodies[two.body].name, closure.name, one.offset, two.offset)
             yield words, _with_closure(replace(theirs, points=points))
     if (closure.polynomial, closure.references) != (theirs.polynomial, theirs.references):
         yield f"{closure.name} has another polynomial", _with_closure(replace(theirs, polynomial=closure.polynomial))

@@ -44,7 +44,7 @@ from conrod.scenes.space import MACHINES
 
 LABELS = (OWN, "tuned", "hardened")
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
-FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 2000
+FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 500
 CHECKED, MOST_STEPS = 180, 10**6
 
 
