@@ -23,7 +23,8 @@ from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.limits.error_chart import error_chart
 from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
-from conrod.studies.limits.axes import AXES, Axis
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.results import Walk
 from conrod.studies.limits.scale import Scale
 

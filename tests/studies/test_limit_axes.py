@@ -17,7 +17,8 @@ from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.scene_summary import dead_centres
-from conrod.studies.limits.axes import AXES, STEP, Axis
+from conrod.studies.limits.axes import AXES, STEP
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import length_power, output_mass, permutation, rescaled
 from conrod.studies.limits.records import Level, level_of

@@ -14,7 +14,8 @@ from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.axes import AXES, Axis
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes, Mark
 from conrod.studies.limits.results import Boundary, Walk

@@ -239,7 +239,7 @@ def test_a_reproducer_runs_alone_and_is_not_written_where_it_shows_nothing(tmp_p
 @pytest.mark.slow
 def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
     from conrod.cli.runner import ProgressBar
-    from conrod.studies.versions.running import ReleaseRunner
+    from conrod.studies.versions.case import ReleaseRunner
 
     with pytest.raises(InvalidInput, match=r"(?i)mujoco==3\.99\.0"):
         Environments(tmp_path / "none").interpreter("mujoco", "mujoco==3.99.0", "3.99.0")

@@ -9,7 +9,7 @@ from typing import Any
 from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.sweep.findings import Agreement, SweepStudy, SweptPoint, SweptRule
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
 STEPS = (20, 100, 500, 2500)
 
@@ -87,5 +87,4 @@ def handmade_sweep() -> SweepStudy:
         machine="a machine",
         rules=(*rules("mujoco"), *rules("pymunk")),
         points=(*points("mujoco"), *points("pymunk")),
-        agreement=Agreement(0.04, 17),
     )

@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 
 if TYPE_CHECKING:
-    from conrod.studies.limits.axes import Axis
+    from conrod.studies.limits.axis import Axis
     from conrod.studies.limits.plan import Request
     from conrod.studies.limits.results import LimitStudy
 

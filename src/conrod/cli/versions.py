@@ -51,7 +51,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.studies.frame.resolve_arguments import select_scenes
     from conrod.studies.frame.writing import naming, single, write_together
     from conrod.studies.versions import reproducer
-    from conrod.studies.versions.running import ReleaseRunner
+    from conrod.studies.versions.case import ReleaseRunner
     from conrod.studies.versions.study import plan_probes, versions_study
 
     if asked.cluster is not None:

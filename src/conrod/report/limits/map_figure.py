@@ -23,7 +23,8 @@ from conrod.report.charts.styles import OUTCOME_COLOURS, preset_title
 from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, draw_scale, error_colour, mark_style, place
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.adaptive import Node
-from conrod.studies.limits.axes import AXES, Axis
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
 
 WIDTH, PANEL_HEIGHT = 9.5, 4.2  # [inch]

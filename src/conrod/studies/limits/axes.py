@@ -6,11 +6,10 @@ A new axis is a new row of `ROWS`.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from conrod.mechanism.units import check_number
+from conrod.studies.limits.axis import Axis, Spans
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import (
     LEAST_EXCESS,
@@ -34,7 +33,6 @@ from conrod.studies.limits.changed_machines import (
 )
 from conrod.studies.limits.scale import Scale
 
-EXPONENT = re.compile(r"(?<=\d)e(?:\+|(-))0*(\d)")
 STEP = 0.6e-3  # [s]; divides the revolutions of 1 rpm and of 50000 rpm, into a hundred thousand and into two
 STEPS_AT_ONE_RPM = 60.0 / STEP
 # Near a change point all happens within a small part of a turn: with the usual steps nothing holds as far as it could.
@@ -48,63 +46,6 @@ SPACING = 5  # of start poses [deg]
 SAME = 1e-6  # [deg], as close as a dead centre may lie to one of the others and not be run beside it
 MOST_ORDERS = 24
 UNITS = {-3: "km", 0: "m", 2: "cm", 3: "mm"}
-
-Spans = tuple[tuple[float, float], ...]  # each from a safe value to a failing one
-
-
-@dataclass(frozen=True, eq=False)
-class Axis:
-    """One axis.
-
-    Attributes:
-        name: on the command line.
-        title: in the report.
-        label: of a figure's axis, with the unit in which values are given.
-        case: the run at a value, or at the nearest one that exists; raises InvalidInput where the machine or the engine
-            cannot be given with this value.
-        safe_end, failing_end: its usual ends; a listed axis has none.
-        allowed: lowest and highest value of a range that may be asked for.
-        lacks: why a setup does not have the axis, or None.
-        ends: usual ends on a setup, where they depend on it or where there are several ways.
-        values: all values of a listed axis.
-        text: a value as people read it.
-        nearest: the value that is run where this one is asked for; on most axes there are all.
-    """
-
-    name: str
-    title: str
-    label: str
-    scale: Scale
-    case: Callable[[Setup, float], LimitCase]
-    safe_end: float = math.nan
-    failing_end: float = math.nan
-    allowed: tuple[float, float] = (-math.inf, math.inf)
-    lacks: Callable[[Setup], str | None] = lambda setup: None
-    ends: Callable[[Setup], Spans] | None = None
-    values: Callable[[Setup], tuple[float, ...]] = lambda setup: ()
-    text: Callable[[Setup, float], str] = lambda setup, value: f"{value:.4g}"
-    nearest: Callable[[float], float] = lambda value: value
-
-    @property
-    def listed(self) -> bool:
-        """True where each value stands alone."""
-        return self.scale is Scale.LISTED
-
-    def refusal(self, setup: Setup) -> str | None:
-        """Return None, or why this setup does not have the axis."""
-        reason = self.lacks(setup)
-        return None if reason is None else f"{reason}: {self.name} does not apply"
-
-    def readable(self, setup: Setup, value: float) -> str:
-        """Return the text of a value, powers of ten as figures have them: 1e6 for 1e+06."""
-        return EXPONENT.sub(r"e\1\2", self.text(setup, value))
-
-    def spans(self, setup: Setup) -> Spans:
-        """Return the ways to walk it."""
-        if self.listed:
-            values = self.values(setup)
-            return ((values[0], values[-1]),)
-        return ((self.safe_end, self.failing_end),) if self.ends is None else self.ends(setup)
 
 
 # -- what the rows need ----------------------------------------------------------------------------------------------

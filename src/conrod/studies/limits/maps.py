@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.adaptive import STRIDE, Codes, Node, codes, known_nodes, nearest_runs, refine
-from conrod.studies.limits.axes import AXES, Axis
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Level, is_undetected, level_of
 from conrod.studies.limits.scale import spaced

@@ -12,7 +12,8 @@ from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study, pursue
-from conrod.studies.limits.axes import AXES, LENGTH_AXIS, Axis
+from conrod.studies.limits.axes import AXES, LENGTH_AXIS
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search

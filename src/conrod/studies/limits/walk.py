@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.limits.axes import Axis
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of, solver_note
 from conrod.studies.limits.results import Boundary, LongRun, Probe, Walk

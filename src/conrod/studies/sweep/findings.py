@@ -81,19 +81,6 @@ class SweptRule:
 
 
 @dataclass(frozen=True)
-class Agreement:
-    """Errors predicted from the joints' gaps alone against the measured ones.
-
-    Attributes:
-        difference: largest one of position, over the measured error.
-        runs: completed ones whose error is neither rounding nor too large for a first-order statement.
-    """
-
-    difference: float
-    runs: int
-
-
-@dataclass(frozen=True)
 class SweepStudy:
     """Findings on one scene.
 
@@ -118,7 +105,6 @@ class SweepStudy:
     machine: str
     rules: tuple[SweptRule, ...]
     points: tuple[SweptPoint, ...]
-    agreement: Agreement | None
     lengths: Mapping[str, float] = field(default_factory=dict)
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:

@@ -18,12 +18,9 @@ from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
-from conrod.studies.sweep.findings import COMPLETED, Agreement, SweepStudy, SweptPoint, SweptRule
+from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule
 
 NEEDED: tuple[type[Any], ...] = (Swept, Timed)
-
-# Errors over L of which a first-order statement holds: clear of rounding, and small against the machine.
-CLEAR, SMALL = 1e-9, 0.1
 
 Timings = Mapping[str, Timing]
 # Timings by key, of those cases that can be timed.
@@ -121,7 +118,6 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
             for rule in plan.rules
         ),
         points=tuple(_points(plan, measurements, timings)),
-        agreement=_agreement(plan, measurements),
         lengths=dict(plan.scene.lengths),
     )
 
@@ -158,12 +154,3 @@ def _points(plan: SweepPlan, measurements: Results, timings: Timings) -> Iterato
             cost=None if timing is None else timing.seconds_per_revolution,
             ratio=None if timing is None else timing.ratio,
         )
-
-
-def _agreement(plan: SweepPlan, measurements: Results) -> Agreement | None:
-    shares = []
-    for run in (measurements[case.key] for rule in plan.rules for case in rule.cases):
-        error = run.largest("position")
-        if error is not None and run.prediction is not None and CLEAR <= error <= SMALL:
-            shares.append(run.prediction["position"]["difference"] / error)
-    return Agreement(max(shares), len(shares)) if shares else None
