@@ -47,9 +47,10 @@ def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
     found = poses(tree, motion.coordinates, motion.rates[:2])
     needed = needed_forces(found, motion)
     matrix = jacobian(found, samples)
-    inverse = np.linalg.pinv(np.swapaxes(matrix[:, :, machine.free], 1, 2), rcond=RANK_TOLERANCE)
-    carried = np.einsum("tmf,ft->tm", inverse, needed[machine.free])
-    open_rows = np.eye(matrix.shape[1]) - inverse @ np.swapaxes(matrix[:, :, machine.free], 1, 2)
+    transposed = np.swapaxes(matrix[:, :, machine.free] * machine.weights, 1, 2)
+    inverse = np.linalg.pinv(transposed, rcond=RANK_TOLERANCE)
+    carried = np.einsum("tmf,ft->tm", inverse, machine.weights[:, None] * needed[machine.free])
+    open_rows = np.eye(matrix.shape[1]) - inverse @ transposed
     left = needed - np.einsum("tmn,tm->nt", matrix, carried)
     connects = [closure.name for closure in tree.closures if closure.kind == "connect"]
     known = np.where(np.abs(open_rows).max(axis=(0, 2)) > SEEN, np.nan, carried)

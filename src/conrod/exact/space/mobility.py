@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +58,7 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     matrix, columns = _matrix(machine, found)
     rank, left = _rank(matrix), len(columns) - _rank(matrix)
     names, driven = list(machine.laws), len(machine.laws)
+    by_name = {joint.name: joint for joint in machine.tree.joints}
     loops = f"its closures take {rank} of {len(columns)} degrees of freedom"
     if over := rank - _rank(matrix[:, driven:]):
         can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
@@ -65,19 +66,22 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     loose = _loose(matrix[:, driven:])
     if not loose.shape[1]:
         return
-    free = [joint for joint in machine.joints_of(loose) if joint not in names]
-    moved = {name for name, point in machine.tree.points.items() if _moves(machine, found, point, loose)}
-    depends = {
-        name
-        for name, point in machine.tree.points.items()
-        if {j.name for j in machine.tree.above[point.body]} - set(names) - set(machine.held)
-    }
-    if depends <= moved:
+    free = [joint for joint in machine.joints_of(loose) if by_name[joint].kind in ("hinge", "slide")]
+    # Points of the loops themselves where no observed one depends on more than the drives.
+    observed, closing = machine.tree.points.values(), (point for c in machine.tree.closures for point in c.points)
+    if all(_moves(machine, found, p, loose) for p in _dependent(machine, observed) or _dependent(machine, closing)):
+        moving = ", ".join(machine.joints_of(loose))
+        more = f"drive {left - driven} more of {', '.join(free)}" if free else f"{moving} moves, and no law drives it"
         raise InvalidInput(
-            f"{loops}, which leaves {left}, and {driven} {'is' if driven == 1 else 'are'} driven: drive "
-            f"{left - driven} more of {', '.join(free)}; at a dead centre, where a pose has more freedom than the "
-            "motion, start from another"
+            f"{loops}, which leaves {left}, and {driven} {'is' if driven == 1 else 'are'} driven: {more}; at a dead "
+            "centre, where a pose has more freedom than the motion, start from another"
         )
+
+
+def _dependent(machine: DrivenTree, points: Iterable[SpatialPoint]) -> list[SpatialPoint]:
+    """Points that joints move which are neither driven nor held."""
+    fixed = {*machine.laws, *machine.held}
+    return [point for point in points if {joint.name for joint in machine.tree.above[point.body]} - fixed]
 
 
 def mobility(machine: DrivenTree) -> Mobility:

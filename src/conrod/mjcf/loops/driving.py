@@ -18,6 +18,7 @@ from conrod.exact.motion import Array
 from conrod.exact.space.closing import weight
 from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
+from conrod.mjcf.loops.reading import moving_sites
 from conrod.own.models.driving import look_at
 from conrod.own.models.loading import FoundPoint, name_or_number, names_of
 from conrod.runs.trajectory import Outcome
@@ -103,7 +104,9 @@ def driven_run(
     """
     original, model = model, copy.copy(model)
     model.opt.disableflags |= older.flag("AUTORESET")
-    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)  # without which MuJoCo asks for no control
+    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:  # without which MuJoCo asks for no control
+        model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+        model.actuator_gainprm[:], model.actuator_biasprm[:] = 0.0, 0.0
     drives, data, aside = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(model)
     start_state(data, motion)
     step, plain = float(model.opt.timestep), mujoco.MjData(original)
@@ -201,8 +204,8 @@ def carried_forces(
 
 
 def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:
-    """Sites of these names or, where a model has none, frames of bodies."""
-    if not model.nsite:
+    """Sites of these names or, where a model has none that move, frames of bodies."""
+    if not moving_sites(model):
         bodies = [name_or_number(model, "body", k) for k in range(model.nbody)]
         return tuple(FoundPoint(name, "body", bodies.index(name), bodies.index(name)) for name in names)
     sites = [name or f"site {k}" for k, name in enumerate(names_of(model, "site"))]

@@ -35,12 +35,20 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     none_acts = model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     closures = tuple(_closure(model, k) for k in range(model.neq) if model.eq_active0[k] and not none_acts)
     bodies = tuple(_body(model, k) for k in range(model.nbody))
-    points = {name_or_number(model, "site", k): _of_site(model, k) for k in range(model.nsite)}
+    points = {name_or_number(model, "site", k): _of_site(model, k) for k in moving_sites(model)}
     if not points:
-        points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if k}
+        points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _moves(model, k)}
     gravity = np.zeros(3) if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else model.opt.gravity.copy()
-    moving = {name: one for name, one in points.items() if model.body_dofnum[model.body_weldid[one.body]]}
-    return SpatialTree(bodies, closures, moving, gravity, np.array(start, dtype=float), _unmodelled(model))
+    return SpatialTree(bodies, closures, points, gravity, np.array(start, dtype=float), _unmodelled(model))
+
+
+def _moves(model: mujoco.MjModel, body: int) -> bool:
+    return bool(model.body_dofnum[model.body_weldid[body]])
+
+
+def moving_sites(model: mujoco.MjModel) -> list[int]:
+    """Sites on bodies that are not fixed to the ground."""
+    return [k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k]))]
 
 
 def _rotation(quaternion: Array) -> Array:
@@ -66,7 +74,9 @@ def _joint(model: mujoco.MjModel, j: int) -> SpatialJoint:
     made = SpatialJoint(
         name_or_number(model, "joint", j), kind, int(model.jnt_bodyid[j]), coordinate, rate, model.jnt_pos[j].copy(),
         model.jnt_axis[j].copy(), float(model.qpos0[coordinate]), float(model.dof_armature[rate]),
-        float(model.dof_damping[rate]), float(model.jnt_stiffness[j]), float(model.qpos_spring[coordinate]),
+        float(model.dof_damping[rate]) * (not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_DAMPER),
+        float(model.jnt_stiffness[j]) * (not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_SPRING),
+        float(model.qpos_spring[coordinate]),
     )  # fmt: skip
     limited = model.jnt_limited[j] and kind in ("hinge", "slide")
     return replace(made, range=(float(model.jnt_range[j, 0]), float(model.jnt_range[j, 1]))) if limited else made
@@ -123,15 +133,25 @@ def _unmodelled(model: mujoco.MjModel) -> tuple[str, ...]:
     """What acts on the bodies besides weight, inertia, and springs and dampers of joints."""
     found = {
         "actuators": bool(model.nu),
-        "tendons with springs or dampers": bool(np.any(model.tendon_stiffness) or np.any(model.tendon_damping)),
-        "dry friction": bool(np.any(model.dof_frictionloss) or np.any(model.tendon_frictionloss)),
+        "tendons with springs, dampers or armatures": _any(
+            model, "tendon_stiffness", "tendon_stiffnesspoly", "tendon_damping", "tendon_dampingpoly", "tendon_armature"
+        ),
+        "springs or dampers that are not linear": _any(
+            model, "jnt_stiffnesspoly", "jnt_springyield", "dof_dampingpoly"
+        ),
+        "dry friction": _any(model, "dof_frictionloss", "tendon_frictionloss"),
         "a fluid": bool(model.opt.density or model.opt.viscosity),
-        "gravity compensation": bool(np.any(model.body_gravcomp)),
+        "gravity compensation": _any(model, "body_gravcomp"),
         "springs of balls and free joints": any(
             model.jnt_stiffness[j] and joint_kind(model, j) in ("ball", "free") for j in range(model.njnt)
         ),
     }
     return tuple(name for name, there in found.items() if there)
+
+
+def _any(model: mujoco.MjModel, *fields: str) -> bool:
+    """Whether a field, of those that this release of MuJoCo has, is anywhere not 0."""
+    return any(bool(np.any(getattr(model, field, 0.0))) for field in fields)
 
 
 def check_rigid(model: mujoco.MjModel) -> None:
