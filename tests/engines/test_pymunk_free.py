@@ -69,7 +69,7 @@ def test_at_the_change_points_of_the_chain_the_iteration_not_the_step_limits(mon
     right = exact(mechanism, h, steps, 1.0, 50)
     errors = []
     for iterations in (160, 1280):
-        monkeypatch.setattr(settings, "iterations_needed", lambda _, iterations=iterations: iterations)
+        monkeypatch.setattr(settings, "iterations_by_masses", lambda _, iterations=iterations: iterations)
         run = PYMUNK.free_run(mechanism, "tuned", h, steps, right.poses[0], right.rates[0], PACE, 50)
         errors.append(pose_error(run, right))
     assert errors[1] < 0.5 * errors[0]

@@ -173,6 +173,7 @@ EXAMPLES: tuple[Example, ...] = (
         Outcome.FLIPPED,
         "through a change point",
         *("press near its change point", NEAR, "pymunk", "tuned", 100),
+        changes={"iterations": 600},
     ),
     Example(
         Outcome.LOCKED,

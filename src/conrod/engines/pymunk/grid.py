@@ -100,4 +100,4 @@ def _contact_grid(grid: Grid) -> Sequence[ContactKnobs]:
 
 
 def _iterations(text: str) -> str:
-    return "16 (1 + mass ratio) iterations" if text == AS_TUNED else f"{text} iterations"
+    return "iterations as tuned" if text == AS_TUNED else f"{text} iterations"

@@ -104,7 +104,7 @@ def _iterations(machine: Machine, minimal: PymunkSettings) -> Iterator[Ingredien
 
 
 def enough(machine: Machine, minimal: PymunkSettings, settings: PymunkSettings) -> int:
-    """Iterations that a form of the rods needs: as bodies those of the tuned preset, in proportion to their masses."""
+    """Iterations that a form of the rods needs: as bodies those of the tuned preset."""
     if settings.rod == minimal.rod:
         return minimal.iterations
     return PymunkSettings.tuned(machine, minimal.steps_per_revolution).iterations
