@@ -26,6 +26,7 @@ from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
+from conrod.scenes.space import MACHINES
 from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
 
 PARAMETER = ("parameter", "value", "unit", "meaning")
@@ -49,6 +50,8 @@ def show_catalogue() -> None:
             links = f"{heading.links}, one pass" if driven and heading.one_pass else str(heading.links)
             machines.append((name, heading.title, links))
         _listed(out, title, ("name", "title", "moving links"), machines)
+    spatial = [(name, made().title) for name, made in MACHINES.items()]
+    _listed(out, "machines in space (in MuJoCo: validate, export --format mjcf)", ("name", "title"), spatial)
     engines = [f"{name} (presets {', '.join(presets_of(name))})" for name in engine_names()]
     print_lines(out, [f"engines: {', '.join(engines)}", "`conrod show SCENE` has its source and all about it"])
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from conrod.cli import options
@@ -36,13 +38,18 @@ def export(
 ) -> None:
     """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
     from conrod.errors import unknown_choice
+    from conrod.scenes.space import MACHINES
     from conrod.studies.frame.files import file_to_write
     from conrod.studies.frame.resolve_arguments import check_model, check_table, machine_text, select_scene
-    from conrod.studies.frame.writing import naming, single, write_together
+    from conrod.studies.frame.writing import write_together
 
-    name, chosen = select_scene(scene, assignments)
     if kind is None:
         raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
+    if kind == "mjcf" and scene in MACHINES:
+        file = None if output is None else file_to_write(output, "-o")
+        _write(MACHINES[scene]().mjcf, file)
+        return
+    name, chosen = select_scene(scene, assignments)
     if kind == "mjcf":
         check_model(steps_per_rev, revolutions)
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
@@ -69,10 +76,17 @@ def export(
         content = as_csv(columns) if kind == "csv" else as_npz(columns)
     else:
         raise unknown_choice("format", kind, FORMATS)
-    if file:
-        write_together([single(file, content)])
-    elif isinstance(content, bytes):
+    if isinstance(content, bytes) and file is None:
         raise InvalidInput(f"--format {kind} is not text: give a file with -o")
-    else:
-        with naming("standard output"):
-            say(content, nl=False)
+    _write(content, file)
+
+
+def _write(content: str | bytes, file: Path | None) -> None:
+    """Write to a file, or text to standard output."""
+    from conrod.studies.frame.writing import naming, single, write_together
+
+    if file is not None:
+        write_together([single(file, content)])
+        return
+    with naming("standard output"):
+        say(str(content), nl=False)

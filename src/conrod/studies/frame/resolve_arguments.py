@@ -12,6 +12,7 @@ from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import CATALOGUE, catalogue_names, catalogue_text, scene_named
+from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 from conrod.studies.validation.plan import Plan
 
 MECHANISM_FILE = ".toml"
@@ -34,6 +35,9 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.
     """
+    if spatial := next((name for name in names if name in SPATIAL_MACHINES), None):
+        takes = f"`conrod validate {spatial}` and `conrod export {spatial} --format mjcf`"
+        raise InvalidInput(f"{spatial} is a machine in space: {takes} take it")
     return _assigned(_named(names or list(SCENES)), assignments)
 
 
