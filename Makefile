@@ -7,7 +7,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue sweep prior limits ablate versions audit detection test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue space sweep prior limits ablate versions audit detection test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -15,6 +15,9 @@ validate: $(READY) catalogue ## compare both engines with the exact motion on al
 catalogue: $(READY) ## the same for the machines of the catalogue: rewrite reports/catalogue/ and the page on them
 	$(BIN)/conrod validate catalogue --fresh --out reports/catalogue
 	$(BIN)/python docs/catalogue.py > docs/catalogue.md
+
+space: $(READY) ## the machines in space, in MuJoCo: rewrite reports/space/ (their own settings are out of tolerance: status 1)
+	$(BIN)/conrod validate spatial --tolerance position=0.1mm --out reports/space || test $$? = 1
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep

@@ -25,7 +25,8 @@ def validate(asked: Request) -> None:
     in the ledger: the same command goes on where it stopped, and asked again it runs nothing.
 
     A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of
-    any tool as a table (.csv, .parquet, .npz).
+    any tool as a table (.csv, .parquet, .npz). A MuJoCo model with closed loops needs no --scene: with --drive its own
+    exact motion is what it is held to. So are machines in space, by name; the word `spatial` stands for all of them.
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
