@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from conrod.cli.options import RunOptions, as_given
-from conrod.cli.validate_request import BaselineOptions, Request
+from conrod.cli.validate_request import CheckOptions, Request
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.own.models.runs import JudgedRun
@@ -42,7 +42,7 @@ from conrod.studies.validation.results import ValidationResult
 
 Again = Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
-NO_PART = (RunOptions, BaselineOptions, "tolerance", "scene", "assignments", "out", "document", "figures", "qualify")
+NO_PART = (RunOptions, CheckOptions, "tolerance", "scene", "assignments", "out", "document", "figures")
 # Of a result, what was asked for and not found.
 ASKED_FOR = ("scene", "engine_version", "parameters", "settings", "tolerance", "passed", "reason", "qualified")
 

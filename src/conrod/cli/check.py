@@ -18,9 +18,11 @@ from conrod.cli.options import refuse
 from conrod.cli.runner import Runner
 from conrod.cli.validate import check_file
 from conrod.cli.validate_file import MODEL, TABLE, Subject, held_file, subject_of
+from conrod.cli.validate_loops import LOOPS, is_spatial, judge_file, judge_machine, question_of
 from conrod.cli.validate_request import MODELS, TABLES, ModelOptions, Request, TableOptions
 from conrod.cli.validate_scenes import held_scenes, measured_of, print_verdicts, scene_verdict
 from conrod.errors import InvalidInput
+from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.study import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report.validation.report import KIND
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
     import mujoco
 
 # A value as the command line takes it, a number in SI, several in a list, or by name.
-AnyStudy: TypeAlias = ModelStudy | TableStudy | SceneResults[Any]
+AnyStudy: TypeAlias = ModelStudy | LoopStudy | TableStudy | SceneResults[Any]
 Given: TypeAlias = str | float | Sequence[str] | Mapping[str, Any] | None
 
 
@@ -90,7 +92,7 @@ class Checked:
 
     @property
     def _subject(self) -> Subject:
-        return MODEL if isinstance(self.study, ModelStudy) else TABLE
+        return {ModelStudy: MODEL, LoopStudy: LOOPS}.get(type(self.study), TABLE)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
@@ -103,6 +105,7 @@ def check(
     engine: str | None = None,
     preset: str | None = None,
     steps_per_rev: int | None = None,
+    drive: Given = None,
     crank: str | None = None,
     point: Given = None,
     plane: str | None = None,
@@ -131,7 +134,8 @@ def check(
         subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
             in memory), or a table (the path of a file, a data frame, or a mapping of numpy arrays (T,), with `C` of
             shape (T, 2) for `C.x` and `C.y`).
-        scene: the machine that a model or a table is to be, as a name, a mechanism file, or a `Scene`.
+        scene: the machine that a model or a table is to be, as a name, a mechanism file, or a `Scene`; none for a model
+            whose joints are driven by laws, `drive={"hip": "60rpm"}` (docs/closed-loops.md).
         baseline: file of an earlier run that this one is compared with, written where there is none; `accept` writes it
             again (docs/ci.md).
 
@@ -139,6 +143,14 @@ def check(
         InvalidInput: the subject, the scene or a keyword cannot be used.
     """
     asked = _request({name: value for name, value in locals().items() if name not in ("subject", "scene")})
+    if isinstance(subject, str) and is_spatial(subject):
+        return Checked(judge_machine(subject, question_of(asked)))
+    if asked.drives or (isinstance(scene, str) and is_spatial(scene)):
+        asked = dataclasses.replace(asked, scene=None if scene is None else str(scene))
+        if not isinstance(subject, str | Path):
+            return _check_in_memory(subject, "", asked, LOOPS)
+        check_file(Path(subject))
+        return Checked(judge_file(Path(subject), None, asked))
     if scene is None:
         return _check_scene(subject, asked)
     machine = scene if isinstance(scene, Scene) else str(scene)
@@ -150,12 +162,12 @@ def check(
 
 
 def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request) -> Checked:
-    holding = Holding.of(asked, dict([select_scene(machine, asked.assignments)]))
+    holding = None if kind is LOOPS else Holding.of(asked, dict([select_scene(machine, asked.assignments)]))
     study = kind.judge(path, machine, asked)
     return Checked(study, held_file(holding, kind.judge, path, asked, study))
 
 
-def _check_in_memory(subject: Any, machine: str | Scene, asked: Request) -> Checked:
+def _check_in_memory(subject: Any, machine: str | Scene, asked: Request, kind: Subject = MODEL) -> Checked:
     """What is in memory is judged in processes of its own, too, which take files."""
     with tempfile.TemporaryDirectory() as folder:
         model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
@@ -167,7 +179,7 @@ def _check_in_memory(subject: Any, machine: str | Scene, asked: Request) -> Chec
                 from conrod.own.models.loading import save_model
 
                 save_model(subject, model)
-                checked = _check_file(MODEL, model, machine, asked)
+                checked = _check_file(kind, model, machine, asked)
         except InvalidInput as error:
             said = str(error).replace(str(model), "the model").replace(str(table), "the table")
             raise type(error)(said) from None

@@ -43,13 +43,12 @@ def export(
     from conrod.studies.frame.resolve_arguments import check_model, check_table, machine_text, select_scene
     from conrod.studies.frame.writing import write_together
 
-    if kind is None:
-        raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
     if kind == "mjcf" and scene in MACHINES:
-        file = None if output is None else file_to_write(output, "-o")
-        _write(MACHINES[scene]().mjcf, file)
+        _write(MACHINES[scene]().mjcf, None if output is None else file_to_write(output, "-o"))
         return
     name, chosen = select_scene(scene, assignments)
+    if kind is None:
+        raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
     if kind == "mjcf":
         check_model(steps_per_rev, revolutions)
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev

@@ -219,7 +219,7 @@ class Subject(NamedTuple):
 
     def part(self, path: Path) -> str:
         """The part of the report that a file is."""
-        return path.stem if self is MODEL else trajectory.PART
+        return trajectory.PART if self is TABLE else path.stem
 
 
 MODEL = Subject(user_model.KIND, judge_model, print_model_study, user_model.verdict, isolation.FILE_TIMEOUT)

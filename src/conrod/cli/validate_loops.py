@@ -13,6 +13,7 @@ from conrod.cli import FAILED
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
 from conrod.cli.say import waiting
+from conrod.cli.validate_file import Subject
 from conrod.cli.validate_request import Request
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
@@ -51,7 +52,7 @@ def validate_loops(asked: Request) -> None:
     found = {}
     for part, name in parts.items():
         with waiting(name, FILE_TIMEOUT):
-            found[part] = _of_machine(name, question) if is_spatial(name) else judge(Path(name), question, part)
+            found[part] = judge_machine(name, question) if is_spatial(name) else judge(Path(name), question, part)
     with naming("standard output"):
         for one in found.values():
             show(one)
@@ -60,7 +61,7 @@ def validate_loops(asked: Request) -> None:
         sys.exit(FAILED)
 
 
-def _of_machine(name: str, question: Question) -> LoopStudy:
+def judge_machine(name: str, question: Question) -> LoopStudy:
     """A spatial machine's own model, driven as it is made for unless laws are given."""
     machine = MACHINES[name]()
     own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
@@ -78,6 +79,11 @@ def judge(path: Path, question: Question, name: str) -> LoopStudy:
     from conrod.mjcf.loops.study import study
 
     return confined(study, path, question, name)
+
+
+def judge_file(path: Path, _: object, asked: Request) -> LoopStudy:
+    """A model file as the options ask; raises InvalidInput where it or one of them cannot be used."""
+    return judge(path, question_of(asked), path.stem)
 
 
 def question_of(asked: Request) -> Question:
@@ -124,3 +130,6 @@ def show(study: LoopStudy) -> None:
         print_lines(out, lines, indent=2)
     print_lines(out, [""])
     print_table(out, runs_table(study))
+
+
+LOOPS = Subject(KIND, judge_file, show, finding, FILE_TIMEOUT)

@@ -74,11 +74,13 @@ class ModelOptions:
 
 
 @dataclass(frozen=True)
-class BaselineOptions:
-    """Options of a regression test."""
+class CheckOptions:
+    """Options of a regression test, and of checks other than that of an exact motion."""
 
     heading: ClassVar[str] = "Tests"
 
+    qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
+    invariances: bool = option("--invariances", is_flag=True, help="Change what must not matter; it needs no --scene.")
     baseline: str | None = option(
         "--baseline",
         metavar="FILE",
@@ -88,16 +90,7 @@ class BaselineOptions:
 
 
 @dataclass(frozen=True)
-class InvarianceOptions:
-    """What is asked in place of a comparison with an exact motion."""
-
-    heading: ClassVar[str] = "Tests"
-
-    invariances: bool = option("--invariances", is_flag=True, help="Change what must not matter; it needs no --scene.")
-
-
-@dataclass(frozen=True)
-class Request(BaselineOptions, InvarianceOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
+class Request(CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:
@@ -121,5 +114,4 @@ class Request(BaselineOptions, InvarianceOptions, TableOptions, ModelOptions, Mo
         metavar="NAME,...",
         help="Figures of the report: mechanism, motion, error, order.",
     )
-    qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")
