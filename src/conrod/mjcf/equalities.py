@@ -116,8 +116,10 @@ def ties(model: mujoco.MjModel) -> list[tuple[int, tuple[int, int]]]:
 
 def closure_name(model: mujoco.MjModel, index: int) -> str:
     """Name of an equality, or its number and what it ties together."""
-    name = name_or_number(model, "equality", index)
-    if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not ties_bodies(model, index):
+    name, kind = name_or_number(model, "equality", index), kind_of(model, index)
+    if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not kind:
         return name
-    one, other = (name_or_number(model, "body", body) for body in bodies_of(model, index))
-    return f"{name} ({one} to {other})"
+    bodies = ties_bodies(model, index)
+    ends = bodies_of(model, index) if bodies else (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
+    named = [name_or_number(model, "body" if bodies else kind, end) for end in ends if end >= 0]
+    return f"{name} ({' to '.join(named)})"

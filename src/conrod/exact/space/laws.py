@@ -92,11 +92,12 @@ def _sine(start: float, amplitude: float, omega: float) -> Callable[[Array], Arr
 def quintic(begin: float, end: float, duration: float) -> Callable[[Array], Array]:
     """Derivatives (4, T) of a quintic from one coordinate to another, where it stays; at rest at both ends."""
     polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, *QUINTIC])
+    forms = [(end - begin) / duration**k * np.array(polynomial.deriv(k).coef, dtype=float) for k in range(4)]
 
     def derivatives(times: Array) -> Array:
         share = np.clip(times / duration, 0.0, 1.0)
-        rows = [(end - begin) * polynomial.deriv(k)(share) / duration**k for k in (1, 2, 3)]
-        return _at_rest_after(duration, times, _stacked(times, begin + (end - begin) * polynomial(share), *rows))
+        value, *rows = (np.asarray(np.polynomial.polynomial.polyval(share, form), dtype=float) for form in forms)
+        return _at_rest_after(duration, times, _stacked(times, begin + value, *rows))
 
     return derivatives
 

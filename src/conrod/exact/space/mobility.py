@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,30 +58,42 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     matrix, columns = _matrix(machine, found)
     rank, left = _rank(matrix), len(columns) - _rank(matrix)
     names, driven = list(machine.laws), len(machine.laws)
-    by_name = {joint.name: joint for joint in machine.tree.joints}
     loops = f"its closures take {rank} of {len(columns)} degrees of freedom"
     if over := rank - _rank(matrix[:, driven:]):
         can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
         raise InvalidInput(f"{loops}, which leaves {left}; {over} of its {driven} drives is too many: {can}")
     loose = _loose(matrix[:, driven:])
-    if not loose.shape[1]:
+    number, missing = _missing(machine, found, loose) if loose.shape[1] else (0, [])
+    if not number:
         return
-    free = [joint for joint in machine.joints_of(loose) if by_name[joint].kind in ("hinge", "slide")]
-    # Points of the loops themselves where no observed one depends on more than the drives.
-    observed, closing = machine.tree.points.values(), (point for c in machine.tree.closures for point in c.points)
-    if all(_moves(machine, found, p, loose) for p in _dependent(machine, observed) or _dependent(machine, closing)):
-        moving = ", ".join(machine.joints_of(loose))
-        more = f"drive {left - driven} more of {', '.join(free)}" if free else f"{moving} moves, and no law drives it"
-        raise InvalidInput(
-            f"{loops}, which leaves {left}, and {driven} {'is' if driven == 1 else 'are'} driven: {more}; at a dead "
-            "centre, where a pose has more freedom than the motion, start from another"
-        )
+    others = [name for name in machine.joints_of(loose) if name not in missing]
+    instead = f", or in their place {', '.join(others)}" if others else ""
+    hold = f"drive {number} more, or hold them (JOINT=hold): {', '.join(missing)}{instead}"
+    idle = f", {loose.shape[1] - number} of them idle" if loose.shape[1] > number else ""
+    raise InvalidInput(
+        f"{loops}, which leaves {left}{idle}, and {driven} {'is' if driven == 1 else 'are'} driven: "
+        f"{hold if missing else f'{others[0]} moves, and no law drives it'}; at a dead centre start from another pose"
+    )
 
 
-def _dependent(machine: DrivenTree, points: Iterable[SpatialPoint]) -> list[SpatialPoint]:
-    """Points that joints move which are neither driven nor held."""
-    fixed = {*machine.laws, *machine.held}
-    return [point for point in points if {joint.name for joint in machine.tree.above[point.body]} - fixed]
+def _missing(machine: DrivenTree, found: Poses, loose: Array) -> tuple[int, list[str]]:
+    """Number of directions (free, k) that move joints or pins of the loops, and joints that would hold them.
+
+    Others, such as a rod's spin about itself, are idle. Joints with springs come first, as they have a rest.
+    """
+    tree = machine.tree
+    pins = [point for closure in tree.closures for point in closure.points]
+    pins += [SpatialPoint(joint.body, joint.anchor) for joint in tree.looped if joint.kind != "free"]
+    moved = [_movement(machine, found, pin, loose) for pin in pins]
+    moved += [loose[machine.free == rate] for closure in tree.closures for s in closure.sums for rate in s]
+    values, directions = np.linalg.svd(np.concatenate(moved))[1:]
+    seen = loose @ directions[: int(np.sum(values > MOVES))].T
+    chosen, rows = list[str](), seen[:0]
+    for joint in sorted((j for j in tree.joints if j.kind in ("hinge", "slide")), key=lambda j: not j.stiffness):
+        more = np.concatenate([rows, seen[machine.free == joint.rate]])
+        if more.size and np.linalg.matrix_rank(more, MOVES) > len(rows):
+            rows, chosen = more, [*chosen, joint.name]
+    return seen.shape[1], chosen
 
 
 def mobility(machine: DrivenTree) -> Mobility:
@@ -131,8 +143,12 @@ def _loose(matrix: Array) -> Array:
 
 def _moves(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> bool:
     """Whether directions (free, k) move a point."""
+    return bool(np.abs(_movement(machine, found, point, loose)).max() > MOVES)
+
+
+def _movement(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> Array:
+    """Velocity (3, k) of a point in directions (free, k)."""
     way = np.zeros((machine.tree.freedom, loose.shape[1]))
     way[machine.free] = machine.weights[:, None] * loose
     linear, _ = point_jacobian(found, point)
-    size = sum((np.einsum("int,nk->ik", block, way[rates]) for rates, block in linear), np.zeros((3, loose.shape[1])))
-    return bool(np.abs(size).max() > MOVES)
+    return sum((np.einsum("int,nk->ik", block, way[rates]) for rates, block in linear), np.zeros((3, loose.shape[1])))

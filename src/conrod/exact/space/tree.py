@@ -47,6 +47,11 @@ class SpatialJoint:
         return "m" if self.kind == "slide" else "rad"
 
     @property
+    def coordinates(self) -> slice:
+        """Its places among all coordinates."""
+        return slice(self.coordinate, self.coordinate + COORDINATES[self.kind])
+
+    @property
     def rates(self) -> slice:
         """Its places among all rates."""
         return slice(self.rate, self.rate + RATES[self.kind])
@@ -160,6 +165,15 @@ class SpatialTree:
         offsets = [body.place for body in self.bodies[1:] if self.above[body.parent]]
         offsets += [point.offset for c in self.closures for point in c.points if self.above[point.body]]
         return max([float(np.linalg.norm(o)) for o in offsets if np.any(o)], default=1.0)
+
+    @cached_property
+    def looped(self) -> tuple[SpatialJoint, ...]:
+        """Joints that closures are sensitive to: between the two points of one, or in its sums."""
+        rates = set[int]()
+        for closure in self.closures:
+            between = [{joint.rate for joint in self.above[point.body]} for point in closure.points]
+            rates |= set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
+        return tuple(joint for joint in self.joints if joint.rate in rates)
 
     def joint_of_rate(self, rate: int) -> SpatialJoint:
         """The joint that a rate belongs to."""

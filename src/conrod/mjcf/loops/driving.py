@@ -18,9 +18,9 @@ from conrod.exact.motion import Array
 from conrod.exact.space.closing import weight
 from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
-from conrod.mjcf.loops.reading import moving_sites
+from conrod.mjcf.equalities import closure_name
 from conrod.own.models.driving import look_at
-from conrod.own.models.loading import FoundPoint, name_or_number, names_of
+from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.runs.trajectory import Outcome
 
 # Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
@@ -74,8 +74,7 @@ class Drives:
             data.qpos[joint.coordinate], data.qvel[joint.rate] = value, rate
         for joint in self.held:
             data.qvel[joint.rates] = 0.0
-            placed = slice(joint.coordinate, joint.coordinate + 7)
-            data.qpos[placed] = self.machine.knots[0].coordinates[placed, 0]
+            data.qpos[joint.coordinates] = self.machine.knots[0].coordinates[joint.coordinates, 0]
 
     @contextmanager
     def acting(self) -> Iterator[None]:
@@ -164,7 +163,7 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
     """Numbers of the rows of each acting closure among all constraints: three of a connect."""
     rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
     ids = data.efc_id[rows]
-    return {name_or_number(model, "equality", int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
+    return {closure_name(model, int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
 
 
 def gaps_of(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
@@ -204,9 +203,13 @@ def carried_forces(
 
 
 def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:
-    """Sites of these names or, where a model has none that move, frames of bodies."""
-    if not moving_sites(model):
-        bodies = [name_or_number(model, "body", k) for k in range(model.nbody)]
-        return tuple(FoundPoint(name, "body", bodies.index(name), bodies.index(name)) for name in names)
-    sites = [name or f"site {k}" for k, name in enumerate(names_of(model, "site"))]
-    return tuple(FoundPoint(n, "site", sites.index(n), int(model.site_bodyid[sites.index(n)])) for n in names)
+    """Sites of these names or, where there is none, frames of bodies."""
+    sites, bodies = (
+        [name_or_number(model, kind, k) for k in range(n)] for kind, n in (("site", model.nsite), ("body", model.nbody))
+    )
+    return tuple(
+        FoundPoint(name, "site", sites.index(name), int(model.site_bodyid[sites.index(name)]))
+        if name in sites
+        else FoundPoint(name, "body", bodies.index(name), bodies.index(name))
+        for name in names
+    )

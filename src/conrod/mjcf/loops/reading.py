@@ -11,6 +11,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.poses import turn_of
 from conrod.exact.space.tree import Closure, SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
+from conrod.mjcf.equalities import closure_name
 from conrod.own.models.loading import joint_kind, listed, name_or_number
 
 EQUALITIES = mujoco.mjtEq
@@ -35,9 +36,8 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     none_acts = model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     closures = tuple(_closure(model, k) for k in range(model.neq) if model.eq_active0[k] and not none_acts)
     bodies = tuple(_body(model, k) for k in range(model.nbody))
-    points = {name_or_number(model, "site", k): _of_site(model, k) for k in moving_sites(model)}
-    if not points:
-        points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _moves(model, k)}
+    points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _moves(model, k)}
+    points |= {name_or_number(model, "site", k): _of_site(model, k) for k in _moving_sites(model)}
     gravity = np.zeros(3) if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else model.opt.gravity.copy()
     return SpatialTree(bodies, closures, points, gravity, np.array(start, dtype=float), _unmodelled(model))
 
@@ -46,7 +46,7 @@ def _moves(model: mujoco.MjModel, body: int) -> bool:
     return bool(model.body_dofnum[model.body_weldid[body]])
 
 
-def moving_sites(model: mujoco.MjModel) -> list[int]:
+def _moving_sites(model: mujoco.MjModel) -> list[int]:
     """Sites on bodies that are not fixed to the ground."""
     return [k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k]))]
 
@@ -87,7 +87,7 @@ def _of_site(model: mujoco.MjModel, k: int) -> SpatialPoint:
 
 
 def _closure(model: mujoco.MjModel, k: int) -> Closure:
-    name, kind = name_or_number(model, "equality", k), KINDS.get(int(model.eq_type[k]))
+    name, kind = closure_name(model, k), KINDS.get(int(model.eq_type[k]))
     if kind is None:
         raise InvalidInput(f"{name}: an equality constraint of a flex: its motion is no rigid one")
     one, two, data = int(model.eq_obj1id[k]), int(model.eq_obj2id[k]), model.eq_data[k]

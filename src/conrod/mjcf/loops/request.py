@@ -12,7 +12,7 @@ import numpy as np
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.space.laws import FORMS, Law, law_of
 from conrod.exact.space.mobility import Mobility
-from conrod.exact.space.tree import SpatialJoint, SpatialTree
+from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.results import Question
@@ -40,7 +40,7 @@ def machine_tree(machine: str) -> SpatialTree:
 
 
 def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tuple[dict[str, Law], tuple[str, ...]]:
-    """Laws of the driven joints, and the joints that are held: free joints under what closes.
+    """Laws of the driven joints, and the joints that are held: those in no loop, such as a floating base.
 
     Raises:
         InvalidInput: a drive is no joint, no hinge or slide, or its law leaves the joint's range.
@@ -74,13 +74,7 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
                     f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
                     f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}"
                 )
-    return laws, tuple(joint.name for joint in tree.joints if joint.kind == "free" and _floats(tree, joint))
-
-
-def _floats(tree: SpatialTree, joint: SpatialJoint) -> bool:
-    """Whether nothing closes a loop between what a free joint carries and the rest: a base, not a link of the loops."""
-    carried = [joint in above for above in tree.above]
-    return all(len({carried[point.body] for point in closure.points}) < 2 for closure in tree.closures)
+    return laws, tuple(j.name for j in tree.joints if j not in tree.looped and j.name not in laws)
 
 
 def duration(laws: Mapping[str, Law]) -> float:
@@ -97,7 +91,7 @@ def control_law(text: str, actuator: str) -> Callable[[float], float]:
 def judged_points(
     model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question
 ) -> tuple[FoundPoint, ...]:
-    """Points that are judged: those named, or all that the drives determine."""
+    """Points that are judged: those named, or sites that loops carry and drives determine; bodies where none is."""
     for name in question.points:
         if name not in tree.points:
             raise unknown_choice("point", name, tree.points)
@@ -105,4 +99,7 @@ def judged_points(
             raise InvalidInput(
                 f"--point {name}: its drives do not determine it: {', '.join(freedom.idle)} can still move"
             )
-    return site_points(model, question.points or tuple(p for p in tree.points if p not in freedom.undetermined))
+    carried = [name for name, point in tree.points.items() if set(tree.above[point.body]) & set(tree.looped)]
+    judged = [name for name in carried if name not in freedom.undetermined]
+    sites = [name_or_number(model, "site", k) for k in range(model.nsite)]
+    return site_points(model, question.points or tuple(name for name in judged if name in sites) or tuple(judged))

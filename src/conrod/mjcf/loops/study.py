@@ -17,6 +17,7 @@ from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
 from conrod.mechanism.units import NUMBER
+from conrod.mjcf.equalities import closure_name
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.kinematic import kinematic_mode
@@ -33,7 +34,6 @@ from conrod.own.models.loading import (
     data_at_start,
     listed,
     load_model,
-    name_or_number,
     names_of,
     numbered,
     start_words,
@@ -84,7 +84,7 @@ class _Bench:
         data, _ = data_at_start(model, question.keyframe or OWN_POSE)
         tree = tree_of(model, data.qpos)
         if not tree.closures:
-            off = [name_or_number(model, "equality", k) for k in range(model.neq)]
+            off = [closure_name(model, k) for k in range(model.neq)]
             raise InvalidInput(f"it has no closed loop{f'; switched off: {listed(off)}' if off else ''}")
         laws, held = laws_of(model, tree, question)
         seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
@@ -197,8 +197,9 @@ class _Bench:
         return shipped_run(self.machine.tree, copy.copy(self.model), data, laws, self.seconds, words, travel)
 
     def _free(self, motion: SpatialMotion) -> tuple[FreeRun, ...]:
-        """A floating machine let go; nothing where its base does not float."""
-        if not self.machine.held:
+        """A floating machine let go; nothing where something of it hangs on the ground."""
+        tree = self.machine.tree
+        if any(joint.kind != "free" for body in tree.bodies if not body.parent for joint in body.joints):
             return ()
         step = float(self.model.opt.timestep)
         return tuple(
