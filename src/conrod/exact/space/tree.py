@@ -161,10 +161,16 @@ class SpatialTree:
 
     @cached_property
     def extent(self) -> float:
-        """Length [m] that angles are weighed against: the longest way from a moving body's origin to what is on it."""
-        offsets = [body.place for body in self.bodies[1:] if self.above[body.parent]]
-        offsets += [point.offset for c in self.closures for point in c.points if self.above[point.body]]
-        return max([float(np.linalg.norm(o)) for o in offsets if np.any(o)], default=1.0)
+        """Length [m] that angles are weighed against: the longest from where a body turns to what it carries."""
+        carried: list[list[Array]] = [[] for _ in self.bodies]
+        for body in self.bodies[1:]:
+            carried[body.parent] += [body.place + body.turn @ joint.anchor for joint in body.joints] or [body.place]
+        for closure in self.closures:
+            for point in closure.points:
+                carried[point.body].append(point.offset)
+        centres = [[joint.anchor for joint in body.joints if joint.kind != "slide"] for body in self.bodies]
+        arms = (p - c for around, points in zip(centres, carried, strict=True) for c in around for p in points)
+        return max((float(np.linalg.norm(arm)) for arm in arms), default=0.0) or 1.0
 
     @cached_property
     def looped(self) -> tuple[SpatialJoint, ...]:
