@@ -1,0 +1,122 @@
+"""Laws of driven joints: their derivatives, where they begin and end, and texts that are none."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.exact.space.laws import Law, law_of
+
+STEP = 1e-5
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> str:
+    times = 0.3 + np.linspace(0.0, 2.0, 41)
+    rows = "\n".join(f"{t!r},{math.sin(3.0 * t)!r}" for t in times.tolist())
+    (tmp_path / "law.csv").write_text(f"time [s],angle [rad]\n{rows}\n")
+    return f"table:{tmp_path / 'law.csv'}"
+
+
+def of(text: str, unit: str = "rad", start: float = 0.3) -> Law:
+    return law_of(text, unit, start, "crank")
+
+
+def at(law: Law, *times: float) -> Array:
+    return law.derivatives(np.array(times))
+
+
+@pytest.mark.parametrize("text", ["-45rpm", "sine:20deg,1.5Hz", "move:10deg,-90deg,2s", "hold", "TABLE"])
+def test_each_derivative_is_the_change_of_the_one_before(text: str, table: str) -> None:
+    law, times = of(table if text == "TABLE" else text), np.linspace(0.05, 1.9, 23)
+    here, ends = law.derivatives(times), [law.derivatives(times + side * STEP) for side in (-1.0, 1.0)]
+    for order in (1, 2, 3):
+        change = (ends[1][order - 1] - ends[0][order - 1]) / (2.0 * STEP)
+        size = 1.0 + np.abs(here[order]).max()
+        assert here[order] == pytest.approx(change, abs=1e-6 * size), order
+        # Negative control: of a law whose rate changes, a derivative a fifth of a second later is another.
+        changes = text not in ("hold", "-45rpm")
+        assert (np.abs(law.derivatives(times + 0.2)[order] - here[order]).max() > 1e-2) == changes, order
+
+
+def test_laws_begin_where_they_say_and_else_at_the_joints_own_coordinate(table: str) -> None:
+    assert at(of("60rpm"), 0.0)[:2, 0] == pytest.approx([0.3, 2.0 * math.pi])
+    assert at(of("sine:20deg,1Hz"), 0.0)[0, 0] == 0.3
+    assert at(of("hold"), 7.0)[:, 0].tolist() == [0.3, 0.0, 0.0, 0.0]
+    assert at(of("move:10deg,90deg,2s"), 0.0)[:3, 0] == pytest.approx([math.radians(10), 0.0, 0.0], abs=1e-15)
+    assert at(of(table), 0.0)[0, 0] == pytest.approx(math.sin(0.9))
+
+
+def test_a_table_is_met_in_between_by_its_quintic_spline(table: str) -> None:
+    times = np.linspace(0.4, 1.6, 50)
+    found, truth = of(table).derivatives(times), 3.0 * (times + 0.3)
+    for order, bar in enumerate((1e-9, 1e-7, 1e-5, 1e-3)):
+        exact = 3.0**order * np.sin(truth + 0.5 * math.pi * order)
+        assert found[order] == pytest.approx(exact, abs=bar)
+
+
+def test_durations_are_a_turn_a_period_a_way_or_a_table(table: str) -> None:
+    given = ("30rpm", "sine:5deg,4Hz", "move:0deg,9deg,3s", "hold", table)
+    assert [of(text).duration for text in given] == pytest.approx([2.0, 0.25, 3.0, math.inf, 2.0])
+    assert of("50mm/s", "m").duration == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("text", ["move:0deg,90deg,1.5s", "TABLE"])
+def test_after_its_end_a_law_rests(text: str, table: str) -> None:
+    law = of(table if text == "TABLE" else text)
+    end = at(law, law.duration)[0, 0]
+    assert at(law, law.duration + 0.1, law.duration + 50.0).tolist() == [[end, end], *[[0.0, 0.0]] * 3]
+
+
+NO_TABLES = {
+    "": "not enough values to unpack",
+    "1,2\n2,3\n": "at least six rows",
+    "1\n2\n3\n4\n5\n6\n7\n": "not enough values to unpack",
+    "\n".join(f"{k},{k},{k}" for k in range(9)): "too many values to unpack",
+    "\n".join(f"{k % 5},{k}" for k in range(9)): "rising times",
+    "\n".join(f"{k},{'nan' if k == 3 else k}" for k in range(9)): "at least six rows of numbers",
+    "\n".join(f"{'inf' if k == 8 else k},{k}" for k in range(9)): "at least six rows of numbers",
+    "angle,time\n1,2\n": "could not convert string 'angle'",
+}
+
+
+@pytest.mark.parametrize("content", NO_TABLES)
+def test_a_file_that_is_no_table_is_refused_in_one_line(content: str, tmp_path: Path) -> None:
+    file = tmp_path / "law.csv"
+    file.write_text(content)
+    with pytest.raises(InvalidInput, match=NO_TABLES[content]) as refused:
+        of(f"table:{file}")
+    assert str(refused.value).startswith(f"crank = 'table:{file}'")
+    assert "\n" not in str(refused.value)
+
+
+NO_LAWS = {
+    "fast": "'fast' is not a number",
+    "0rpm": "out of range",
+    "60mm/s": "'mm/s' is not a unit of rad/s",
+    "nanrpm": "is not a number",
+    "1e999rpm": "is not a finite number",
+    "sine:20deg": "is no drive law: give 60rpm",
+    "sine:20deg,0Hz": "frequency of crank",
+    "sine:1e999deg,1Hz": "amplitude of crank",
+    "sine:20mm,1Hz": "'mm' is not a unit of rad",
+    "move:0deg,90deg,-1s": "duration of crank",
+    "move:90deg,90deg,1s": "way of crank",
+    "move:0deg,90deg": "is no drive law",
+    "SINE:20deg,1Hz": "is no drive law",
+    "table:": "is no drive law",
+    "table:no such.csv": "no such.csv not found",
+}
+
+
+@pytest.mark.parametrize("text", NO_LAWS)
+def test_a_text_that_is_no_law_is_refused_in_one_line(text: str) -> None:
+    with pytest.raises(InvalidInput, match=NO_LAWS[text]) as refused:
+        of(text)
+    assert "crank" in str(refused.value)
+    assert "\n" not in str(refused.value)

@@ -1,0 +1,138 @@
+"""conrod's planar scenes as MuJoCo models that stand anywhere in space: turned, mirrored, on a base that moves."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from functools import cache
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.exact.jet import Jet
+from conrod.exact.motion import Array
+from conrod.exact.space.laws import law_of
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loops.reading import tree_of
+from conrod.scenes.catalogue import scene_named
+from conrod.scenes.scene import Scene
+from conrod.scenes.space.vectors import turned
+
+QUATERNION = np.array([0.4, -0.5, 0.6, 0.3]) / np.linalg.norm([0.4, -0.5, 0.6, 0.3])
+PLACE = np.array([0.7, -0.2, 1.1])
+# Axis of both of a base's joints in its frame, and their laws.
+ALONG = np.array([2.0, -1.0, 2.0]) / 3.0
+BASE = {"base_slide": "sine:0.1,3Hz", "base_turn": "2rad/s"}
+
+
+@cache
+def scene(name: str) -> Scene:
+    return scene_named(name)
+
+
+def model_text(name: str, mirrored: bool = False, moving: bool = False, gravity: Array | None = None) -> ET.Element:
+    """A scene's model in a frame at `PLACE`, turned by `QUATERNION`, with no more than moves in it.
+
+    Args:
+        mirrored: at the frame's plane x = 0.
+        moving: the frame slides and turns by `BASE`.
+        gravity: (3,) [m/s^2] in the frame, turned as it is.
+    """
+    root = ET.fromstring(standalone_mjcf(name, scene(name)))
+    for tag in ("asset", "sensor", "keyframe", "visual", "statistic"):
+        for element in root.findall(tag):
+            root.remove(element)
+    world = root.find("worldbody")
+    frame = ET.Element("body", name="frame", pos=text(PLACE), quat=text(QUATERNION))
+    for element in list(world):
+        world.remove(element)
+        if element.tag in ("body", "site"):
+            frame.append(element)
+    for body in [frame, *frame.iter("body")]:
+        for geom in body.findall("geom"):
+            body.remove(geom)
+    for element in frame.iter("joint"):
+        element.attrib.pop("armature", None)
+    if mirrored:
+        for element in frame.iter():
+            if element is not frame:
+                _mirror(element)
+    if moving:
+        ET.SubElement(frame, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")
+        ET.SubElement(frame, "joint", name="base_slide", type="slide", axis=text(ALONG))
+        ET.SubElement(frame, "joint", name="base_turn", type="hinge", axis=text(ALONG), pos="0.1 0.2 0.3")
+    world.append(frame)
+    field = np.zeros(3) if gravity is None else frame_matrix() @ gravity
+    root.find("option").set("gravity", text(field))
+    return root
+
+
+def _mirror(element: ET.Element) -> None:
+    for key in element.attrib.keys() & {"pos", "axis", "euler"}:
+        vector = np.array(element.get(key).split(), dtype=float)
+        # Turns are the other way round.
+        turns = key == "euler" or (key == "axis" and element.get("type", "hinge") == "hinge")
+        element.set(key, text(vector * ([1.0, -1.0, -1.0] if turns else [-1.0, 1.0, 1.0])))
+    assert "quat" not in element.attrib
+
+
+def text(values: Array) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def frame_matrix() -> Array:
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, QUATERNION)
+    return matrix.reshape(3, 3)
+
+
+def compiled(root: ET.Element) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+
+
+def driven(name: str, root: ET.Element, duration: float) -> DrivenTree:
+    """The model's machine after it went along its motion."""
+    model = compiled(root)
+    tree = tree_of(model, model.qpos0)
+    by_name = {joint.name: joint for joint in tree.joints}
+    laws = {"crank": repr(scene(name).speed)} | ({} if "base_turn" not in by_name else BASE)
+    machine = DrivenTree(tree, {j: law_of(law, by_name[j].unit, 0.0, j) for j, law in laws.items()})
+    machine.go(machine.assembled(), duration)
+    return machine
+
+
+def duration(name: str) -> float:
+    """One turn, or the pass that the input makes but for its ends [s]."""
+    span = scene(name).kinematics.mechanism.driver.span
+    return (2.0 * np.pi if span is None else 0.999 * (span[1] - span[0])) / abs(scene(name).speed)
+
+
+def crank_angles(name: str, times: Array) -> Array:
+    span = scene(name).kinematics.mechanism.driver.span
+    return (0.0 if span is None else span[0]) + scene(name).speed * times
+
+
+def exact_points(name: str, times: Array, mirrored: bool = False, moving: bool = False) -> dict[str, Array]:
+    """conrod's planar motion (4, T, 3) of the observed points, placed in space by the formulas of turned vectors."""
+    found = {}
+    for point, planar in scene(name).motion(crank_angles(name, times), scene(name).speed).points.items():
+        parts = [planar.position, planar.velocity, planar.acceleration / 2.0, planar.jerk / 6.0]
+        sides = [part * [-1.0 if mirrored else 1.0, 1.0] for part in parts]
+        placed = Jet([np.concatenate([side, np.zeros((len(times), 1))], axis=1) for side in sides])
+        if moving:
+            anchor = np.array([0.1, 0.2, 0.3])
+            turn = _law("base_turn", times)
+            placed = turned(placed - anchor, ALONG, turn) + anchor + _law("base_slide", times) * ALONG
+        coefficients = [np.asarray(part) @ frame_matrix().T for part in placed.coefficients]
+        found[point] = np.array(
+            [coefficients[0] + PLACE, coefficients[1], 2.0 * coefficients[2], 6.0 * coefficients[3]]
+        )
+    return found
+
+
+def _law(joint: str, times: Array) -> Jet:
+    if joint == "base_turn":
+        return Jet([(2.0 * times)[:, None], np.full((len(times), 1), 2.0), *np.zeros((2, len(times), 1))])
+    rate = 6.0 * np.pi
+    waves = [0.1 * rate**k * np.sin(rate * times + 0.5 * np.pi * k)[:, None] for k in range(4)]
+    return Jet([wave / factor for wave, factor in zip(waves, (1.0, 1.0, 2.0, 6.0), strict=True)])
