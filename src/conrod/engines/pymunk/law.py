@@ -20,7 +20,8 @@ Newton's, keeps h^4 J^-1 H q' b of that place, which is h^2 J^-1 H q' b in the f
 On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
 step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
 of g h. Where a corner of the polygon falls into that step, its jump of speed acts for the step. The rounded polygon's
-own error comes on top, by the pressure angle's cosine.
+own error comes on top, by the pressure angle's cosine. Free steps are few, and the rms of velocities is theirs: g h in
+each of them, and beside them that of the facets.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import math
 
 import numpy as np
 
+from conrod.engines.cam_polygon import CamPolygon
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
 from conrod.engines.follower import FollowerMotion
@@ -36,7 +38,7 @@ from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
-from conrod.engines.pymunk.space import rounded_polygon
+from conrod.engines.pymunk.space import rounded_polygon, wedges
 from conrod.exact.jet import Jet, sine_cosine
 from conrod.exact.joint_equations import PoseJet, pose_jets
 from conrod.exact.kinematics import Kinematics
@@ -148,7 +150,7 @@ def _lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, 
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
 CONTACT_LAW = (
     "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of it / "
-    "cos(pressure angle)"
+    "cos(pressure angle); velocity's rms: g h in the steps of free fall, a share |s''|/g where the curve falls away"
 )
 LAW = (
     "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the links' centres of gravity and of their turns, and "
@@ -179,8 +181,28 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     corner = abs(machine.speed) * follower.largest_corner(polygon)  # speed that a corner adds
     drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2 + corner * h
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
-    velocity = (fall * h / abs(machine.speed) + follower.facet_slope_rms(polygon)) / follower.lift
+    share = float(_free_share(follower, fall).mean()) + _other_free(follower, polygon) / settings.steps_per_revolution
+    fallen = math.sqrt(min(1.0, share)) * fall * h / abs(machine.speed)
+    velocity = (fallen + follower.facet_slope_rms(polygon)) / follower.lift
     return ExpectedError(position, velocity_rms=velocity, law=CONTACT_LAW)
+
+
+def _free_share(follower: FollowerMotion, fall: float) -> Array:
+    """Share (T,) of steps that a follower falls free in, where the curve falls away under it.
+
+    It uses up an overlap of g h^2 / 2 by h^2 |s''| / 2 a step, and has it again after one free step, which falls by
+    g h^2 less 2 h^2 |s''| at most: with |s''| above g / 4 not all of it.
+    """
+    away = np.maximum(0.0, -follower.acceleration) / fall
+    return np.where(away <= 0.25, away, np.minimum(1.0, 2.0 * away))
+
+
+def _other_free(follower: FollowerMotion, polygon: CamPolygon) -> int:
+    """Free steps of a turn at most, beside them: the first, a begun one where the curve begins to fall away, and where
+    contact passes from one of the shapes that the cam is made of to the next.
+    """
+    falling = follower.acceleration < 0.0
+    return 1 + int(np.count_nonzero(falling & ~np.roll(falling, 1))) + len(wedges(polygon))
 
 
 def shape_error(machine: Machine, settings: PymunkSettings) -> float:

@@ -53,6 +53,7 @@ class QualificationCase(EngineCase[Qualification]):
     study: ClassVar[str] = "qualification"
     kind: ClassVar[type[Any]] = Qualification
     quantities: ClassVar[tuple[str, ...]] = ()
+    version: ClassVar[int] = 2  # since pymunk's law counts the steps in which a follower falls
 
     plan: Plan
 
