@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from matplotlib.figure import Figure as Canvas
 
 from conrod.mjcf.loops.differences import Comparison
-from conrod.mjcf.loops.results import OWN, FreeRun, LoopRun, LoopStudy
+from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.panels import error_panel, finish_panels
 from conrod.report.charts.styles import preset_style
@@ -96,7 +97,7 @@ def _cheapest_words(study: LoopStudy) -> str:
     asked = ", ".join(f"{name} {_sized(name, allowed)}" for name, allowed in study.question.tolerance.items())
     if (best := study.cheapest) is None:
         return f"None of the settings that were tried holds {asked}."
-    cost = f"{quantity(best.cost or 0.0, 2)} of the cost of its own settings"
+    cost = f"at {measured(best.cost)} times the cost of its own settings"
     return f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}."
 
 
@@ -228,11 +229,35 @@ def _page(part: Part[LoopStudy]) -> Page:
 
 
 def _summary(study: LoopStudy) -> dict[str, Any]:
-    return {"passed": study.passed, "finding": finding(study)}
+    cheapest = study.cheapest and f"{study.cheapest.label}, {quantity(1e3 * study.cheapest.timestep)} ms"
+    return {
+        "passed": study.passed,
+        "finding": finding(study),
+        "mobility": study.mobility.left,
+        "redundant": sum(study.mobility.redundant.values()),
+        "shipped": study.shipped.outcome.slug,
+        "positions": {run.label: run.errors.get("position") or run.outcome.slug for run in study.runs},
+        "cheapest": cheapest or "none",
+    }
 
 
 def _index(index: Index[LoopStudy]) -> Page:
-    return Page(rendered("loops-index", entries=index.entries, origin=index.origin))
+    rows = []
+    for entry in index.entries.values():
+        one = entry["summary"]
+        places = [size if isinstance(size, str) else measured(1e3 * size) for size in one["positions"].values()]
+        link = f"[{entry['title']}]({quote(entry['page'])})"
+        rows.append((link, str(one["mobility"]), str(one["redundant"]), one["shipped"], *places, one["cheapest"]))
+    labels = [f"{label} [mm]" for label in LABELS]
+    headings = (
+        "model",
+        "mobility",
+        "redundant equations",
+        "run as the file has it",
+        *labels,
+        "cheapest within tolerance",
+    )
+    return Page(rendered("loops-index", runs=table(headings, rows, labels), index=index))
 
 
 KIND = Kind(

@@ -11,6 +11,7 @@ from conrod.own.error_curve import ErrorCurve
 from conrod.runs.trajectory import Outcome
 
 OWN = "as it is"
+LABELS = (OWN, "tuned", "hardened")  # settings that a model is run with
 QUANTITIES = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 # MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.
 KINEMATIC = 1e-9

@@ -23,7 +23,7 @@ from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.mjcf.loops.request import control_law, duration, judged_points, laws_of, machine_tree
-from conrod.mjcf.loops.results import OWN, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
+from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.mjcf.loops.runs import errors_of, step_time, with_settings
 from conrod.mjcf.loops.undriven import free_run, shipped_run
 from conrod.mjcf.runs import looping_stepper, state_of
@@ -42,7 +42,6 @@ from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 
-LABELS = (OWN, "tuned", "hardened")
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 500
 CHECKED, MOST_STEPS = 180, 10**6
