@@ -130,6 +130,8 @@ def show(study: LoopStudy) -> None:
         print_lines(out, lines, indent=2)
     print_lines(out, [""])
     print_table(out, runs_table(study))
+    if study.paste:
+        print_lines(out, ["the cheapest settings within tolerance, to paste:", study.paste], verbatim=True)
 
 
 LOOPS = Subject(KIND, judge_file, show, finding, FILE_TIMEOUT)

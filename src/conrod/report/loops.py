@@ -143,6 +143,26 @@ def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
     )
 
 
+def loops_table(study: LoopStudy) -> Table:
+    """How far each loop opens, a row each."""
+    names = list(dict.fromkeys(name for run in study.runs for name in run.gaps))
+    labels = [f"{run.label} [mm]" for run in study.runs]
+    shipped = "as the file has it [mm]"
+    rows = [
+        (
+            name,
+            _opening(study.shipped.gaps, name),
+            *(_opening(run.gaps, name) for run in study.runs),
+        )
+        for name in names
+    ]
+    return table(("loop", shipped, *labels), rows, (shipped, *labels), "largest opening of each loop")
+
+
+def _opening(gaps: Mapping[str, float], name: str) -> str:
+    return measured(1e3 * gaps[name]) if name in gaps else ""
+
+
 def what_moves(study: LoopStudy) -> Iterator[str]:
     """Drives, mobility and what is redundant, idle or singular."""
     one, drives = study.mobility, ", ".join(f"{name} = {law}" for name, law in study.question.drives.items())
@@ -223,7 +243,7 @@ def _page(part: Part[LoopStudy]) -> Page:
     text = rendered(
         "loops", study=study, name=Path(study.file).name, finding=finding(study), figure=drawn[0] if drawn else "",
         runs=runs_table(study), steps=steps_table(study), moves=list(what_moves(study)), exact=list(how_exact(study)),
-        command=part.command,
+        command=part.command, loops=loops_table(study),
     )  # fmt: skip
     return Page(text, drawn)
 

@@ -22,7 +22,7 @@ class SpatialForces:
 
     Attributes:
         drives: torque or force of each driven joint (T,) [N m or N].
-        reactions: of each connect: force (T, 3) [N], seen from the ground, on its first body; components that
+        reactions: of each connect and weld: force (T, 3) [N], seen from the ground, on its first body; components that
             redundant closures leave open are not numbers.
         least: the same, the least of those possible where they are open.
     """
@@ -33,7 +33,7 @@ class SpatialForces:
 
     @property
     def ambiguous(self) -> tuple[str, ...]:
-        """Connects whose reaction redundant closures leave open, or a component of it."""
+        """Closures whose reaction redundant ones leave open, or a component of it."""
         return tuple(name for name, force in self.reactions.items() if np.isnan(force).any())
 
 
@@ -52,12 +52,12 @@ def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
     carried = np.einsum("tmf,ft->tm", inverse, machine.weights[:, None] * needed[machine.free])
     open_rows = np.eye(matrix.shape[1]) - inverse @ transposed
     left = needed - np.einsum("tmn,tm->nt", matrix, carried)
-    connects = [closure.name for closure in tree.closures if closure.kind == "connect"]
+    begins = {closure.name: tree.rows[closure.name].start for closure in tree.closures if closure.points}
     known = np.where(np.abs(open_rows).max(axis=(0, 2)) > SEEN, np.nan, carried)
     return SpatialForces(
         {joint.name: left[joint.rate] for joint in machine.driven},
-        {name: known[:, tree.rows[name]] for name in connects},
-        {name: carried[:, tree.rows[name]] for name in connects},
+        {name: known[:, row : row + 3] for name, row in begins.items()},
+        {name: carried[:, row : row + 3] for name, row in begins.items()},
     )
 
 

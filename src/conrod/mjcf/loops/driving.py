@@ -113,7 +113,7 @@ def driven_run(
     def looked() -> tuple[Array, ...]:
         look_at(model, data, aside)
         carried, torques = carried_forces(machine, original, plain, aside)
-        reactions = [carried[rows] for rows in closure_rows(model, aside).values() if len(rows) == 3]
+        reactions = [carried[rows[:3]] for rows in closure_rows(model, aside).values() if len(rows) >= 3]
         gaps = list(gaps_of(machine.tree, model, aside).values())
         moved = np.array([point.motion(model, aside) for point in points])
         return data.qpos.copy(), moved, np.array(gaps), torques, np.array(reactions)
@@ -127,14 +127,14 @@ def driven_run(
                 break
             rows.append(looked())
     coordinates, moved, gaps, torques, reactions = (np.array(column) for column in zip(*rows, strict=True))
-    connects = [name for name, own in closure_rows(model, aside).items() if len(own) == 3]
+    joined = [name for name, own in closure_rows(model, aside).items() if len(own) >= 3]
     return Recording(
         motion.times[: len(rows)],
         coordinates.T,
         {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
         dict(zip(gaps_of(machine.tree, model, aside), gaps.T, strict=True)),
         {joint.name: torques[:, k] for k, joint in enumerate(machine.driven)},
-        {name: reactions[:, k] for k, name in enumerate(connects)},
+        {name: reactions[:, k] for k, name in enumerate(joined)},
         Outcome.DIVERGED if reason else Outcome.COMPLETED,
         reason,
     )

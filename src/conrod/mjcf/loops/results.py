@@ -139,6 +139,7 @@ class LoopStudy:
         remarks: limits of joints that the motion leaves, contacts on the way, and the like.
         runs: at the model's own step; `steps`: all others that were made.
         cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
+        paste: what to write into the model for that; empty without.
         compared: with the machine that it is to be; None where it is its own reference.
     """
 
@@ -160,6 +161,7 @@ class LoopStudy:
     steps: tuple[LoopRun, ...]
     free: tuple[FreeRun, ...]
     cheapest: LoopRun | None = None
+    paste: str = ""
     compared: Comparison | None = None
 
     @property

@@ -42,10 +42,28 @@ def with_settings(model: mujoco.MjModel, label: str, step: float, period: float,
     own.opt.timestep = step
     if label == OWN:
         return ordered(own, Order(label, tolerance=0.0))
+    return ordered(own, Order(label, _settings(label, step, period, idle)))
+
+
+def pasted(label: str, step: float, period: float, idle: bool) -> str:
+    """What to write into a model to run it with such settings: MJCF, and what MJCF cannot say."""
+    if label == OWN:
+        return f'<option timestep="{step:.6g}"/>'
+    settings = _settings(label, step, period, idle)
+    solref, solimp = (" ".join(f"{value:.6g}" for value in pair) for pair in (settings.solref, settings.solimp))
+    option = f'<option timestep="{step:.6g}" integrator="{settings.integrator}" solver="Newton" tolerance="0"/>'
+    closures = f'<default><equality solref="{solref}" solimp="{solimp}"/></default>'
+    hardened = (
+        "" if settings.hardening is None else f"\nconrod.harden(model, {settings.hardening:g})  # after compiling"
+    )
+    return f"{option}\n{closures}{hardened}"
+
+
+def _settings(label: str, step: float, period: float, idle: bool) -> MuJoCoSettings:
     tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact=False)
-    if label == "hardened":
-        tuned = replace(tuned, preset=label, solref=(0.1 * period, 1.0), hardening=SOFTER if idle else HARDENING)
-    return ordered(own, Order(label, tuned))
+    if label != "hardened":
+        return tuned
+    return replace(tuned, preset=label, solref=(0.1 * period, 1.0), hardening=SOFTER if idle else HARDENING)
 
 
 def errors_of(

@@ -24,7 +24,7 @@ from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.mjcf.loops.request import control_law, duration, judged_points, laws_of, machine_tree
 from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
-from conrod.mjcf.loops.runs import errors_of, step_time, with_settings
+from conrod.mjcf.loops.runs import errors_of, pasted, step_time, with_settings
 from conrod.mjcf.loops.undriven import free_run, shipped_run
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
@@ -108,14 +108,20 @@ class _Bench:
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces()
         exact = None if unknown else forces(self.machine, checked)
-        allowed = self.question.tolerance
-        within = [run for run in (*runs, *steps) if allowed and run.cost is not None and run.within(allowed)]
+        best = self._cheapest((*runs, *steps))
+        paste = "" if best is None else pasted(best.label, best.timestep, self.seconds, bool(self.freedom.idle))
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
-            self._shipped(travel), runs, steps, self._free(checked),
-            min(within, key=lambda run: run.cost or math.inf, default=None), self._compared(machine, checked, travel),
+            self._shipped(travel), runs, steps, self._free(checked), best, paste,
+            self._compared(machine, checked, travel),
         )  # fmt: skip
+
+    def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
+        """The cheapest run that is within the tolerance asked for, if any."""
+        allowed = self.question.tolerance
+        within = [run for run in runs if allowed and run.cost is not None and run.within(allowed)]
+        return min(within, key=lambda run: run.cost or math.inf, default=None)
 
     def _compared(self, machine: SpatialTree | None, motion: SpatialMotion, travel: float) -> Comparison | None:
         """Against the machine that it is to be, and its closed form where it has one."""
