@@ -20,7 +20,6 @@ from command_line import conrod, said
 
 from conrod.errors import InvalidInput
 from conrod.own.files import copies_asked_for
-from conrod.report.pack.contents import read_parameters
 from conrod.runs.plain import json_document
 from conrod.studies.execution import worker
 
@@ -179,24 +178,6 @@ def test_an_archive_that_cannot_be_unpacked_is_refused(content: bytearray, why: 
 @pytest.mark.parametrize("size", ["1e400GB", "nanGB", "-1GB", "1e300 GB"])
 def test_a_memory_that_is_none_is_refused(size: str, tmp_path: Path) -> None:
     assert "--cell-memory" in refused("validate", "saw-40rpm", "--cell-memory", size, cwd=tmp_path)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "[" * 100_000,
-        '{"kind": [], "parameters": {}}',
-        '{"kind": {}, "parameters": {"rod": {"value": 1' + "0" * 400 + "}}}",
-        '{"kind": "saw", "parameters": ' + '{"a":' * 5000,
-    ],
-    ids=["deep", "kind", "digits", "deep parameters"],
-)
-def test_parameters_that_are_none_are_refused(text: str, tmp_path: Path) -> None:
-    file = tmp_path / "parameters.json"
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(InvalidInput) as told:
-        read_parameters(file)
-    assert "\n" not in str(told.value)
 
 
 @pytest.mark.parametrize("kind", ["[]", "{}", "3", '"none"', "null"])

@@ -11,14 +11,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import Mechanism
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
 from conrod.report.pack.export import as_csv, as_npz, exact_columns
 from conrod.report.pack.readme import joint_kind, readme, worth_meeting
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.described_scene import read_scene
+from conrod.scenes import Scene
 from conrod.studies.frame.files import file_to_write, folder_to_write, is_folder, is_no_file
 from conrod.studies.frame.writing import Batch, single
 
@@ -112,35 +111,6 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
 
 def _json(document: dict[str, Any]) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-# -- read again ------------------------------------------------------------------------------------------------------
-
-
-def read_parameters(path: Path) -> Scene:
-    """The scene of a pack's `parameters.json`; that of a mechanism file needs the file, which lies beside it.
-
-    Raises:
-        InvalidInput: the file is none, or its values are not within range.
-    """
-    try:
-        document = document_in(path)
-        kind, given = str(document["kind"]), document["parameters"]
-        values = {name: float(entry["value"]) for name, entry in given.items()}
-    except (OSError, ValueError, OverflowError, KeyError, TypeError, AttributeError):
-        raise InvalidInput(f"{path}: it does not hold the parameters of a pack") from None
-    kinds = {scene.kind: scene for scene in SCENES.values()}
-    if "machine" not in document and kind not in kinds:
-        raise unknown_choice("kind of scene", kind, kinds)
-    scene: Scene = read_scene(path.parent / MACHINE) if "machine" in document else kinds[kind]
-    usual = scene.parameters
-    for name in values:
-        if name not in usual:
-            raise unknown_choice("parameter", name, usual)
-    if missing := sorted(usual.keys() - values.keys()):
-        raise InvalidInput(f"{path}: there is no {', '.join(missing)}")
-    changed = {name: value for name, value in values.items() if value != usual[name]}
-    return scene.with_parameters(**changed) if changed else scene
 
 
 # -- on the disk -----------------------------------------------------------------------------------------------------
