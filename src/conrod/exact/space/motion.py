@@ -31,7 +31,7 @@ NEWTON_STEPS, CLOSED = 60, 1e-14
 FINE, LAST_STEP, NEARLY = 1e-7, 1e-9, 1e-7
 # Poses of a law's course at least, and of a way at most; the shortest step; a pose may be this share of the step off
 # its prediction.
-POSES, MOST_POSES, LEAST_STEP, STRAYED = 48, 20_000, 1e-7, 0.1
+POSES, MOST_POSES, LEAST_STEP, STRAYED = 48, 20_000, 1e-7, 0.03
 # What a machine may stay open by, against its extent, where its closures contradict each other.
 MISFIT = 1e-2
 TOGETHER = 2048  # samples
@@ -237,6 +237,9 @@ class DrivenTree:
         strayed, gone = self._reach * np.abs(found - predicted), self._sweep * np.abs(way)
         if strayed.max() > STRAYED * gone.max() + 1e-9 * self.tree.extent:
             return None
+        # Where branches meet the determinant is 0, and beyond its sign is another; at a knot it is positive.
+        if np.linalg.det(self._reduced(poses(self.tree, found), here.rows[None], here.columns[None]))[0] <= 0.0:
+            return None
         knot = self.knot(found, time)
         if knot.rows.shape != here.rows.shape:
             return None
@@ -296,7 +299,9 @@ class DrivenTree:
             step[self.free] = np.einsum("tfr,tr->ft", columns, np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0])
             coordinates = moved(self.tree, coordinates, step)
             if np.abs(step).max() <= LAST_STEP and np.abs(left).max() <= bearable:
-                return coordinates
+                if np.all(np.linalg.det(matrix) > 0.0):
+                    return coordinates
+                break
         worst = int(np.argmax(np.abs(left).max(axis=0)))
         stays = self.open_closure(coordinates[:, worst : worst + 1])
         raise InvalidInput(f"its loops do not close {self.where(float(times[worst]))}: {stays}")
