@@ -55,7 +55,8 @@ def _judgement(study: LoopStudy) -> str:
         worst = max(study.kinematic, key=lambda name: study.kinematic[name])
         return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
     if own.outcome is not Outcome.COMPLETED:
-        return f"With its own settings it ended as {own.outcome.slug}: {own.reason}."
+        met = f"; {study.remarks[0]}" if study.remarks else ""
+        return f"With its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
     off = in_mm(own.errors["position"])
     gap = f"its loops open by up to {in_mm(own.gap)}, and {own.worst} is off its exact place by {off}"
     if not study.question.tolerance:
@@ -170,12 +171,12 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
     taken = f"{one.rows} equations of its closures take {one.rank}"
     yield f"mobility {one.left}: of {one.freedom} degrees of freedom of its joints {taken}"
     if one.redundant:
-        yield "redundant: " + ", ".join(f"{name} ({rows} of its equations)" for name, rows in one.redundant.items())
+        yield "redundant equations: " + ", ".join(f"{rows} of {name}" for name, rows in one.redundant.items())
     if one.idle:
         rest = f"; not judged: {', '.join(one.undetermined)}" if one.undetermined else ""
         yield f"idle: {', '.join(one.idle)} can move without its drives{rest}"
     if study.held:
-        yield f"held: {', '.join(study.held)}, its floating base"
+        yield f"held, as no loop contains them: {', '.join(study.held)}"
     least = f"the least singular value is {measured(one.margin)} of the largest"
     yield f"nearest to a singular pose at {quantity(one.margin_time)} s: {least}"
     if study.misfit > CONTRADICTION * study.travel:

@@ -178,6 +178,14 @@ def gaps_of(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> di
     return gaps
 
 
+def opens(tree: SpatialTree, gaps: Mapping[str, float]) -> str:
+    """The closure that is furthest open, in words."""
+    worst = max(gaps, key=lambda name: gaps[name])
+    of_angles = weight(tree, next(closure for closure in tree.closures if closure.name == worst)) != 1.0
+    off = np.degrees(gaps[worst] / tree.extent)
+    return f"{worst} is {off:.3g} deg off" if of_angles else f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
+
+
 def carried_forces(
     machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, data: mujoco.MjData
 ) -> tuple[Array, Array]:

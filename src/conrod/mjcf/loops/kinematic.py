@@ -11,11 +11,7 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.driving import gaps_of, start_state
 from conrod.mjcf.loops.results import QUANTITIES
-from conrod.own.models.loading import (
-    FoundPoint,
-    listed,
-    name_or_number,
-)
+from conrod.own.models.loading import FoundPoint, listed, name_or_number
 
 
 def kinematic_mode(
@@ -34,7 +30,7 @@ def kinematic_mode(
         opened = max([opened, *gaps_of(machine.tree, model, data).values()])
         for contact in data.contact[: data.ncon]:
             if contact.dist < 0.0:
-                touching[" and ".join(name_or_number(model, "geom", int(g)) for g in contact.geom)] = None
+                touching[" and ".join(_part(model, int(g)) for g in contact.geom)] = None
         for point in points:
             exact = motion.points[point.name]
             for name, found in zip(QUANTITIES, point.motion(model, data), strict=True):
@@ -52,9 +48,18 @@ def _met(machine: DrivenTree, motion: SpatialMotion, touching: list[str]) -> Ite
         yield f"parts touch on the way: {listed(touching)}; the runs have these contacts, the exact motion has none"
     for joint in machine.tree.joints:
         if joint.range is not None and joint.kind in ("hinge", "slide"):
+            factor, unit = (np.degrees(1.0), "deg") if joint.unit == "rad" else (1e3, "mm")
             values = motion.coordinates[joint.coordinate]
-            if values.min() < joint.range[0] - 1e-6 or values.max() > joint.range[1] + 1e-6:
+            over = max(joint.range[0] - values.min(), values.max() - joint.range[1])
+            if over > 1e-6:
+                limits = f"{factor * joint.range[0]:.4g} to {factor * joint.range[1]:.4g}"
                 yield (
-                    f"{joint.name} goes from {values.min():.4g} to {values.max():.4g} {joint.unit}, its limits are "
-                    f"{joint.range[0]:.4g} to {joint.range[1]:.4g}: the runs have them"
+                    f"{joint.name} is up to {factor * over:.3g} {unit} beyond its limits, {limits}: "
+                    "the runs have these limits, the exact motion has none"
                 )
+
+
+def _part(model: mujoco.MjModel, geom: int) -> str:
+    """A geom's name, or its body's."""
+    own = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+    return own or name_or_number(model, "body", int(model.geom_bodyid[geom]))

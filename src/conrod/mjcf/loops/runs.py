@@ -16,7 +16,7 @@ from conrod.exact.motion import Array
 from conrod.exact.space.forces import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import poses
-from conrod.mjcf.loops.driving import Recording
+from conrod.mjcf.loops.driving import Recording, opens
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun
 from conrod.own.error_curve import error_curve
 from conrod.own.models.driving import ordered
@@ -75,8 +75,7 @@ def errors_of(
     if run.outcome is not Outcome.COMPLETED:
         return LoopRun(label, step, run.outcome, run.reason, gaps=gaps)
     if max(gaps.values(), default=0.0) > OPEN_GAP * travel:
-        worst = max(gaps, key=lambda name: gaps[name])
-        return LoopRun(label, step, Outcome.OPENED, f"{worst} opens by {1e3 * gaps[worst]:.3g} mm", gaps=gaps)
+        return LoopRun(label, step, Outcome.OPENED, opens(machine.tree, gaps), gaps=gaps)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
         for name, found in run.points.items()

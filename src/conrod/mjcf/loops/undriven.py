@@ -11,9 +11,10 @@ import numpy as np
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
+from conrod.exact.space.coordinates import lengths
 from conrod.exact.space.motion import SpatialMotion
-from conrod.exact.space.tree import SpatialTree
-from conrod.mjcf.loops.driving import broken_off, gaps_of, start_state
+from conrod.exact.space.tree import RATES, SpatialTree
+from conrod.mjcf.loops.driving import broken_off, gaps_of, opens, start_state
 from conrod.mjcf.loops.results import FreeRun, ShippedRun
 from conrod.mjcf.runs import STATE
 from conrod.own.models.driving import look_at
@@ -51,22 +52,23 @@ def shipped_run(
     outcome = Outcome.COMPLETED
     if reason:
         outcome = Outcome.RESET if reason.startswith("MuJoCo reset") else Outcome.DIVERGED
-    elif gaps and max(gaps.values()) > OPEN_GAP * travel:
-        worst = max(gaps, key=lambda name: gaps[name])
-        outcome, reason = Outcome.OPENED, f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
-    return ShippedRun(start, seconds, outcome, reason, gaps, None if reason else _chatter(model, np.array(rates)))
+    elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
+        outcome, reason = Outcome.OPENED, opens(tree, gaps)
+    return ShippedRun(start, seconds, outcome, reason, gaps, None if reason else _chatter(tree, model, np.array(rates)))
 
 
-def _chatter(model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:
+def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:
     """The joint whose rate turns back at nearly every step of the last half, and its swing over its range."""
     late = rates[len(rates) // 2 :]
     if len(late) < 20:
         return None
     changes = np.diff(late, axis=0)
     back = np.mean(changes[1:] * changes[:-1] < 0.0, axis=0)
-    swing = np.median(np.abs(changes), axis=0) / np.maximum(np.ptp(rates, axis=0), 1e-9)
-    # A rate whose whole range is rounding swings in nothing.
-    swing[np.ptp(rates, axis=0) < 1e-6] = 0.0
+    size, ranges = np.median(np.abs(changes), axis=0), np.ptp(rates, axis=0)
+    swing = size / np.maximum(ranges, 1e-9)
+    # What settles while others move, or rounds, swings in nothing.
+    weights = np.concatenate([lengths(tree, joint, RATES) for joint in tree.joints])
+    swing[(ranges < 1e-6) | (size * weights < SWING * float(np.max(ranges * weights)))] = 0.0
     worst = int(np.argmax(np.where(back > TURNS_BACK, swing, 0.0)))
     if back[worst] <= TURNS_BACK or swing[worst] <= SWING:
         return None
