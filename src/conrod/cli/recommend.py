@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from conrod.cli import FAILED, options
 from conrod.cli.options import StudyOptions, TimedRunOptions, option
 from conrod.cli.say import say
 
 if TYPE_CHECKING:
+    from conrod.engines import Engine
+    from conrod.engines.capabilities import ModelFile
     from conrod.report.recommendation import Advice
 
 
@@ -48,7 +51,6 @@ def recommend(scene: str, asked: Asked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.capabilities import Lacking, ModelFile, capability
     from conrod.engines.rule import grid_named
     from conrod.errors import InvalidInput
     from conrod.report.recommendation import KIND, advice_of
@@ -65,7 +67,7 @@ def recommend(scene: str, asked: Asked) -> None:
     swept, thorough = grid_named(asked.grid), asked.thorough or asked.grid != options.DEFAULT_GRID
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
     files = outputs(KIND, [name], asked, wanted)
-    writers = {one.name: made for one in engines if not isinstance(made := capability(one, ModelFile), Lacking)}
+    writers = _writers(engines)
     if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, swept)
@@ -87,6 +89,14 @@ def recommend(scene: str, asked: Asked) -> None:
         say("conrod: no model is written: nothing qualifies", err=True)
     if not qualified or unwritten:
         sys.exit(FAILED)
+
+
+def _writers(engines: Sequence[Engine[Any]]) -> dict[str, ModelFile]:
+    """The engines that have files of models, by name."""
+    from conrod.engines.capabilities import Lacking, ModelFile, capability
+
+    able = {one.name: capability(one, ModelFile) for one in engines}
+    return {name: made for name, made in able.items() if not isinstance(made, Lacking)}
 
 
 def print_answers(found: Advice) -> None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
+from functools import partial
 from typing import Protocol, TypeVar
 
 from conrod.engines import engine_named
@@ -73,13 +74,6 @@ def run_cases(
         finished = len(by_key) - len(waiting)
         watcher.started(len(by_key), finished, sum(case.seconds() for case in waiting.values()))
 
-    def keep(case: Case, future: Future[Measurement]) -> None:
-        measurement = _outcome(future)
-        ledger.keep(case, measurement, executor.limits.of(measurement.outcome), replace=fresh)
-        ledger.claims.give_back(case.key)
-        if watcher is not None:
-            watcher.advanced(case, measurement.outcome)
-
     def left(case: Case) -> bool:
         return fresh or bool(_unfinished({case.key: case}, ledger, executor.limits))
 
@@ -87,7 +81,8 @@ def run_cases(
     ordered = sorted(waiting.values(), key=lambda case: (-case.effort, case.key))
     stale = STALE + (executor.limits.timeout or STALE)
     try:
-        _run(_claimed(ordered, ledger, lambda case: case.key, left, watcher, stale), executor, keep)
+        claimed = _claimed(ordered, ledger, lambda case: case.key, left, watcher, stale)
+        _run(claimed, executor, partial(_keep, ledger, executor.limits, fresh, watcher))
     except BaseException:  # Ctrl-C, too: nobody is to wait for what is claimed here
         ledger.claims.close()
         raise
@@ -96,6 +91,17 @@ def run_cases(
     if lost:
         found |= _made_again(lost, ledger, executor, watcher, again)
     return {key: found[key] for key in by_key}
+
+
+def _keep(
+    ledger: Ledger, limits: Limits, fresh: bool, watcher: Watcher | None, case: Case, future: Future[Measurement]
+) -> None:
+    """Keep what came of a case, and let others have its claim."""
+    measurement = _outcome(future)
+    ledger.keep(case, measurement, limits.of(measurement.outcome), replace=fresh)
+    ledger.claims.give_back(case.key)
+    if watcher is not None:
+        watcher.advanced(case, measurement.outcome)
 
 
 def _made_again(
