@@ -1,0 +1,166 @@
+"""Driving torques and reactions of machines in space, against the planar inverse dynamics and against energy."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+import pytest
+from four_bars import four_bar
+from placed_scenes import compiled, crank_angles, driven, duration, frame_matrix, model_text, scene
+
+from conrod.exact.dynamics.inverse import InverseDynamics, JointForces, State
+from conrod.exact.motion import Array
+from conrod.exact.space.forces import SpatialForces, forces
+from conrod.exact.space.laws import law_of
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loops.reading import tree_of
+from conrod.scenes.space import MACHINES
+
+# Machines of pins and slides without loads.
+SCENES = ("saw-40rpm", "crank-shaper", "six-bar", "slider-crank", "web-cutter", "inverted-slider-crank", "jansen-leg")
+BAR = 1e-9  # of the largest
+
+
+def planar(name: str, times: Array) -> JointForces:
+    """The same machine's forces in its plane, at constant speed."""
+    speed = np.full_like(times, scene(name).speed)
+    state = State(crank_angles(name, times), speed, np.zeros_like(times), times)
+    return InverseDynamics(scene(name).kinematics).forces(state)
+
+
+def placed(name: str, upright: bool = False) -> tuple[DrivenTree, Array, SpatialForces]:
+    root = model_text(name, gravity=np.array([*scene(name).kinematics.mechanism.gravity, 0.0]))
+    if upright:
+        next(root.iter("body")).set("quat", "1 0 0 0")
+    times = np.linspace(0.0, duration(name), 40)
+    machine = driven(name, root, times[-1])
+    return machine, times, forces(machine, machine.motion(times))
+
+
+@pytest.mark.parametrize("name", [SCENES[0], SCENES[2], *(pytest.param(n, marks=pytest.mark.slow) for n in SCENES[3:])])
+def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
+    machine, times, found = placed(name)
+    truth = planar(name, times)
+    torque = found.drives["crank"]
+    assert torque == pytest.approx(truth.drive_torque, abs=BAR * np.abs(truth.drive_torque).max())
+    second = {joint.name: joint.b for joint in scene(name).kinematics.mechanism.joints}
+    for closure in machine.tree.closures:
+        exact, first = truth.components[closure.name], machine.tree.bodies[closure.points[0].body].name
+        in_plane = np.array([exact["x"], exact["y"], np.zeros_like(times)])
+        # In the plane the force is that on the second body.
+        seen = (1.0 if first == second[closure.name] else -1.0) * frame_matrix().T @ found.least[closure.name].T
+        assert seen == pytest.approx(in_plane, abs=BAR * np.abs(in_plane).max()), closure.name
+    # Negative control: a thousandth more speed asks for another torque.
+    faster = planar(name, times * 1.001)
+    assert np.abs(torque - faster.drive_torque).max() > 1e-6 * np.abs(torque).max()
+
+
+@pytest.mark.parametrize("name", ["saw-40rpm", "six-bar"])
+def test_only_what_a_pin_carries_across_the_plane_is_open(name: str) -> None:
+    machine, _, found = placed(name, upright=True)
+    assert set(found.ambiguous) == {closure.name for closure in machine.tree.closures}
+    for closure, force in found.reactions.items():
+        assert np.isnan(force[:, 2]).all()
+        assert force[:, :2] == pytest.approx(found.least[closure][:, :2], abs=1e-12)
+    assert np.isfinite(found.drives["crank"]).all()
+
+
+@pytest.mark.parametrize(("name", "open_ones"), [
+    ("rssr", set()), ("stewart", set()), ("sarrus", {"other_plate_1", "other_plate_2"}),
+    ("cardan", {"cross_1", "cross_2"}),
+])  # fmt: skip
+def test_reactions_are_open_where_closures_are_redundant_and_nowhere_else(name: str, open_ones: set[str]) -> None:
+    machine = MACHINES[name]()
+    model = mujoco.MjModel.from_xml_string(machine.mjcf)
+    found, motion = moved(model, dict(machine.drives), 0.2)
+    assert set(forces(found, motion).ambiguous) == open_ones
+
+
+def moved(model: mujoco.MjModel, drives: dict[str, str], seconds: float, samples: int = 9):
+    tree = tree_of(model, model.qpos0)
+    units = {joint.name: joint.unit for joint in tree.joints}
+    starts = {joint.name: tree.start[joint.coordinate] for joint in tree.joints}
+    machine = DrivenTree(tree, {name: law_of(law, units[name], starts[name], name) for name, law in drives.items()})
+    machine.go(machine.assembled(), seconds)
+    return machine, machine.motion(np.linspace(0.0, seconds, samples))
+
+
+def with_springs(text: str) -> mujoco.MjModel:
+    """Every hinge and slide with a spring, a damper and an armature of its own."""
+    root = ET.fromstring(text)
+    for number, joint in enumerate(root.iter("joint")):
+        if joint.get("joint1") is None and joint.get("type", "hinge") in ("hinge", "slide"):
+            own = {"stiffness": 3.0 + number, "springref": 0.1 * number, "damping": 0.2, "armature": 0.01 * number}
+            joint.attrib |= {key: repr(value) for key, value in own.items()}
+    return compiled(root)
+
+
+def power_imbalance(model: mujoco.MjModel, drives: dict[str, str], seconds: float, stiffer: float = 1.0) -> float:
+    """What drives give less what dampers take and less the change of the energy, over the largest power of a drive.
+
+    Args:
+        stiffer: of the first spring, where its energy is computed.
+    """
+    machine, motion = moved(model, drives, seconds, 401)
+    found = forces(machine, motion)
+    given = sum(found.drives[joint.name] * motion.rates[0, joint.rate] for joint in machine.driven)
+    taken = np.einsum("v,vt->t", model.dof_damping, motion.rates[0] ** 2)
+    # The energy by MuJoCo, in which nothing of the forces is.
+    model.jnt_stiffness[0] *= stiffer
+    data, energy = mujoco.MjData(model), []
+    for k in range(len(motion.times)):
+        data.qpos[:], data.qvel[:] = motion.coordinates[:, k], motion.rates[0, :, k]
+        mujoco.mj_forward(model, data)
+        mujoco.mj_energyPos(model, data)
+        mujoco.mj_energyVel(model, data)
+        energy.append(data.energy.sum())
+    step = motion.times[1]
+    stencil = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / (60.0 * step)
+    change = np.convolve(energy, stencil, "valid")
+    return float(np.abs((given - taken)[3:-3] - change).max() / np.abs(given).max())
+
+
+@pytest.mark.parametrize("name", ["rssr", "tilted-slider-crank", pytest.param("stewart", marks=pytest.mark.slow)])
+def test_what_drives_give_is_what_dampers_take_and_energy_gains(name: str) -> None:
+    machine = MACHINES[name]()
+    model = with_springs(machine.mjcf)
+    drives = {joint: law.replace("60rpm", "sine:50deg,1Hz") for joint, law in machine.drives.items()}
+    assert power_imbalance(model, drives, 0.5) < 1e-9
+    assert power_imbalance(model, drives, 0.5, stiffer=1.001) > 1e-7  # negative control
+
+
+def test_a_spring_that_is_switched_off_asks_for_nothing() -> None:
+    sprung = '<joint name="coupler" stiffness="5" damping="0.3"'
+    text = four_bar().replace('<joint name="coupler"', sprung)
+    off = text.replace('<flag contact="disable"/>', '<flag contact="disable" {}/>')
+    plain = drive_torque(four_bar())
+    assert np.abs(drive_torque(text) - plain).max() > 1e-2
+    assert drive_torque(off.format('spring="disable" damper="disable"')) == pytest.approx(plain, abs=1e-12)
+    damped = drive_torque(text.replace('stiffness="5"', ""))
+    assert drive_torque(off.format('spring="disable"')) == pytest.approx(damped, abs=1e-12)
+
+
+def drive_torque(text: str) -> Array:
+    machine, motion = moved(mujoco.MjModel.from_xml_string(text), {"crank": "60rpm"}, 1.0)
+    assert machine.tree.unmodelled == ()
+    return forces(machine, motion).drives["crank"]
+
+
+UNMODELLED = {
+    "actuators": ("</mujoco>", '<actuator><motor joint="rocker"/></actuator></mujoco>'),
+    "dry friction": ('<joint name="coupler"', '<joint name="coupler" frictionloss="0.1"'),
+    "a fluid": ("<option", '<option density="1.2"'),
+    "gravity compensation": ('<body name="rocker"', '<body name="rocker" gravcomp="1"'),
+    "tendons with springs, dampers or armatures": (
+        "</mujoco>", '<tendon><fixed stiffness="2"><joint joint="rocker" coef="1"/></fixed></tendon></mujoco>',
+    ),
+    "springs or dampers that are not linear": ('<joint name="coupler"', '<joint name="coupler" damping="0.1 0.2"'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", UNMODELLED)
+def test_what_forces_are_not_computed_with_is_named(what: str) -> None:
+    model = mujoco.MjModel.from_xml_string(four_bar().replace(*UNMODELLED[what]))
+    assert tree_of(model, model.qpos0).unmodelled == (what,)
