@@ -63,7 +63,9 @@ def _settings(label: str, step: float, period: float, idle: bool) -> MuJoCoSetti
     tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact=False)
     if label != "hardened":
         return tuned
-    return replace(tuned, preset=label, solref=(0.1 * period, 1.0), hardening=SOFTER if idle else HARDENING)
+    return replace(
+        tuned, preset=label, solref=(max(0.1 * period, tuned.solref[0]), 1.0), hardening=SOFTER if idle else HARDENING
+    )
 
 
 def errors_of(

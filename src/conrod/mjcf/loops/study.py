@@ -97,6 +97,11 @@ class _Bench:
         freedom = mobility(machine)
         return cls(model, question, machine, data, seconds, freedom, judged_points(model, tree, freedom, question))
 
+    @property
+    def period(self) -> float:
+        """Time [s] that the slowest drive takes for its law: the machine's pace, however long it runs."""
+        return duration(self.machine.laws)
+
     def studied(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
         """All that is found."""
         checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED))
@@ -109,7 +114,7 @@ class _Bench:
         unknown = self._unknown_forces()
         exact = None if unknown else forces(self.machine, checked)
         best = self._cheapest((*runs, *steps))
-        paste = "" if best is None else pasted(best.label, best.timestep, self.seconds, bool(self.freedom.idle))
+        paste = "" if best is None else pasted(best.label, best.timestep, self.period, bool(self.freedom.idle))
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
@@ -170,7 +175,7 @@ class _Bench:
         return errors_of(label, step, recorded, motion, self.machine, exact, travel)
 
     def _with(self, label: str, step: float) -> mujoco.MjModel:
-        return with_settings(self.model, label, step, self.seconds, bool(self.freedom.idle))
+        return with_settings(self.model, label, step, self.period, bool(self.freedom.idle))
 
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset's settings over that with the model's own, measured in turns."""
@@ -211,7 +216,7 @@ class _Bench:
             free_run(
                 label,
                 self.machine.tree,
-                with_settings(self.model, label, step, self.seconds, True),
+                with_settings(self.model, label, step, self.period, True),
                 motion,
                 self.seconds,
             )
