@@ -138,6 +138,7 @@ def judged(
     assert callable(spoil)
     tolerance = asked.pop("tolerance", None)
     assert tolerance is None or isinstance(tolerance, dict)
+    qualify = bool(asked.pop("qualify", False))
     put = question(kind, **asked)
     path, found = scanned(folder, text, put)
 
@@ -148,4 +149,4 @@ def judged(
         return tuple(spoil(run) for run in _RUNS[key])
 
     machine, engine = (FILES[kind], scene or SCENES[FILES[kind]]), engine_named("mujoco")
-    return study(path.name, machine, put, found, GivenFrame(), engine, driven, turns, 100_000, tolerance)
+    return study(path.name, machine, put, found, GivenFrame(), engine, driven, turns, 100_000, tolerance, qualify)

@@ -73,7 +73,7 @@ def _validate_file(file: str, asked: Request) -> None:
     if asked.scene is None:
         raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
     refuse(asked, "--scene: it is for a model that is its own reference", "drives")
-    refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures", "qualify")
+    refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures")
     from conrod.cli.validate_file import validate_file
 
     validate_file(Path(file), asked.scene, asked)

@@ -66,7 +66,7 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
 
 def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request, found: Any) -> Held | None:
     """A study of a file held against the baseline, if any; it is judged again as that needs."""
-    own = replace(asked, assignments=())
+    own = replace(asked, assignments=(), qualify=False)
 
     def again(others: Sequence[Mapping[str, Scene]]) -> list[list[Any]]:
         return [[judge(path, scene, own) for scene in scenes.values()] for scenes in others]
@@ -88,10 +88,14 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
     from conrod.own.models.scanning import scan
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
-    refuse(asked, its_own, "engine", "preset", "steps_per_rev", "qualify")
+    refuse(asked, its_own, "engine", "preset", "steps_per_rev")
     refuse(asked, "a model: it is for a table", TableOptions)
     machine = select_scene(scene, asked.assignments)[1]
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
+    if asked.qualify and tolerance is None:
+        raise InvalidInput(
+            "--qualify: without --tolerance none of its runs is judged: say e.g. --tolerance position=1e-4"
+        )
     revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
     check_count("--revolutions", revolutions, *REVOLUTIONS)
     question, given = question_of(asked, machine), given_frame(asked)
@@ -102,7 +106,7 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
 
     engine, turns, one, file = engine_named("mujoco"), float(revolutions), (scene_text(scene), machine), str(path)
     try:
-        return study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance)
+        return study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance, asked.qualify)
     except InvalidInput as error:
         raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
 
@@ -158,6 +162,7 @@ def print_model_study(found: ModelStudy) -> None:
     print_lines(out, [""])
     print_table(out, user_model.runs_table(found))
     print_lines(out, user_model.drive(found), indent=2)
+    print_table(out, user_model.qualification(found))
 
 
 # -- a table ---------------------------------------------------------------------------------------------------------

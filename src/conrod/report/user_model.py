@@ -20,6 +20,7 @@ from conrod.report.numbers import IN_MM, error, in_degrees, in_mm, in_shown_unit
 from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
+from conrod.report.validation.tables import noticed_table
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -61,6 +62,8 @@ def _judgement(study: ModelStudy) -> str:
         return f"{it_is}, but with its own settings it {how}."
     if over := study.exceeded():
         return f"{it_is}; its own settings are out of tolerance: {', '.join(exceeded_words(over))}."
+    if study.blind:
+        return f"{it_is}; the verdict on its own settings notices no planted defect, of whatever size: it is none."
     if study.own_run is not None and study.own_run.failed:
         return f"{it_is}, and goes through its turns where conrod drives it."
     return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
@@ -327,6 +330,12 @@ def drive(study: ModelStudy) -> Iterator[str]:
         yield "the errors contain what the lengths do not explain"
 
 
+def qualification(study: ModelStudy) -> Table:
+    """What the verdict on its own settings notices of planted defects; no row where that is not known."""
+    runs = {} if study.own is None or study.qualified is None else {study.own.label: study.qualified}
+    return noticed_table(Path(study.file).name, runs)
+
+
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
@@ -338,7 +347,7 @@ def _page(part: Part[ModelStudy]) -> Page:
     text = rendered(
         "model", study=study, name=Path(study.file).name, verdict=verdict(study), figure=figure, command=part.command,
         places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), frame=frame, wiring=wiring,
-        paths=paths, settings=settings, runs=runs_table(study), drive=list(drive(study)),
+        paths=paths, settings=settings, runs=runs_table(study), drive=list(drive(study)), noticed=qualification(study),
         own=OWN if EXACT_SOLVER in study.runs else "",
     )  # fmt: skip
     return Page(text, (figure,))

@@ -88,6 +88,7 @@ class RunReference:
         speed: nominal, of the crank angle [rad/s].
         others: other assembly branches.
         touching: whether a contact of the model places its follower.
+        turns: that a run is to take.
     """
 
     exact: ExactReference
@@ -96,6 +97,7 @@ class RunReference:
     frame: Frame
     points: tuple[str, ...]
     touching: bool
+    turns: float
 
 
 def tracks_of(run: DrivenRun, to: RunReference) -> dict[str, PointTracks]:
@@ -109,9 +111,13 @@ def tracks_of(run: DrivenRun, to: RunReference) -> dict[str, PointTracks]:
     }
 
 
-def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
-    """A run with its outcome and its errors."""
-    tracks, verdict = tracks_of(run, to), Verdict(run.outcome, run.reason)
+def judged(label: str, run: DrivenRun, to: RunReference, seen: Mapping[str, PointTracks] | None = None) -> JudgedRun:
+    """A run with its outcome and its errors.
+
+    Args:
+        seen: its points in the document's frame, where they are not as it has them.
+    """
+    tracks, verdict = seen or tracks_of(run, to), Verdict(run.outcome, run.reason)
     if run.outcome is Outcome.COMPLETED:
         verdict = next(_endings(run, tracks, to), verdict)
     errors = None
@@ -120,7 +126,7 @@ def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
             name: {quantity: error_curve(series.angle, series.error) for quantity, series in vars(found).items()}
             for name, found in track_errors(tracks, to.speed, ExactMotions(to.exact)).items()
         }
-    angle = to.frame.angle(run.coordinate)
+    at = next(iter(tracks.values())).position.instants
     return JudgedRun(
         label=label,
         outcome=verdict.outcome,
@@ -128,7 +134,7 @@ def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
         armature=run.armature,
         steps_per_revolution=2.0 * np.pi / abs(to.speed) / run.timestep,
         errors=errors,
-        phase=float(np.abs(angle - angle[0] - to.speed * run.times).max()) if len(angle) else np.nan,
+        phase=float(np.abs(at.angle - at.angle[0] - to.speed * at.times).max()) if len(at.times) else np.nan,
         ripple=run.ripple,
         gap=float((run.gap - run.gap[0]).max()) if len(run.gap) else np.nan,
         warnings=run.warnings,
@@ -159,7 +165,9 @@ def difference(one: DrivenRun, other: DrivenRun, to: RunReference) -> dict[str, 
 
 def _endings(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:
     """Outcomes that the crank, the points and the violation of the closures show; the first one counts."""
-    travel = max(to.exact.lengths.values())
+    travel, nominal = max(to.exact.lengths.values()), 2.0 * np.pi * to.turns / abs(to.speed)
+    if (last := float(next(iter(tracks.values())).position.instants.times[-1])) < nominal - 1.5 * run.timestep:
+        yield Verdict(Outcome.CRASHED, f"it ended after {last:.6g} s of {nominal:.6g} s")
     places = np.array([t.position.values for t in tracks.values()])
     exact = ExactMotions(to.exact)
     off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])

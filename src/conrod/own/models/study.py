@@ -11,11 +11,13 @@ import numpy as np
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
+from conrod.own.models.qualifying import qualified
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import Drive, DrivenRun, ModelFacts, Order, Question, Scan
 from conrod.own.models.runs import CrankMotion, JudgedRun, RunReference, crank_motion, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
+from conrod.studies.validation.results import Qualified
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Engine
@@ -64,6 +66,7 @@ class ModelStudy:
         refused: presets that were not run, with the reason.
         drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
         points: that the runs are compared at.
+        qualified: what the verdict on its own settings notices of planted defects; None where that is not known.
     """
 
     file: str
@@ -79,6 +82,7 @@ class ModelStudy:
     drive_share: Mapping[str, float] | None
     points: tuple[str, ...]
     own_run: OwnRun | None = None
+    qualified: Qualified | None = None
 
     @property
     def kinematic_tolerance(self) -> float:
@@ -145,12 +149,17 @@ class ModelStudy:
         return [run for run in (self.own, own_run) if run is not None]
 
     @property
+    def blind(self) -> bool:
+        """True where it is known that the verdict on its own settings notices nothing."""
+        return self.qualified is not None and self.qualified.blind
+
+    @property
     def passed(self) -> bool:
         """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
         own = self.own
         if not self.is_machine or self.model.stops or own is None or self.own_run is None or self.own_run.failed:
             return False
-        return own.outcome is Outcome.COMPLETED and not self.exceeded()
+        return own.outcome is Outcome.COMPLETED and not self.exceeded() and not self.blind
 
 
 def study(
@@ -164,12 +173,14 @@ def study(
     revolutions: float,
     most_samples: int,
     tolerance: Mapping[str, float] | None,
+    qualify: bool = False,
 ) -> ModelStudy:
     """Judge a scanned model.
 
     Args:
         scene: its name and itself.
         run: drives the model.
+        qualify: whether defects are planted into the run of its own settings, too.
 
     Raises:
         InvalidInput: its plane of motion or its frame cannot be determined, or its runs cannot be made.
@@ -192,14 +203,16 @@ def study(
     drive = Drive(frame.sense * machine.speed, start, near, revolutions, RIPPLE, most_samples)
     driven = {order.label: one for order, one in zip(orders, run(drive, tuple(orders)), strict=True)}
     others = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-    to = RunReference(moving, machine.speed, others, frame, points, scan.facts.touching is not None)
+    to = RunReference(moving, machine.speed, others, frame, points, scan.facts.touching is not None, revolutions)
     runs = {label: judged(label, one, to) for label, one in driven.items()}
     completed = runs[AS_GIVEN].outcome is Outcome.COMPLETED
     crank = crank_motion(driven[AS_GIVEN], to) if completed else None
     own_run = OwnRun(runs.pop(AS_GIVEN), crank, machine.speed if any(scan.facts.controls.values()) else None)
     both = [runs[label] for label in (OWN, EXACT_SOLVER) if label in runs and runs[label].errors is not None]
     share = difference(driven[OWN], driven[EXACT_SOLVER], to) if len(both) == 2 else None
-    return replace(found, own_run=own_run, runs=runs, refused=refused, drive_share=share)
+    found = replace(found, own_run=own_run, runs=runs, refused=refused, drive_share=share)
+    own = found.own
+    return replace(found, qualified=qualified(found, driven[own.label], to)) if qualify and own else found
 
 
 def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order], dict[str, str]]:

@@ -13,7 +13,7 @@ from conrod.report.table import Cell, Table, Toned, table
 from conrod.runs.convergence import PAIRS_AGREE, observed_order
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.validation.results import Noticed, SceneStudy, ValidationResult
+from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
 
 MEASURES = ("max", "rms", "final")
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
@@ -213,23 +213,22 @@ QUALIFICATION = "planted into these runs, and judged again: noticed or not, and 
 
 def qualification_table(study: SceneStudy) -> Table:
     """What the verdicts notice, a row for each defect and a column for each run; no row where it was not asked for."""
-    runs = [r for r in study.results if r.qualified is not None]
-    kinds = {(kind, one.defect): one for r in runs for kind, one in _noticed(r)}
+    runs = {" ".join(name_of(r)): r.qualified for r in study.results if r.qualified is not None}
+    return noticed_table(study.name, runs)
+
+
+def noticed_table(name: str, runs: Mapping[str, Qualified]) -> Table:
+    """A row for each defect, a column for each verdict by its name."""
+    by_run = [{(kind, one.defect): one for kind, some in vars(q).items() for one in some} for q in runs.values()]
     rows = [
         (
             defect + (" (forces)" if kind == "forces" else ""),
             numbers.sized(planted.size, planted.unit) or "one",
-            *(_noticed_cell({(k, n.defect): n for k, n in _noticed(r)}.get((kind, defect))) for r in runs),
+            *(_noticed_cell(found.get((kind, defect))) for found in by_run),
         )
-        for (kind, defect), planted in kinds.items()
+        for (kind, defect), planted in {key: one for found in by_run for key, one in found.items()}.items()
     ]
-    head = ["defect", "size", *(" ".join(name_of(r)) for r in runs)]
-    return table(head, rows, title=f"{study.name}: {QUALIFICATION}")
-
-
-def _noticed(run: ValidationResult) -> list[tuple[str, Noticed]]:
-    assert run.qualified is not None
-    return [*(("motion", one) for one in run.qualified.motion), *(("forces", one) for one in run.qualified.forces)]
+    return table(["defect", "size", *runs], rows, title=f"{name}: {QUALIFICATION}")
 
 
 def _noticed_cell(found: Noticed | None) -> Cell:

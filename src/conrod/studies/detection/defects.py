@@ -76,7 +76,8 @@ def _with_instants(run: Piece, change: Callable[[Instants], Instants]) -> Piece:
 
     trajectory = run.trajectory
     points = {name: changed(tracks) for name, tracks in trajectory.points.items()}
-    return replace(run, trajectory=replace(trajectory, points=points, bodies=changed(trajectory.bodies)))
+    bodies = trajectory.bodies and changed(trajectory.bodies)
+    return replace(run, trajectory=replace(trajectory, points=points, bodies=bodies))
 
 
 def _stamped_early(given: Recording, steps: float) -> Piece:
@@ -131,15 +132,12 @@ def _missing_term(given: Recording) -> Iterator[tuple[str, Plant]]:
         arm = np.subtract(observed.point, centre)
 
         def without(now: Recording, share: float, i: int = i, arm: Array = arm, which: int = which) -> Recording:
-            assert now.run.trajectory.bodies is not None
-            states = now.run.trajectory.bodies.acceleration
-            turn = states.poses[:, i + 2]
-            c, s = np.cos(turn), np.sin(turn)
-            out = np.column_stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
-            term = share * states.rates[:, i + 2, None] ** 2 * out
-
             def left(_: str, track: Track) -> Track:
-                return replace(track, values=track.values + term)
+                poses, slopes = now.reference.kinematics.derivatives(track.instants.angle, 1)
+                c, s = np.cos(poses[:, i + 2]), np.sin(poses[:, i + 2])
+                out = np.column_stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
+                spin = slopes[:, i + 2] * track.instants.rate
+                return replace(track, values=track.values + share * spin[:, None] ** 2 * out)
 
             return replace(now, run=_with_tracks(now.run, "acceleration", left, which))
 
@@ -165,11 +163,9 @@ def _cut_short(given: Recording, share: float) -> Piece:
     kept = samples - math.ceil(share * samples - 1e-9)
     cut = FieldByField(lambda parts: parts[0][: max(2, kept - samples + len(parts[0]))])
     trajectory = run.trajectory
-    assert trajectory.bodies is not None
     points = {name: cut(tracks) for name, tracks in trajectory.points.items()}
-    return replace(
-        run, clock=run.clock[:kept], trajectory=replace(trajectory, points=points, bodies=cut(trajectory.bodies))
-    )
+    bodies = trajectory.bodies and cut(trajectory.bodies)
+    return replace(run, clock=run.clock[:kept], trajectory=replace(trajectory, points=points, bodies=bodies))
 
 
 def _other_branch(given: Recording) -> Iterator[tuple[str, Plant]]:
@@ -184,9 +180,8 @@ def _other_branch(given: Recording) -> Iterator[tuple[str, Plant]]:
         return BodyStates(at, poses, slopes * rate, bends * rate**2 + slopes * turn)
 
     def flipped(now: Recording, _: float) -> Recording:
-        bodies = now.run.trajectory.bodies
-        assert bodies is not None
-        three = [states(one.instants) for one in (bodies.position, bodies.velocity, bodies.acceleration)]
+        tracks = next(iter(now.run.trajectory.points.values()))
+        three = [states(one.instants) for one in (tracks.position, tracks.velocity, tracks.acceleration)]
         told = [other.point_derivatives([one.poses, one.rates, one.accelerations]) for one in three]
         points = {
             name: PointTracks(
@@ -194,7 +189,8 @@ def _other_branch(given: Recording) -> Iterator[tuple[str, Plant]]:
             )
             for name in now.run.trajectory.points
         }
-        trajectory = replace(now.run.trajectory, points=points, bodies=BodyTracks(*three))
+        bodies = now.run.trajectory.bodies and BodyTracks(*three)
+        trajectory = replace(now.run.trajectory, points=points, bodies=bodies)
         return replace(now, run=replace(now.run, trajectory=trajectory))
 
     yield "", flipped

@@ -32,13 +32,13 @@ class Recording:
     """A run as it was recorded, and the machine that it is compared with.
 
     Attributes:
-        made_by: the engine, to make the run again.
+        made_by: the engine, to make the run again; None where that cannot be.
         start_angle: of the run [rad].
     """
 
     run: Piece
     reference: ExactReference
-    made_by: Engine[Any]
+    made_by: Engine[Any] | None
     start_angle: float = 0.0
 
     @classmethod
@@ -55,8 +55,8 @@ Plants = Callable[[Recording], Iterator[tuple[str, Plant]]]  # by where they are
 
 def softness(given: Recording) -> Iterator[tuple[str, Plant]]:
     """The run made again, with joints or contacts that take so many steps longer to mend an error."""
-    variations = capability(given.made_by, Varied)
-    if isinstance(variations, Lacking):
+    engine = given.made_by
+    if engine is None or isinstance(variations := capability(engine, Varied), Lacking):
         return
     settings: Any = given.run.trajectory.settings
     contact = bool(given.reference.mechanism().cam_contacts)
@@ -67,7 +67,7 @@ def softness(given: Recording) -> Iterator[tuple[str, Plant]]:
             return now
         changed = variations.variations.stabilised(now.reference, settings, own + abs(steps))
         turns = now.run.trajectory.revolutions
-        return Recording.of(now.made_by, now.reference, changed, turns, now.start_angle)
+        return Recording.of(engine, now.reference, changed, turns, now.start_angle)
 
     yield "", softer
 
