@@ -62,11 +62,11 @@ def _judgement(study: ModelStudy) -> str:
         return f"{it_is}, but with its own settings it {how}."
     if over := study.exceeded():
         return f"{it_is}; its own settings are out of tolerance: {', '.join(exceeded_words(over))}."
-    if study.blind:
-        return f"{it_is}; the verdict on its own settings notices no planted defect, of whatever size: it is none."
     if study.own_run is not None and study.own_run.failed:
         return f"{it_is}, and goes through its turns where conrod drives it."
-    return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
+    held = "within tolerance" if study.tolerance else "measured, not judged"
+    blind = ", which notices no planted defect, of whatever size: no verdict" if study.blind else ""
+    return f"{it_is}; its own settings are {held}{blind}."
 
 
 def own_run_words(study: ModelStudy, found: OwnRun) -> str:
