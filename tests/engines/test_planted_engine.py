@@ -147,6 +147,27 @@ def test_its_samples_do_not_depend_on_the_pieces(preset: str) -> None:
     assert found.worst("position") == compare(whole.trajectory, SAW).worst("position")
 
 
+def test_it_is_listed_with_its_origin_and_what_it_lacks(user: Any) -> None:
+    done = user("engines")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ENGINE.version in done.stdout
+    assert "planted-engine 1.0" in done.stdout
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("kinematic mode")]
+    assert line.split()[2:] == ["yes", "yes", "unsupported"]
+
+
+def test_one_that_cannot_be_loaded_is_named_and_breaks_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(installed_in(tmp_path, "no_such_module:ENGINE", "broken")))
+    forget()
+    done = conrod("engines", cwd=tmp_path)
+    forget()
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "engine 'broken' cannot be loaded from no_such_module:ENGINE" in done.stdout
+    assert "mujoco" in done.stdout
+
+
 # -- the registry ------------------------------------------------------------------------------------------------------
 
 

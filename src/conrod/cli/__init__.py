@@ -31,6 +31,7 @@ VERBS = {
     "recommend": "Find the cheapest settings within tolerances, ready to paste.",
     "limits": "Find where each engine stops being trustworthy, and how.",
     "ablate": "Measure what each ingredient of a model costs and changes.",
+    "engines": "List the engines, what each can do, and where it comes from.",
     "versions": "Measure what each release of an engine changed.",
     "audit": "Check published figures of a textbook: a verdict for each.",
     "lint": "Find what a MuJoCo model has in excess, and what makes it fail.",

@@ -53,6 +53,14 @@ def engine_packages() -> tuple[str, ...]:
     return tuple(dict.fromkeys([*ENGINES, *brought]))
 
 
+def origin_of(name: str) -> str:
+    """Where an engine comes from: conrod, or the distribution that brings it."""
+    point = _brought().get(name)
+    if point is None:
+        return "conrod"
+    return point.value if point.dist is None else f"{point.dist.name} {point.dist.version}"
+
+
 @cache
 def engine_named(name: str) -> Engine[Any]:
     """The engine of a name.

@@ -1,0 +1,152 @@
+"""The suite for authors of engines: engines that ship keep it, and each planted mistake breaks the claim on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from planted_engine import LawfulEngine, PlantedSettings
+
+from conrod.engines import engine_named
+from conrod.engines.capabilities import KinematicResult
+from conrod.engines.engine import PIECE, Machine
+from conrod.exact.motion import Array
+from conrod.runs.trajectory import Piece, PointTracks, Track
+from conrod.testing import EngineConformance
+
+
+class TestMuJoCo(EngineConformance):
+    engine = engine_named("mujoco")
+    scenes = ("saw-40rpm",)
+
+
+class TestPymunk(EngineConformance):
+    engine = engine_named("pymunk")
+    scenes = ("saw-40rpm",)
+
+
+class PlantedSuite(EngineConformance):
+    engine = LawfulEngine()
+    scenes = ("saw-40rpm",)
+
+    def _allowed_at_start(self, settings: Any) -> float:
+        return 10.0 * settings.lead  # its error is a lead that it has from the start
+
+
+class TestPlanted(PlantedSuite):
+    """The engine of the tests keeps every claim."""
+
+
+# -- planted mistakes --------------------------------------------------------------------------------------------------
+
+
+def edited(tracks: PointTracks, quantity: str, edit: Callable[[Array], Array]) -> PointTracks:
+    track = getattr(tracks, quantity)
+    return replace(tracks, **{quantity: Track(track.instants, edit(track.values))})
+
+
+class Mistaken(LawfulEngine):
+    """The planted engine with a mistake in a quantity of all points, or elsewhere by a subclass."""
+
+    quantity, edit = "position", staticmethod(lambda values: values)
+
+    def run(
+        self, machine: Machine, settings: PlantedSettings, revolutions: float, start_angle: float = 0.0,
+        steps: int = PIECE,
+    ) -> Iterator[Piece]:  # fmt: skip
+        for piece in super().run(machine, settings, revolutions, start_angle, steps):
+            found = piece.trajectory.points.items()
+            points = {name: edited(tracks, self.quantity, self.edit) for name, tracks in found}
+            yield replace(piece, trajectory=replace(piece.trajectory, points=points))
+
+
+def half_a_step_early(values: Array) -> Array:
+    before = np.concatenate([2.0 * values[:1] - values[1:2], values[:-1]]) if len(values) > 1 else values
+    return 0.5 * (values + before)
+
+
+class HalfAStepEarly(Mistaken):
+    quantity, edit = "velocity", staticmethod(half_a_step_early)
+
+
+class AccelerationEarly(Mistaken):
+    quantity, edit = "acceleration", staticmethod(half_a_step_early)
+
+
+class Millimetres(Mistaken):
+    edit = staticmethod(lambda values: 1e3 * values)
+
+
+class Mirrored(Mistaken):
+    edit = staticmethod(lambda values: values * np.array([1.0, -1.0]))
+
+
+class Random(Mistaken):
+    edit = staticmethod(lambda values: values + 1e-12 * np.random.default_rng().standard_normal(values.shape))
+
+
+class ByPieces(Mistaken):
+    edit = staticmethod(lambda values: values + 1e-12 * len(values))
+
+
+class StartsElsewhere(LawfulEngine):
+    def run(self, machine: Machine, settings: PlantedSettings, revolutions: float, start_angle: float = 0.0,
+            steps: int = PIECE) -> Iterator[Piece]:  # fmt: skip
+        return super().run(machine, settings, revolutions, 0.0, steps)
+
+
+class Raises(LawfulEngine):
+    def run(self, machine: Machine, settings: PlantedSettings, *arguments: Any, **others: Any) -> Iterator[Piece]:
+        if settings.steps_per_revolution < 3:
+            raise FloatingPointError("diverged")
+        return super().run(machine, settings, *arguments, **others)
+
+
+class NoReason(LawfulEngine):
+    def refusal(self, machine: Machine, settings: PlantedSettings) -> str | None:
+        return "" if machine.kinematics.mechanism.cam_contacts else None
+
+
+class WrongPlaces(LawfulEngine):
+    """Its own constraints place points a millionth of a metre off."""
+
+    def solve_kinematics(self, machine: Any, angle: Array) -> KinematicResult:
+        exact = machine.motion(angle, machine.speed)
+        places = {name: (exact.point(name).position + 1e-6, None) for name in machine.lengths}
+        return KinematicResult(angle, np.zeros((len(angle), 0)), places)
+
+
+class NoVersion(LawfulEngine):
+    version = ""
+
+
+MISTAKES: dict[str, tuple[Any, str]] = {
+    "a velocity stamped half a step late": (HalfAStepEarly(), "test_no_quantity_lags_its_stamp"),
+    "an acceleration stamped half a step late": (AccelerationEarly(), "test_no_quantity_lags_its_stamp"),
+    "all stamped a step late": (LawfulEngine(late=1), "test_each_sample_carries_its_instant"),
+    "millimetres": (Millimetres(), "test_it_turns_the_way_it_is_driven_in_metres"),
+    "the other sense": (Mirrored(), "test_it_turns_the_way_it_is_driven_in_metres"),
+    "other bits each time": (Random(), "test_the_same_run_has_the_same_bits_in_any_pieces"),
+    "other bits in other pieces": (ByPieces(), "test_the_same_run_has_the_same_bits_in_any_pieces"),
+    "another start": (StartsElsewhere(), "test_it_starts_exact_where_it_is_told_to"),
+    "an exception": (Raises(), "test_a_run_that_fails_is_data"),
+    "a refusal without reason": (NoReason(), "test_what_it_cannot_do_it_refuses_with_a_reason"),
+    "wrong places": (WrongPlaces(), "test_its_own_constraints_place_the_machine"),
+    "no version": (NoVersion(), "test_it_has_a_name_a_version_and_presets_with_a_rule"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_breaks_the_claim_on_it(mistake: str) -> None:
+    engine, claim = MISTAKES[mistake]
+    suite = type("Suite", (PlantedSuite,), {"engine": engine})()
+    with pytest.raises((AssertionError, FloatingPointError)):
+        getattr(suite, claim)()
+
+
+def test_every_claim_has_its_mistake() -> None:
+    claims = {name for name in vars(EngineConformance) if name.startswith("test_")}
+    assert claims == {claim for _, claim in MISTAKES.values()}
