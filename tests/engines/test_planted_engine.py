@@ -156,9 +156,7 @@ def test_it_is_listed_with_its_origin_and_what_it_lacks(user: Any) -> None:
     assert line.split()[2:] == ["yes", "yes", "unsupported"]
 
 
-def test_one_that_cannot_be_loaded_is_named_and_breaks_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_that_cannot_be_loaded_is_named_and_breaks_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(installed_in(tmp_path, "no_such_module:ENGINE", "broken")))
     forget()
     done = conrod("engines", cwd=tmp_path)
