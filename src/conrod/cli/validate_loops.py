@@ -99,7 +99,7 @@ def question_of(asked: Request) -> Question:
     controls = named_values(
         asked.controls, "--ctrl", f"an actuator and a number, or a law of time: motor=4.19; {FORMS}"
     )
-    drives = named_values(asked.drives, "--drive", f"a joint and its law: JOINT={FORMS}")
+    drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
     if not drives and asked.scene is not None and is_spatial(asked.scene):
         drives = dict(MACHINES[asked.scene]().drives)
     return Question(

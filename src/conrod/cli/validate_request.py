@@ -53,7 +53,7 @@ class ModelOptions:
         "--drive",
         multiple=True,
         metavar="JOINT=LAW",
-        help="No --scene: the law of a driven joint, 60rpm, sine:20deg,1Hz, move:0deg,90deg,2s or table:FILE.csv.",
+        help="No --scene: law of a driven joint: `60rpm`, `sine:20deg,1Hz`, `move:0deg,90deg,2s`, `table:FILE.csv`.",
     )
     crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
     points: tuple[str, ...] = option(

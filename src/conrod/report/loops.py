@@ -166,7 +166,7 @@ def _opening(gaps: Mapping[str, float], name: str) -> str:
 
 def what_moves(study: LoopStudy) -> Iterator[str]:
     """Drives, mobility and what is redundant, idle or singular."""
-    one, drives = study.mobility, ", ".join(f"{name} = {law}" for name, law in study.question.drives.items())
+    one, drives = study.mobility, ", ".join(f"`{name}={law}`" for name, law in study.question.drives.items())
     yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
     taken = f"{one.rows} equations of its closures take {one.rank}"
     yield f"mobility {one.left}: of {one.freedom} degrees of freedom of its joints {taken}"

@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number, parse_quantity
 
-FORMS = "60rpm, sine:20deg,1.5Hz, move:0deg,90deg,2s, table:FILE.csv or hold"
+FORMS = "`60rpm`, `sine:20deg,1.5Hz`, `move:0deg,90deg,2s`, `table:FILE.csv` or `hold`"
 RATES, LENGTHS = {"rad": "rad/s", "m": "m/s"}, (1e-6, 1e6)
 # Of a polynomial from 0 to 1 whose velocity and acceleration vanish at both ends, from t^3 up.
 QUINTIC = np.array([10.0, -15.0, 6.0])
