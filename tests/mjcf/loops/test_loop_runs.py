@@ -1,0 +1,246 @@
+"""MuJoCo's runs of machines in space against their exact motion: orders of convergence, and planted defects."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+from four_bars import four_bar
+
+from conrod.exact.motion import Array
+from conrod.exact.space.forces import forces
+from conrod.mjcf.loops.driving import Recording, driven_run, gaps_of
+from conrod.mjcf.loops.kinematic import kinematic_mode
+from conrod.mjcf.loops.results import KINEMATIC, OWN, LoopRun, Question
+from conrod.mjcf.loops.runs import errors_of, with_settings
+from conrod.mjcf.loops.study import _Bench
+from conrod.runs.convergence import claimed_order
+from conrod.runs.trajectory import Outcome
+from conrod.scenes.space import MACHINES
+
+DEGREE = math.pi / 180.0
+
+
+def bench_of(text: str, drives: dict[str, str], seconds: float | None = None, step: float = 5e-3) -> _Bench:
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.timestep = step
+    return _Bench.of(model, Question(drives, seconds=seconds))
+
+
+@cache
+def machine_bench(name: str, seconds: float | None = None, step: float = 5e-3) -> _Bench:
+    machine = MACHINES[name]()
+    return bench_of(machine.mjcf, dict(machine.drives), seconds, step)
+
+
+def travel(bench: _Bench) -> float:
+    motion = bench.machine.motion(np.linspace(0.0, bench.seconds, 60))
+    return max(np.ptp(motion.points[point.name].position, axis=0).max() for point in bench.points)
+
+
+# -- convergence -------------------------------------------------------------------------------------------------------
+
+# A drive at constant speed, and one that turns back; and three drives at once. Steps [s] of tuned and hardened.
+CASES = [("rssr", 0.4, 1e-3, 4e-3), pytest.param("sarrus", 1.0, 5e-3, 5e-3, marks=pytest.mark.slow),
+         pytest.param("delta", 1.0, 1e-3, 5e-3, marks=pytest.mark.slow),
+         pytest.param("spherical-four-bar", 1.0, 2e-3, 4e-3, marks=pytest.mark.slow)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "seconds", "tuned", "hardened"), CASES)
+def test_hardened_converges_with_order_4_and_tuned_with_2(
+    name: str, seconds: float, tuned: float, hardened: float
+) -> None:
+    for label, step, orders in (("tuned", tuned, {"position": 2.0}),
+                                ("hardened", hardened, {"position": 4.0, "velocity": 4.0})):  # fmt: skip
+        bench = machine_bench(name, seconds, step)
+        runs = {n: bench._run(label, n, travel(bench)) for n in (1.0, 2.0, 4.0)}
+        assert all(run.outcome is Outcome.COMPLETED for run in runs.values())
+        for quantity, order in orders.items():
+            claimed = claimed_order((int(n), run.errors[quantity]) for n, run in runs.items())
+            assert claimed == pytest.approx(order, abs=0.25), (label, quantity)
+    assert runs[4.0].errors["position"] < 1e-8 * travel(bench)
+
+
+def test_as_it_is_does_not_converge_in_acceleration() -> None:
+    bench = machine_bench("rssr", 0.4, 4e-3)
+    sizes = [bench._run(OWN, n, travel(bench)).errors["acceleration"] for n in (1.0, 4.0)]
+    assert sizes[1] > 0.5 * sizes[0]
+
+
+def test_forces_of_a_hardened_run_are_the_exact_ones() -> None:
+    run = machine_bench("rssr", 0.4, 4e-3)._run("hardened", 4.0, 1.0)
+    assert run.drives["input"] < 1e-6
+    assert run.reactions["rocker_pin"] < 1e-6
+
+
+# -- kinematic mode, and defects of the engine's model alone -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [n if n in ("rssr", "cardan") else pytest.param(n, marks=pytest.mark.slow)
+                                  for n in MACHINES])  # fmt: skip
+def test_mujoco_places_a_machine_as_its_exact_motion_does(name: str) -> None:
+    bench = machine_bench(name, 0.5)
+    shares, remarks = kinematic_mode(
+        bench.model, bench.machine, bench.points, bench.machine.motion(np.linspace(0.0, 0.5, 12))
+    )
+    assert max(shares.values()) < 1e-12
+    assert remarks == ()
+
+
+def longer_leg(model: mujoco.MjModel) -> None:
+    """0.1 % more from the rod's first joint to its end."""
+    model.site("rod_end").pos *= 1.001
+
+
+def turned_axis(model: mujoco.MjModel) -> None:
+    """The rocker's axis 0.1 degrees off."""
+    model.joint("output").axis[:] = [math.cos(0.1 * DEGREE), math.sin(0.1 * DEGREE), 0.0]
+
+
+def shifted_closure(model: mujoco.MjModel) -> None:
+    """The rod's end is anchored 0.1 mm off on the rocker."""
+    model.site("rocker_pin").pos += [0.0, 6e-5, 8e-5]
+
+
+@pytest.mark.parametrize("defect", [longer_leg, turned_axis, shifted_closure])
+def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_runs(
+    defect: Callable[[mujoco.MjModel], None],
+) -> None:
+    bench = machine_bench("rssr", 0.4, 4e-3)
+    edited = replace(bench, model=copy.copy(bench.model))
+    defect(edited.model)
+    shares, _ = kinematic_mode(edited.model, bench.machine, bench.points, bench.machine.motion(np.linspace(0, 0.4, 9)))
+    assert max(shares["position"], shares["closures"]) > 1e4 * KINEMATIC
+    # And so much more than a healthy run is off.
+    healthy, planted = (b._run("hardened", 4.0, travel(bench)).errors["position"] for b in (bench, edited))
+    assert planted > 1e-5 > 1e3 * healthy
+
+
+def test_a_weld_that_is_turned_is_open_by_its_turn_at_the_machines_extent() -> None:
+    bench = machine_bench("tilted-slider-crank", 0.5)
+    edited = copy.copy(bench.model)
+    half = 0.05 * DEGREE
+    turned = np.empty(4)
+    mujoco.mju_mulQuat(turned, edited.eq_data[0, 6:10], [math.cos(half), 0.0, 0.0, math.sin(half)])
+    edited.eq_data[0, 6:10] = turned
+    data, opened = mujoco.MjData(edited), {}
+    for model in (bench.model, edited):
+        data.qpos[:] = bench.machine.knots[0].coordinates[:, 0]
+        mujoco.mj_forward(model, data)
+        opened[model is edited] = gaps_of(bench.machine.tree, model, data)["rod_weld"]
+    assert opened[False] < 1e-15
+    assert opened[True] == pytest.approx(0.1 * DEGREE * bench.machine.tree.extent, rel=1e-3)
+
+
+def test_a_coupling_of_angles_is_open_by_a_length() -> None:
+    wheels = """<mujoco><worldbody>
+      <body><joint name="one" axis="0 0 1"/><geom size="0.01"/><site name="rim" pos="0.2 0 0"/>
+        <body pos="0.25 0 0"><joint name="two" axis="0 0 1"/><geom size="0.01"/></body></body></worldbody>
+      <equality><joint name="gear" joint1="two" joint2="one" polycoef="0 -2 0 0 0"/></equality></mujoco>"""
+    bench = bench_of(wheels, {"one": "60rpm"})
+    data = mujoco.MjData(bench.model)
+    data.joint("two").qpos += 0.01
+    mujoco.mj_forward(bench.model, data)
+    assert gaps_of(bench.machine.tree, bench.model, data) == {"gear": pytest.approx(0.01 * 0.25)}
+
+
+# -- defects of a recorded run -----------------------------------------------------------------------------------------
+
+
+def recorded(bench: _Bench, label: str = "hardened") -> tuple[Recording, Callable[[Recording], LoopRun]]:
+    """A run, and how it is judged."""
+    step = float(bench.model.opt.timestep)
+    motion = bench.machine.motion(step * np.arange(int(bench.seconds / step + 1e-9) + 1))
+    model, size = with_settings(bench.model, label, step, bench.seconds, False), travel(bench)
+    run = driven_run(bench.machine, model, motion, bench.points, 1)
+    exact = forces(bench.machine, motion)
+    return run, lambda other: errors_of(label, step, other, motion, bench.machine, exact, size)
+
+
+@cache
+def four_bar_run(branch: float = 1.0) -> tuple[Recording, Callable[[Recording], LoopRun]]:
+    return recorded(bench_of(four_bar(branch=branch), {"crank": "60rpm"}, seconds=0.4))
+
+
+def test_a_run_on_the_other_branch_is_flipped_and_not_completed() -> None:
+    (right, judge), (wrong, other_judge) = four_bar_run(), four_bar_run(-1.0)
+    assert judge(right).outcome is other_judge(wrong).outcome is Outcome.COMPLETED
+    flipped = judge(wrong)
+    assert flipped.outcome is Outcome.FLIPPED
+    assert flipped.reason.startswith("on another branch with crank at ")
+    assert flipped.errors == {}
+    assert max(flipped.gaps.values()) < 1e-6  # closed, all the same
+
+
+def test_a_run_that_flips_on_the_way_is_flipped() -> None:
+    (right, judge), (wrong, _) = four_bar_run(), four_bar_run(-1.0)
+    late = np.arange(len(right.times)) > 60
+    points = {name: np.where(late[:, None], wrong.points[name], found) for name, found in right.points.items()}
+    coordinates = np.where(late, wrong.coordinates, right.coordinates)
+    assert judge(replace(right, points=points, coordinates=coordinates)).outcome is Outcome.FLIPPED
+
+
+def test_a_soft_run_that_is_far_off_is_on_its_branch() -> None:
+    # As it is, the rocker of the RSSR is off by more than a twentieth of its travel: softness, and no flip.
+    bench = machine_bench("rssr", None, 2e-3)
+    assert bench._run(OWN, 1.0, travel(bench)).outcome is Outcome.COMPLETED
+
+
+def test_a_time_stamp_that_is_a_step_late_is_seen() -> None:
+    run, judge = four_bar_run()
+    late = {name: np.concatenate([found[:, :1], found[:, :-1]], axis=1) for name, found in run.points.items()}
+    shifted, healthy = judge(replace(run, points=late)), judge(run)
+    assert shifted.errors["position"] > 1e3 * healthy.errors["position"]
+    assert shifted.errors["position"] > 1e-4
+
+
+def test_a_loop_that_opens_and_a_run_that_ends_are_no_errors_but_outcomes() -> None:
+    run, judge = four_bar_run()
+    opened = judge(replace(run, gaps={"pin": np.full(len(run.times), 0.1)}))
+    assert (opened.outcome, opened.reason, opened.errors) == (Outcome.OPENED, "pin opens by 100 mm", {})
+    ended = judge(replace(run, outcome=Outcome.DIVERGED, reason="not finite at 0.1 s"))
+    assert (ended.outcome, ended.errors) == (Outcome.DIVERGED, {})
+
+
+def test_a_joint_and_a_closure_of_one_name_have_each_their_forces() -> None:
+    text = four_bar().replace('<connect name="pin"', '<connect name="crank"')
+    run, judge = recorded(bench_of(text, {"crank": "60rpm"}, seconds=0.1))
+    found = judge(run)
+    assert run.drives["crank"].shape == (len(run.times),)
+    assert run.reactions["crank"].shape == (len(run.times), 3)
+    assert found.drives["crank"] < 1e-3
+
+
+def test_a_drive_that_carries_nothing_is_compared_with_the_largest_force() -> None:
+    # A cart in no loop, driven at constant speed across its weight.
+    cart = '<body><joint name="cart" type="slide" axis="1 0 0"/><geom size="0.01"/></body></worldbody>'
+    text = four_bar(option='gravity="0 0 -9.81"').replace("</worldbody>", cart)
+    run, judge = recorded(bench_of(text, {"crank": "60rpm", "cart": "0.1"}, seconds=0.1))
+    assert judge(run).drives["cart"] < 1e-3
+
+
+def test_actuation_that_the_model_switches_off_stays_off() -> None:
+    motor = '<actuator><position joint="rocker" kp="500"/></actuator>'
+    sizes = {}
+    for flag in ("enable", "disable"):
+        text = four_bar(more=motor).replace(
+            '<flag contact="disable"/>', f'<flag contact="disable" actuation="{flag}"/>'
+        )
+        run, _ = recorded_without_forces(bench_of(text, {"crank": "60rpm"}, seconds=0.1))
+        sizes[flag] = run.points["C"]
+    plain, _ = recorded_without_forces(bench_of(four_bar(), {"crank": "60rpm"}, seconds=0.1))
+    assert sizes["disable"] == pytest.approx(plain.points["C"], abs=1e-12)
+    assert np.abs(sizes["enable"] - plain.points["C"]).max() > 1e-6
+
+
+def recorded_without_forces(bench: _Bench) -> tuple[Recording, Array]:
+    step = float(bench.model.opt.timestep)
+    times = step * np.arange(int(bench.seconds / step + 1e-9) + 1)
+    model = with_settings(bench.model, OWN, step, bench.seconds, False)
+    return driven_run(bench.machine, model, bench.machine.motion(times), bench.points, 1), times
