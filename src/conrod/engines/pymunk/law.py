@@ -13,9 +13,8 @@ from the centre of gravity has the velocity c' + phi' r_perp, so that all of it 
 difference of two velocities.
 
 To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the joint equations' Jacobian
-J and their second derivatives H. The first step goes straight ahead from an exact state, and has no last term: the
-first difference after it, the first reported velocity, is off by h^2 b more, b = J^-1 H q' q''/2. The next step, one of
-Newton's, keeps h^4 J^-1 H q' b of that place, which is h^2 J^-1 H q' b in the first reported acceleration.
+J and their second derivatives H. The first step goes straight ahead from an exact state, so that the first reported
+velocity and acceleration lag otherwise: the first steps are taken as a settled iteration takes them.
 
 On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
 step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
@@ -32,41 +31,33 @@ import numpy as np
 
 from conrod.engines.cam_polygon import CamPolygon
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import Machine
+from conrod.engines.engine import Machine, step_length
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred
+from conrod.engines.pymunk.iteration import SHARE
+from conrod.engines.pymunk.points import body_states, point_tracks, staggered, turned
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon, wedges
-from conrod.exact.jet import Jet, sine_cosine
-from conrod.exact.joint_equations import PoseJet, pose_jets
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.jet import Jet
+from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 
 ORDER = 4  # derivatives by the crank angle that enter
+FIRST_STEPS = 5  # with the start; the first reported acceleration is of the fourth
 
 
-def largest_lags(machine: Machine, start: float = 0.0) -> tuple[float, float, float]:
-    """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle.
-
-    Args:
-        start: crank angle [rad] at which the run begins; the begin of the driver's span where there is one.
-    """
+def largest_lags(machine: Machine) -> tuple[float, float, float]:
+    """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle."""
     kinematics = machine.kinematics
     mechanism = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism
-    if kinematics.mechanism.driver.span is not None:
-        start = kinematics.span[0 if machine.speed > 0.0 else 1]
-    # The start stands before the samples.
-    derivatives = kinematics.derivatives(np.concatenate([[start], kinematics.angles(SAMPLES)]), ORDER)
+    derivatives = kinematics.derivatives(kinematics.angles(SAMPLES), ORDER)
     # The lag belongs to the sense of the motion: seen backwards, odd derivatives change their sign.
     sense = math.copysign(1.0, machine.speed)
     derivatives = [sense**k * d for k, d in enumerate(derivatives)]
     bodies = pose_jets(mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
-    begun = [d[:1] for d in derivatives]
-    first = _first_step(kinematics, mechanism, begun)
-    second = _second_step(kinematics, mechanism, begun, first)
     largest = np.zeros(3)
     for observed in mechanism.observed:
         pose = bodies[observed.body]
@@ -74,57 +65,47 @@ def largest_lags(machine: Machine, start: float = 0.0) -> tuple[float, float, fl
         point = _derivatives(pose.point(observed.point))
         turns = [math.factorial(k) * np.asarray(c)[:, None] for k, c in enumerate(pose.phi.coefficients)]
         position, velocity, acceleration = _lags(centre, point, turns)
-        i = 3 * mechanism.body_index[observed.body]
-        arm = point[0][0] - derivatives[0][0, i : i + 2]
-        for lag, more in ((velocity, first), (acceleration, second)):
-            lag[0] -= more[i : i + 2] + more[i + 2] * np.array([-arm[1], arm[0]])
         sizes = [np.linalg.norm(lag, axis=1).max() for lag in (position, velocity, acceleration)]
         largest = np.maximum(largest, np.array(sizes) / kinematics.lengths[observed.name])
     return float(largest[0]), float(largest[1]), float(largest[2])
 
 
-def _first_step(kinematics: Kinematics, mechanism: Mechanism, derivatives: list[Array]) -> Array:
-    """J^-1 H q' q'' / 2 (3 n,) as a change of the poses, H in the coordinates of the centres of gravity."""
-    bodies = pose_jets(mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives[:4])])
-    with_bend, without = (_straight(mechanism, bodies, bends) for bends in (2, 1))
-    crank = np.zeros(1)
-    # The terms of third order differ by H q' q''/2 alone; the driver's row has none.
-    bent = kinematics.residual(with_bend, crank) - kinematics.residual(without, crank)
-    bent[:, -1] = 0.0
-    return np.asarray(np.linalg.solve(kinematics.jacobian(derivatives[0]), bent[:, :, None])[0, :, 0]) / 6.0
+def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
+    """Largest errors of the first samples of a run that begins exactly at a crank angle [rad]; as `largest_lags`."""
+    kinematics, speed = machine.kinematics, machine.speed
+    mechanism, h = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism, step_length(machine, steps)
+    poses, slopes = kinematics.derivatives(np.array([start]), 1)
+    states = [_of_centres(mechanism, poses, speed * slopes)]
+    for n in range(1, FIRST_STEPS):
+        place, rate = states[-1]
+        poses = body_states(mechanism, place + h * rate, rate)[0]
+        gaps = kinematics.residual([poses], np.array([start + n * h * speed]))
+        at_rest = kinematics.residual([poses, np.zeros_like(poses)], np.array([speed]))
+        states.append(_of_centres(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest)))
+    centres, rates = (np.vstack(some) for some in zip(*states, strict=True))
+    times = np.asarray(start / speed + h * np.arange(FIRST_STEPS), dtype=float)
+    at = staggered(mechanism, h, times, centres, rates)
+    tracks, largest = point_tracks(mechanism, at, centres, rates), [0.0] * 3
+    for k, quantity in enumerate(("position", "velocity", "acceleration")):
+        instants = getattr(at, quantity)
+        exact = kinematics.motion(instants.angle, instants.rate, instants.acceleration)
+        for name, found in tracks.items():
+            off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1).max()
+            largest[k] = max(largest[k], float(off) / (kinematics.lengths[name] * abs(speed) ** k))
+    return largest
 
 
-def _second_step(kinematics: Kinematics, mechanism: Mechanism, derivatives: list[Array], first: Array) -> Array:
-    """J^-1 H q' b (3 n,) as a change of the poses, with b (3 n,) what the first step leaves."""
-    poses, slopes = derivatives[:2]
-    # H u u is what a straight way along u bends the equations by; H q' b is a quarter of a difference of two of them.
-    bends = []
-    for along in (slopes + first, slopes - first):
-        bodies = pose_jets(mechanism, [poses, along, np.zeros_like(poses), np.zeros_like(poses)])
-        bends.append(kinematics.residual(_straight(mechanism, bodies, 1)[:3], np.zeros(1)))
-    bent = bends[0] - bends[1]
-    bent[:, -1] = 0.0
-    return np.asarray(kinematics.solve(poses, bent)[0]) / 4.0
-
-
-def _straight(mechanism: Mechanism, bodies: dict[str, PoseJet], last: int) -> list[Array]:
-    """Derivatives of poses (1, 3 n) whose centres of gravity and turns have none beyond an order."""
-    columns: list[Jet] = []
-    for body in mechanism.bodies:
-        cut = [_cut(jet, last) for jet in (*bodies[body.name].point(body.centre_of_gravity), bodies[body.name].phi)]
-        poses = pose_of_centre(body.centre_of_gravity, *cut)
-        columns += poses
-    return [math.factorial(k) * np.column_stack([np.ravel(jet.coefficients[k]) for jet in columns]) for k in range(4)]
-
-
-def _cut(jet: Jet, last: int) -> Jet:
-    return Jet([c if k <= last else 0.0 * np.asarray(c) for k, c in enumerate(jet.coefficients)])
-
-
-def pose_of_centre(centre: tuple[float, float], x: Jet, y: Jet, phi: Jet) -> tuple[Jet, Jet, Jet]:
-    """Pose of a body's frame from the place of its centre of gravity and its turn."""
-    away = PoseJet(0.0 * x, 0.0 * y, phi, *sine_cosine(phi)).point(centre)
-    return x - away[0], y - away[1], phi
+def _of_centres(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[Array, Array]:
+    """Centres of gravity with turns, and their rates, from those of the body frames; each (1, 3 n)."""
+    centres, speeds = poses.copy(), rates.copy()
+    for i, body in enumerate(mechanism.bodies):
+        x, y = turned(body.centre_of_gravity, poses[:, 3 * i + 2])
+        spin = rates[:, 3 * i + 2]
+        centres[:, 3 * i] += x
+        centres[:, 3 * i + 1] += y
+        speeds[:, 3 * i] -= spin * y
+        speeds[:, 3 * i + 1] += spin * x
+    return centres, speeds
 
 
 def _derivatives(place: tuple[Jet, Jet]) -> list[Array]:
@@ -169,8 +150,11 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    behind = largest_lags(machine, start_angle)
-    bounds = [step**2 * (behind[k] + lag * step * sizes[k + 3]) + floor / step**k for k, lag in enumerate(NEXT_LAGS)]
+    if machine.kinematics.mechanism.driver.span is not None:
+        start_angle = machine.kinematics.span[0 if machine.speed > 0.0 else 1]
+    behind, first = largest_lags(machine), first_errors(machine, settings.steps_per_revolution, start_angle)
+    lags = [step**2 * (behind[k] + lag * step * sizes[k + 3]) for k, lag in enumerate(NEXT_LAGS)]
+    bounds = [max(lags[k], (1.0 + SHARE) * first[k]) + floor / step**k for k in range(3)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 
