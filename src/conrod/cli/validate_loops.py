@@ -45,6 +45,8 @@ def validate_loops(asked: Request) -> None:
     for name in named:
         check_readable(Path(name))
     parts = {name if is_spatial(name) else Path(name).stem: name for name in subjects}
+    if hidden := [name for name in subjects if name not in parts.values()] or subjects[len(parts) :]:
+        raise InvalidInput(f"{hidden[0]}: another has the same name in the report: judge it by itself")
     guarded = dict[str, Path]()
     for name in named:
         guarded |= as_outputs_must_not_be(Path(name))

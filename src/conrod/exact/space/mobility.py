@@ -61,7 +61,8 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     loops = f"its closures take {rank} of {len(columns)} degrees of freedom"
     if over := rank - _rank(matrix[:, driven:]):
         can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
-        raise InvalidInput(f"{loops}, which leaves {left}; {over} of its {driven} drives is too many: {can}")
+        much = f"{over} of its {driven} drives {'is' if over == 1 else 'are'} too many"
+        raise InvalidInput(f"{loops}, which leaves {left}; {much}: {can}")
     loose = _loose(matrix[:, driven:])
     number, missing = _missing(machine, found, loose) if loose.shape[1] else (0, [])
     if not number:

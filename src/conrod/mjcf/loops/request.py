@@ -25,9 +25,10 @@ from conrod.own.models.loading import (
     load_model,
     name_or_number,
     names_of,
-    numbered,
 )
 from conrod.scenes.space import MACHINES
+
+JOINT_TRANSMISSIONS = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
 
 
 def machine_tree(machine: str) -> SpatialTree:
@@ -49,10 +50,10 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
     drivable = [one.name for one in tree.joints if one.kind in ("hinge", "slide")]
     for name, text in question.drives.items():
         if name not in by_name:
-            if name in numbered(names_of(model, "actuator")):
-                moved = name_or_number(
-                    model, "joint", int(model.actuator_trnid[element_id(model, "actuator", name), 0])
-                )
+            if name in names_of(model, "actuator"):
+                at = element_id(model, "actuator", name)
+                moves_joint = int(model.actuator_trntype[at]) in JOINT_TRANSMISSIONS
+                moved = name_or_number(model, "joint", int(model.actuator_trnid[at, 0])) if moves_joint else "JOINT"
                 raise InvalidInput(f"--drive {name}: it is an actuator; drive its joint: --drive {moved}={text}")
             raise unknown_choice("joint", name, drivable)
         joint = by_name[name]

@@ -109,6 +109,7 @@ class _Bench:
         travel = max(float(np.linalg.norm(p - p[0], axis=1).max()) for p in judged)
         if travel <= 1e-9 * self.machine.tree.extent:
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(p.name for p in self.points)}")
+        shipped = self._shipped(travel)  # what is wrong with controls is said before the runs
         kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces()
@@ -118,7 +119,7 @@ class _Bench:
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
-            self._shipped(travel), runs, steps, self._free(checked), best, paste,
+            shipped, runs, steps, self._free(checked), best, paste,
             self._compared(machine, checked, travel),
         )  # fmt: skip
 
