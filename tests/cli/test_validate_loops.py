@@ -1,0 +1,189 @@
+"""`conrod validate MODEL --drive JOINT=LAW`: what a user types, sees and gets, and what is said of models and options
+that cannot be used.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from command_line import conrod
+from four_bars import GRASHOF, four_bar, key
+
+DRIVE = ("--drive", "crank=60rpm")
+BAR = four_bar()
+MOTOR = '<actuator><motor name="motor" joint="crank" ctrlrange="-1 1"/></actuator>'
+CABLE = '<tendon><fixed name="cable"><joint joint="crank" coef="1"/></fixed></tendon>'
+# A cart under the rocker: two freedoms.
+FIVE_BAR = BAR.replace(
+    '<body name="rocker" pos="0.35 0 0"',
+    '<body name="cart" pos="0.35 0 0"><joint name="cart" type="slide" axis="1 0 0"/><geom size="0.01"/>'
+    '<body name="rocker"',
+).replace('<site name="C" pos="0.3 0 0"/></body>', '<site name="C" pos="0.3 0 0"/></body></body>')
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Models are looked at in this process, and steps timed as coarsely as may be: all else takes less."""
+    monkeypatch.setattr("conrod.cli.validate_loops.confined", lambda task, *given, **_: task(*given))
+    monkeypatch.setattr("conrod.mjcf.loops.runs.TIMED", 1e-3)
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    file = tmp_path / "bar.xml"
+    file.write_text(text)
+    return file
+
+
+# -- what is refused ---------------------------------------------------------------------------------------------------
+
+MODELS = {
+    "no drive": (BAR, (), "none of its joints is driven: give --drive JOINT=LAW for one of crank, coupler, rocker"),
+    "nothing that moves": (BAR, ("--drive", "crank=hold"), "none of its joints is driven"),
+    "no loop": (BAR.replace("<connect", "<!--").replace('site2="C" />', "-->"), DRIVE, "it has no closed loop"),
+    "its loop switched off": (four_bar(closure='active="false"'), DRIVE, "no closed loop; switched off: pin"),
+    "equality switched off": (BAR.replace('contact="disable"', 'equality="disable"'), DRIVE, "it has no closed loop"),
+    "too many": (BAR, (*DRIVE, "--drive", "rocker=hold"),
+                 "leaves 1; 1 of its 2 drives is too many: give 1 of crank, rocker"),
+    "too few": (FIVE_BAR, DRIVE, "its closures take 2 of 4 degrees of freedom, which leaves 2, and 1 is driven"),
+    "no joint": (BAR, ("--drive", "cronk=60rpm"), "unknown joint 'cronk': did you mean 'crank'?"),
+    "an actuator": (four_bar(more=MOTOR), ("--drive", "motor=60rpm"),
+                    "--drive motor: it is an actuator; drive its joint: --drive crank=60rpm"),
+    "an actuator of a tendon": (
+        four_bar(more=f'{CABLE}<actuator><motor name="winch" tendon="cable"/></actuator>'), ("--drive", "winch=60rpm"),
+        "--drive winch: it is an actuator; drive its joint: --drive JOINT=60rpm",
+    ),
+    "a ball": (
+        BAR.replace("</worldbody>", '<body><joint name="knob" type="ball"/><geom size="0.1"/></body></worldbody>'),
+        ("--drive", "knob=60rpm"),
+        "--drive knob: it is a ball joint; hinges and slides are driven: crank, coupler, rocker",
+    ),
+    "out of range": (four_bar(joint='range="0 2"'), DRIVE,
+                     "--drive crank=60rpm: it goes from 1 to 7.283, the joint's range is 0 to 2 rad"),
+    "open": (BAR.replace('name="C" pos="0.3 0 0"', 'name="C" pos="0.3 0 0.5"'), DRIVE,
+             "its loops do not close with crank at 57.296 deg: pin stays open by"),
+    "singular": (four_bar((0.1, 0.3, 0.1, 0.3), crank=0.0), DRIVE, "at a dead centre start from another"),
+    "a limit": (four_bar((0.2, 0.15, 0.15, 0.3), crank=0.5), DRIVE, "it goes no further than with crank at 70.529 deg"),
+    "flex": (
+        BAR.replace("</worldbody>", '<flexcomp name="f" type="grid" count="3 3 1" spacing=".1 .1 .1" radius=".01" '
+                    'dim="2"/></worldbody>'),
+        DRIVE, "it has 1 flex: only rigid bodies have an exact motion here",
+    ),
+    "a plugin": (
+        four_bar(more='<actuator><plugin joint="crank" plugin="mujoco.pid"/></actuator>').replace(
+            "<worldbody>", '<extension><plugin plugin="mujoco.pid"/></extension><worldbody>', 1),
+        DRIVE, "it has 1 plugin: only rigid bodies",
+    ),
+    "a repeated name": (BAR.replace('<body name="rocker"', '<body name="crank"'), DRIVE, "MuJoCo cannot load it"),
+    "no XML": ("hello", DRIVE, "MuJoCo cannot load it"),
+    "no number": (BAR.replace('name="A" pos="0.1 0 0"', 'name="A" pos="nan 0 0"'), DRIVE,
+                  "pos of site A is not finite"),
+    "ten million steps": (BAR.replace('timestep="0.001"', 'timestep="1e-7"'), DRIVE,
+                          "1 s are 1e+07 of its time steps of 1e-07 s: from 2 to 1,000,000 can be run"),
+    "a run of no step": (BAR, (*DRIVE, "--seconds", "1e-4"), "1e-04 s|0.0001 s are 0.1 of its time steps"),
+    "a body that no drive moves": (BAR, (*DRIVE, "--point", "frame"), "unknown point 'frame'"),
+    "no keyframe": (four_bar(keys=key("left", GRASHOF, 1.0, -1.0)), (*DRIVE, "--keyframe", "lft"),
+                    "unknown keyframe 'lft': did you mean 'left'? choose from left, qpos0"),
+    "a control of none": (BAR, (*DRIVE, "--ctrl", "motor=1"), "unknown actuator 'motor'"),
+    "a control out of range": (four_bar(more=MOTOR), (*DRIVE, "--ctrl", "motor=3"), "MuJoCo clamps it"),
+    "a control that is no number": (four_bar(more=MOTOR), (*DRIVE, "--ctrl", "motor=nan"), "'nan' is not a number"),
+    "a table that is none": (BAR, ("--drive", "crank=table:no such.csv"), "no such.csv not found"),
+    "seconds 0": (BAR, (*DRIVE, "--seconds", "0"), "--seconds = 0 s is out of range"),
+    "seconds that are none": (BAR, (*DRIVE, "--seconds", "nan"), "--seconds = nan is not a finite number"),
+    "another quantity": (BAR, (*DRIVE, "--tolerance", "pos=1mm"), "unknown quantity 'pos': did you mean 'position'?"),
+    "a unit of another kind": (BAR, (*DRIVE, "--tolerance", "velocity=1mm"), "'mm' is not a unit of m/s"),
+    "a negative tolerance": (BAR, (*DRIVE, "--tolerance", "position=-1mm"), "out of range"),
+    "a drive given twice": (BAR, (*DRIVE, "--drive", "crank=30rpm"), "--drive crank: given twice"),
+    "a drive without a law": (BAR, ("--drive", "crank"), "--drive 'crank': give a joint and its law"),
+    "an option of scenes": (BAR, (*DRIVE, "--revolutions", "2"), "--revolutions does not go with --drive"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", MODELS)
+def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what: str, tmp_path: Path) -> None:
+    text, options, words = MODELS[what]
+    file, out, document = written(tmp_path, text), tmp_path / "report", tmp_path / "result.json"
+    done = conrod("validate", str(file), *options, "--out", str(out), "--json", str(document))
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert any(part in done.stderr for part in words.split("|"))
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bar.xml"]
+    assert file.read_text() == text
+
+
+def test_two_models_of_one_name_are_refused_before_one_hides_the_other(tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        written(tmp_path / folder, BAR)
+    done = conrod("validate", str(tmp_path / "one" / "bar.xml"), str(tmp_path / "two" / "bar.xml"), *DRIVE)
+    assert done.returncode == 2
+    assert "one/bar.xml: another has the same name in the report" in done.stderr
+
+
+# -- what is judged ----------------------------------------------------------------------------------------------------
+
+FEW = ("--seconds", "0.05")
+
+
+def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
+    file, out, document = written(tmp_path, BAR), tmp_path / "report", tmp_path / "result.json"
+    options = (*DRIVE, *FEW, "--tolerance", "position=1mm", "--out", str(out), "--json", str(document))
+    done = conrod("validate", str(file), *options)
+    assert done.returncode == 0, done.stderr
+    assert "within tolerance" in done.stdout
+    assert "driven: `crank=60rpm`; 0.05 s" in done.stdout
+    part = json.loads(document.read_text())["parts"]["bar"]
+    assert part["summary"]["passed"]
+    found = part["findings"]
+    assert max(found["kinematic"].values()) < 1e-12
+    assert [run["label"] for run in found["runs"]] == ["as it is", "tuned", "hardened"]
+    assert (found["mobility"]["rank"], found["mobility"]["redundant"]) == (2, {"pin": 1})
+    assert file.read_text() == BAR
+    pages = {path.relative_to(out): path.read_text() for path in out.rglob("*.*") if path.suffix in (".md", ".svg")}
+    assert len(pages) == 3
+    again = conrod("report", str(out))
+    assert again.returncode == 0, again.stderr
+    rendered = {path: (out / path).read_text() for path in pages}
+    assert {path: text for path, text in rendered.items() if path.suffix == ".md"} == {
+        path: text for path, text in pages.items() if path.suffix == ".md"
+    }
+
+
+def test_a_tolerance_that_is_missed_and_a_servo_that_mujoco_resets_have_exit_status_1(tmp_path: Path) -> None:
+    done = conrod("validate", str(written(tmp_path, BAR)), *DRIVE, *FEW, "--tolerance", "position=1e-9")
+    assert done.returncode == 1
+    assert "OUT OF TOLERANCE (position" in done.stdout
+    servo = '<actuator><velocity name="motor" joint="crank" kv="1e5"/></actuator>'
+    file = written(tmp_path, four_bar(more=servo))
+    done = conrod("validate", str(file), *DRIVE, *FEW, "--ctrl", "motor=6.28")
+    assert done.returncode == 1
+    first = "Run as the file has it, from its own pose with motor = 6.28, it ended as reset: MuJoCo reset its state"
+    assert done.stdout.startswith(f"{file}: {first}")
+
+
+@pytest.mark.slow
+def test_a_keyframe_selects_the_branch(tmp_path: Path) -> None:
+    keys = key("right", GRASHOF, 1.0, 1.0) + key("left", GRASHOF, 1.0, -1.0)
+    file, ways = written(tmp_path, four_bar(keys=keys)), {}
+    for name in ("qpos0", "right", "left"):
+        document = tmp_path / f"{name}.json"
+        done = conrod("validate", str(file), *DRIVE, *FEW, "--keyframe", name, "--point", "C", "--json", str(document))
+        assert done.returncode == 0, done.stderr
+        ways[name] = json.loads(document.read_text())["parts"]["bar"]["findings"]["travel"]
+    assert ways["qpos0"] == pytest.approx(ways["right"], rel=1e-12)
+    assert abs(ways["left"] / ways["right"] - 1.0) > 0.01
+
+
+@pytest.mark.slow
+def test_a_table_is_a_law_in_a_process_of_its_own_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    rows = "\n".join(f"{k / 100},{1.0 + 0.1 * math.sin(k / 5)!r}" for k in range(11))
+    (tmp_path / "law.csv").write_text(f"time,angle\n{rows}\n")
+    file = written(tmp_path, BAR)
+    done = conrod("validate", str(file), "--drive", "crank=table:law.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "driven: `crank=table:law.csv`; 0.1 s" in done.stdout
