@@ -105,10 +105,12 @@ class _Bench:
     def studied(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
         """All that is found."""
         checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED))
-        judged = [checked.points[point.name].position for point in self.points]
-        travel = max(float(np.linalg.norm(p - p[0], axis=1).max()) for p in judged)
-        if travel <= 1e-9 * self.machine.tree.extent:
-            raise InvalidInput(f"no judged point moves with these drives: {', '.join(p.name for p in self.points)}")
+        ways = {n: float(np.linalg.norm(p.position - p.position[0], axis=1).max()) for n, p in checked.points.items()}
+        least, judged = 1e-9 * self.machine.tree.extent, [point.name for point in self.points]
+        if (travel := max(ways[name] for name in judged)) <= least:
+            moving = [name for name, way in ways.items() if way > least and name not in self.freedom.undetermined]
+            others = f"; --point NAME takes {listed(moving)}" if moving else ""
+            raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
         shipped = self._shipped(travel)  # what is wrong with controls is said before the runs
         kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
         runs, steps = self._runs(travel)
