@@ -49,18 +49,6 @@ class Motion:
         return self.points[name]
 
 
-@dataclass(frozen=True)
-class Break:
-    """A crank angle where the acceleration or the jerk of a point jumps, with the values on both sides."""
-
-    angle: float  # [rad], in [0, 2 pi)
-    point: str
-    left_acceleration: Array  # (2,) [m/s^2]
-    right_acceleration: Array  # (2,) [m/s^2]
-    left_jerk: Array  # (2,) [m/s^3]
-    right_jerk: Array  # (2,) [m/s^3]
-
-
 def motion_in_time(
     derivatives: Callable[[Array], Mapping[str, PointDerivatives]],
     angle: Array,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Break, Motion, Side
+from conrod.exact.motion import Motion, Side
 from conrod.mechanism.mechanism import Mechanism
 
 
@@ -63,17 +63,10 @@ class ExactReference(ABC):
         seen = side if self.speed > 0 else backward
         return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
 
-    def breaks(self) -> tuple[Break, ...]:
-        """Jumps of acceleration or jerk at constant speed, with the values on both sides."""
+    def beside_breaks(self) -> tuple[Motion, Motion]:
+        """Exact motion at constant speed on the left and on the right of all break angles, of which there are some."""
         angles = np.array(self.break_angles())
-        if not len(angles):
-            return ()
-        left, right = self.motion(angles, self.speed, side="left").points, self.motion(angles, self.speed).points
-        return tuple(
-            Break(angle, name, before.acceleration[i], after.acceleration[i], before.jerk[i], after.jerk[i])
-            for i, angle in enumerate(angles.tolist())
-            for name, before, after in ((name, left[name], right[name]) for name in right)
-        )
+        return self.motion(angles, self.speed, side="left"), self.motion(angles, self.speed)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from typing import Any
 
 from conrod.engines.engine import CUSTOM, STOCK
 from conrod.exact.dynamics.inverse import mass_ratio
-from conrod.exact.linkage.transmission import least_transmission_angle
+from conrod.exact.linkage.course import course_of
+from conrod.exact.linkage.transmission import transmission_angles
 from conrod.report import numbers
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.template import rendered
@@ -174,11 +175,11 @@ def _groups(case: RunCase) -> str:
     """Dimensionless groups that a setting depends on, free of size, mass and speed."""
     mechanism = case.scene.kinematics.mechanism
     constant = abs(case.scene.speed) * case.settings.time_constant(bool(mechanism.cam_contacts))
-    angle = least_transmission_angle(case.scene.kinematics)
+    angles = [one.worst.value for one in transmission_angles(course_of(case.scene.kinematics))]
     words = [
         f"{case.settings.steps_per_revolution} steps per revolution",
         f"omega x time constant = {constant:.3g}",
         f"mass ratio = {mass_ratio(mechanism):.3g}",
-        *([] if angle is None else [f"least transmission angle = {math.degrees(angle):.1f} deg"]),
+        *([f"least transmission angle = {math.degrees(min(angles)):.1f} deg"] if angles else []),
     ]
     return ", ".join(words)

@@ -1,4 +1,9 @@
-"""Transmission angles of driven links: how well a mechanism passes force on."""
+"""Transmission angles of driven links: how well a mechanism passes force on.
+
+It is the angle between the line along which a driven link is pushed (through both pins of a rod, across a slot, or
+normal to a cam) and the normal to the path of the point that is pushed (Alt's definition; for a cam it is 90 degrees
+minus the pressure angle). At zero the mechanism is locked.
+"""
 
 from __future__ import annotations
 
@@ -16,23 +21,10 @@ from conrod.exact.linkage.course import Course
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute, beside
 
-SAMPLES = 3600
 # An extreme is closed in upon by so many parts of its interval, so many times: to rounding of its value.
 PARTS, TIMES = 16, 10
 SIGNS = (1.0, -1.0)  # times the angle: of what is least for the least angle, and for the greatest
 RodEnd: TypeAlias = tuple[str, Point, Point, Point]  # the partner, its pin, the rod's own pin there, and its other one
-
-
-def least_transmission_angle(kinematics: Kinematics) -> float | None:
-    """Least transmission angle [rad] over a turn or the driver's span; None where nothing pushes a link.
-
-    The angle between the line along which a driven link is pushed (through both pins of a rod, across a slot, or normal
-    to a cam) and the normal to the path of the point that is pushed (Alt's definition; for a cam it is 90 degrees
-    minus the pressure angle). At zero the mechanism is locked.
-    """
-    poses = kinematics.poses(kinematics.angles(SAMPLES))
-    sines = [float(push.share.min()) for push in pushes(kinematics, poses)]
-    return math.asin(min([1.0, *sines])) if sines else None
 
 
 @dataclass(frozen=True)

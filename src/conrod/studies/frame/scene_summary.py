@@ -64,15 +64,15 @@ def dead_centres(scene: Scene) -> tuple[DeadCentre, ...]:
 
 def jumps(scene: Scene) -> tuple[tuple[float, str], ...]:
     """Each crank angle [rad] where an observed point's motion jumps, with the lowest derivative that does."""
-    found: dict[float, str] = {}
-    for beside in scene.breaks():
-        size = scene.lengths[beside.point] * scene.speed**2
-        jump = float(np.linalg.norm(beside.left_acceleration - beside.right_acceleration))
-        if jump > SEEN * size:
-            found[beside.angle] = "acceleration"
-        else:
-            found.setdefault(beside.angle, "jerk")
-    return tuple(sorted(found.items()))
+    if not (angles := scene.break_angles()):
+        return ()
+    before, after = scene.beside_breaks()
+    jump = np.zeros(len(angles))
+    for name, length in scene.lengths.items():
+        gap = np.linalg.norm(after.point(name).acceleration - before.point(name).acceleration, axis=1)
+        jump = np.maximum(jump, gap / (length * scene.speed**2))
+    named = ("acceleration" if size > SEEN else "jerk" for size in jump)
+    return tuple(sorted(zip(angles, named, strict=True)))
 
 
 def _once_around(angle: float) -> float:
