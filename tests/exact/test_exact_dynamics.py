@@ -35,7 +35,7 @@ from conrod.mechanism.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute, Rolling
+from conrod.mechanism.mechanism import GROUND, Body, ConstantForce, Driver, Mechanism, ObservedPoint, Revolute, Rolling
 from conrod.scenes.catalogue import catalogue_scene
 
 MACHINES = ("six-bar", "two-slider-linkage", "inverted-slider-crank", "planetary-gear", "rack-and-wheel", "cam-3-4-5")
@@ -96,6 +96,18 @@ def test_a_mass_wrong_by_a_percent_is_seen_in_the_torque(name: str) -> None:
     bodies = tuple(replace(b, mass=1.01 * b.mass) if b is heavy else b for b in mechanism.bodies)
     wrong = torque_from_energy(Kinematics(replace(mechanism, bodies=bodies)), state)
     assert np.abs(wrong - exact).max() > 1e-4 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("second", [40.0, 41.0])
+def test_constant_forces_on_one_body_add_up(second: float) -> None:
+    kinematics, speed = kinematics_of("shear-press")
+    two = (ConstantForce("slider", (0.0, -60.0)), ConstantForce("slider", (5.0, -second)))
+    several, one = (
+        replace(kinematics.mechanism, forces=forces) for forces in (two, (ConstantForce("slider", (5.0, -100.0)),))
+    )
+    state = some_states(kinematics, speed)
+    torques = [InverseDynamics(Kinematics(machine)).forces(state).drive_torque for machine in (several, one)]
+    assert np.array_equal(*torques) == (second == 40.0)
 
 
 def test_loads_move_nothing_where_the_crank_is_prescribed() -> None:

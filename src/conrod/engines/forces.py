@@ -10,7 +10,7 @@ import numpy as np
 from conrod.exact.dynamics.coordinates import coordinate_jet, gradient
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Instants, Outcome
 
@@ -61,11 +61,10 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
         result += (force[:, None] * gradient(load.along, mechanism, bodies, len(poses))).reshape(result.shape)
     for i, body in enumerate(mechanism.bodies):
         # The gradient by a pose is about the origin of the body's frame.
-        (cx, cy), phi = body.centre_of_gravity, poses[:, 3 * i + 2]
-        x, y = np.cos(phi) * cx - np.sin(phi) * cy, np.sin(phi) * cx + np.cos(phi) * cy
+        x, y = turned(body.centre_of_gravity, poses[:, 3 * i + 2])
         result[:, i, 2] -= x * result[:, i, 1] - y * result[:, i, 0]
-    for constant in mechanism.forces:
-        result[:, mechanism.body_index[constant.body], :2] += constant.force
+    for name, push in mechanism.pushes.items():
+        result[:, mechanism.body_index[name], :2] += push
     return result
 
 

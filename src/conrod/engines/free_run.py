@@ -59,12 +59,11 @@ class FreeRun:
 def _energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
     """Kinetic energy and that of weight, constant forces and loads that are potentials (T,) [J], of states (T, 3 n)."""
     bodies = pose_jets(mechanism, [poses, rates])
-    constant = {force.body: force.force for force in mechanism.forces}
     total = np.zeros(len(poses))
     for body in mechanism.bodies:
         x, y = (jet.coefficients for jet in bodies[body.name].point(body.centre_of_gravity))
         spin = bodies[body.name].phi.coefficients[1]
-        px, py = constant.get(body.name, (0.0, 0.0))
+        px, py = mechanism.push_on(body.name)
         total += 0.5 * (body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * spin**2)
         total -= (body.mass * mechanism.gravity[0] + px) * x[0] + (body.mass * mechanism.gravity[1] + py) * y[0]
     for load in mechanism.loads:

@@ -172,7 +172,7 @@ def _left_out(mechanism: Mechanism) -> tuple[DistanceJoint, ...]:
 def _as_distance(mechanism: Mechanism, link: str) -> DistanceJoint | None:
     """The distance joint that can stand in for a link; None if it carries more or less than two pins, or a force."""
     joints = [joint for joint in mechanism.joints if link in (joint.a, joint.b)]
-    loaded = {force.body for force in mechanism.forces}.union(*(load.ends for load in mechanism.loads))
+    loaded = set(mechanism.pushes).union(*(load.ends for load in mechanism.loads))
     if len(joints) != 2 or link == mechanism.crank or link in loaded:
         return None
     ends = [_ends(joint, link) for joint in joints if isinstance(joint, Revolute)]

@@ -15,7 +15,7 @@ import numpy as np
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint, ModelForm
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import GROUND, HigherPair, Mechanism, Prismatic, Revolute
 
 
@@ -134,7 +134,7 @@ class Tree:
         if isinstance(branch.joint, Revolute):
             on_parent, on_child = self.pin_points(branch)
             phi = second[2] - first[2] + parent[:, 2] + q
-            arm, out = _turned(*on_parent, parent[:, 2]), _turned(*on_child, phi)
+            arm, out = (np.column_stack(turned(pin, at)) for pin, at in ((on_parent, parent[:, 2]), (on_child, phi)))
             spin = rate[:, 2] + v
             place = parent[:, :2] + arm - out
             drift = rate[:, :2] + _cross(rate[:, 2], arm) - _cross(spin, out)
@@ -142,7 +142,7 @@ class Tree:
         direction = self.slide_direction(branch)
         offset = _turned_back(second[:2] - first[:2], first[2])
         away = offset + q[:, None] * np.array([math.cos(direction), math.sin(direction)])
-        arm = _turned(away[:, 0], away[:, 1], parent[:, 2])
+        arm = np.column_stack(turned((away[:, 0], away[:, 1]), parent[:, 2]))
         along = np.column_stack([np.cos(direction + parent[:, 2]), np.sin(direction + parent[:, 2])])
         place = parent[:, :2] + arm
         drift = rate[:, :2] + _cross(rate[:, 2], arm) + v[:, None] * along
@@ -195,11 +195,6 @@ def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:
         branches.append(Branch(joint, parent, child, sense))
         held.add(child)
     return Tree(mechanism, tuple(branches), tuple(cuts), start)
-
-
-def _turned(x: Array | float, y: Array | float, angle: Array) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.column_stack([c * x - s * y, s * x + c * y])
 
 
 def _turned_back(world: Array, angle: float) -> Array:

@@ -124,6 +124,12 @@ def hermite(at: Array, values: Array, slopes: Array, where: Array) -> Array:
     return np.asarray(start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b))
 
 
+def turned(way: tuple[Array | float, Array | float], turn: Array) -> tuple[Array, Array]:
+    """A way (x, y) of a body's frame in the document's directions, at turns (T,) [rad]."""
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return cosine * way[0] - sine * way[1], sine * way[0] + cosine * way[1]
+
+
 def diameter(points: Array) -> float:
     """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
 

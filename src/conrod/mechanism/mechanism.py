@@ -225,6 +225,19 @@ class Mechanism:
         """The body of a name; UnknownName, a KeyError, for the ground or an unknown name."""
         return self.bodies[self.body_index[name]]
 
+    @cached_property
+    def pushes(self) -> dict[str, tuple[float, float]]:
+        """Constant force [N] on each body that has any, all of its own together."""
+        found: dict[str, tuple[float, float]] = {}
+        for one in self.forces:
+            x, y = found.get(one.body, (0.0, 0.0))
+            found[one.body] = (x + one.force[0], y + one.force[1])
+        return found
+
+    def push_on(self, body: str) -> tuple[float, float]:
+        """Constant force [N] on a body."""
+        return self.pushes.get(body, (0.0, 0.0))
+
     def joints_on(self, body: str) -> list[Joint]:
         """The joints of a body."""
         return [joint for joint in self.joints if body in (joint.a, joint.b)]

@@ -60,9 +60,8 @@ def load_points(body: str, tree: Tree) -> list[tuple[str, Point]]:
     mechanism, points = tree.mechanism, dict[str, Point]()
     if body == GROUND and (mechanism.forces or any(isinstance(load.along, Displacement) for load in mechanism.loads)):
         points[GROUND] = (0.0, 0.0)
-    for force in mechanism.forces:
-        if body == force.body:
-            points[f"{body}.centre"] = mechanism.body(body).centre_of_gravity
+    if body in mechanism.pushes:
+        points[f"{body}.centre"] = mechanism.body(body).centre_of_gravity
     for load in mechanism.loads:
         match load.along:
             case Distance() as along:
@@ -138,9 +137,9 @@ def add_forces(root: ET.Element, tree: Tree, with_program: bool) -> None:
     if not mechanism.forces and not loads:
         return
     actuators = add(root, "actuator")
-    for force in mechanism.forces:
-        push = add(actuators, "general", name=f"{force.body}.force", site=f"{force.body}.centre", refsite=GROUND)
-        push.set("gear", numbers([*force.force, 0.0, 0.0, 0.0, 0.0]))
+    for body, force in mechanism.pushes.items():
+        push = add(actuators, "general", name=f"{body}.force", site=f"{body}.centre", refsite=GROUND)
+        push.set("gear", numbers([*force, 0.0, 0.0, 0.0, 0.0]))
         _set_bias(push, (1.0, 0.0, 0.0))
     for load in loads:
         push = add(actuators, "general", name=load.name)

@@ -183,7 +183,7 @@ def exchanged_inertia(machine: Machine) -> float:
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
-    weight += sum(math.hypot(*force.force) for force in kinematics.mechanism.forces)
+    weight += sum(math.hypot(*push) for push in kinematics.mechanism.pushes.values())
     kinetic = mass * kinematics.travel**2
     potential = (weight * kinematics.travel + load_work(kinematics, machine.speed)) / machine.speed**2
     return kinetic + potential

@@ -28,12 +28,12 @@ from conrod.engines.forces import DRIVE, EDITED, ForceTracks, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_tracks, started
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import Staggered, body_states, staggered, turned
+from conrod.engines.pymunk.points import Staggered, body_states, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
 from conrod.exact.dynamics.inverse import component_names
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import Instants, Outcome
@@ -96,7 +96,6 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
     """
     centres, gains, given = run
     gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
-    constant = {force.body: force.force for force in mechanism.forces}
     result = np.zeros_like(centres)
     for i, body in enumerate(mechanism.bodies):
         x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
@@ -109,7 +108,7 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
         else:
             shaft = arm
             ax, ay, spun = (gains[:, column] / at.step for column in (x, y, turn))
-        push = constant.get(body.name, (0.0, 0.0))
+        push = mechanism.push_on(body.name)
         fx, fy = body.mass * (ax - gravity[0]) - push[0], body.mass * (ay - gravity[1]) - push[1]
         # Loads act about the engine's centre of the body, which for the crank is the shaft.
         result[:, x], result[:, y] = fx - given[:, x], fy - given[:, y]

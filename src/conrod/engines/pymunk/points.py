@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.exact.motion import Array, cache_blocks
-from conrod.mechanism.mechanism import Mechanism, Point
+from conrod.exact.motion import Array, cache_blocks, turned
+from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Instants, PointTracks, Track
 
 
@@ -102,12 +102,6 @@ def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Arr
             Track(at.acceleration, np.diff(velocities[2:], axis=0) / at.step),
         )
     return tracks
-
-
-def turned(point: Point, turn: Array) -> tuple[Array, Array]:
-    """A way (x, y) of a body's frame in the document's directions, at turns (T,) [rad]."""
-    cosine, sine = np.cos(turn), np.sin(turn)
-    return cosine * point[0] - sine * point[1], sine * point[0] + cosine * point[1]
 
 
 def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:

@@ -146,8 +146,8 @@ def follower_fall(mechanism: Mechanism) -> float:
     falls = [0.0]
     for contact in mechanism.cam_contacts:
         mass = mechanism.body(contact.b).mass
-        push = [f.force for f in mechanism.forces if f.body == contact.b] or [(0.0, 0.0)]
-        falls.append(math.hypot(mechanism.gravity[0] + push[0][0] / mass, mechanism.gravity[1] + push[0][1] / mass))
+        x, y = mechanism.push_on(contact.b)
+        falls.append(math.hypot(mechanism.gravity[0] + x / mass, mechanism.gravity[1] + y / mass))
     return max(falls)
 
 

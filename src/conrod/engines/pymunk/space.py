@@ -53,7 +53,7 @@ def _built(form: ModelForm, settings: PymunkSettings, start: Array, driven: bool
     space.collision_slop, space.collision_bias = settings.collision_slop, settings.collision_bias
     bodies = tuple(_body(mechanism, link.name, driven) for link in mechanism.bodies)
     space.add(*bodies)
-    pushed = tuple((bodies[mechanism.body_index[f.body]], f.force) for f in mechanism.forces)
+    pushed = tuple((bodies[mechanism.body_index[name]], push) for name, push in mechanism.pushes.items())
     made = Build(form, space, bodies, pushed, {})
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:

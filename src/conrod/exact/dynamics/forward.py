@@ -172,11 +172,10 @@ class ForwardDynamics:
         """Weights and constant forces at the start, times how far their bodies go by the arc length."""
         point, tangent, _ = self.line.point(0.0)
         bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
-        constant = {force.body: math.hypot(*force.force) for force in self.mechanism.forces}
         total = 0.0
         for body in self.mechanism.bodies:
             x, y = (float(np.ravel(j.coefficients[1])[0]) for j in bodies[body.name].point(body.centre_of_gravity))
-            force = body.mass * math.hypot(*self.mechanism.gravity) + constant.get(body.name, 0.0)
+            force = body.mass * math.hypot(*self.mechanism.gravity) + math.hypot(*self.mechanism.push_on(body.name))
             total += force * math.hypot(x, y)
         return total
 

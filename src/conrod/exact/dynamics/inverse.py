@@ -17,7 +17,7 @@ import numpy as np
 
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
 
 
@@ -127,13 +127,11 @@ def _by_joint(mechanism: Mechanism, multipliers: Array) -> dict[str, Array]:
 
 def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
     """M q'' - Q of every body, about the origin of its frame, of a state in time; (T, 3 n)."""
-    pushes = {force.body: force.force for force in mechanism.forces}
     result = np.zeros_like(poses)
     for i, body in enumerate(mechanism.bodies):
-        (cx, cy), phi = body.centre_of_gravity, poses[:, 3 * i + 2]
-        rx, ry = np.cos(phi) * cx - np.sin(phi) * cy, np.sin(phi) * cx + np.cos(phi) * cy
+        rx, ry = turned(body.centre_of_gravity, poses[:, 3 * i + 2])
         spin, turn = rates[:, 3 * i + 2], accelerations[:, 3 * i + 2]
-        push = pushes.get(body.name, (0.0, 0.0))
+        push = mechanism.push_on(body.name)
         ax = accelerations[:, 3 * i] - turn * ry - spin**2 * rx
         ay = accelerations[:, 3 * i + 1] + turn * rx - spin**2 * ry
         fx = body.mass * (ax - mechanism.gravity[0]) - push[0]

@@ -157,7 +157,6 @@ def _reduced(configurations: Configurations, piece: Samples, loads: Sequence[Loa
     mechanism, scale = configurations.mechanism, configurations.curve.scale
     bodies = pose_jets(mechanism, [piece.points * scale, piece.tangents * scale, 0.5 * piece.curvatures * scale])
     inertia, slope, potential, descent = (np.zeros(len(piece.points)) for _ in range(4))
-    constant = {force.body: force.force for force in mechanism.forces}
     for body in mechanism.bodies:
         pose = bodies[body.name]
         x, y = (jet.coefficients for jet in pose.point(body.centre_of_gravity))
@@ -165,7 +164,7 @@ def _reduced(configurations: Configurations, piece: Samples, loads: Sequence[Loa
         inertia += body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
         # Twice the second coefficient is the second derivative.
         slope += 4.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
-        push = constant.get(body.name, (0.0, 0.0))
+        push = mechanism.push_on(body.name)
         fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
         potential -= fx * x[0] + fy * y[0]
         descent += fx * x[1] + fy * y[1]

@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.exact.dynamics.inverse import InverseDynamics, JointForces, State
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Body, Mechanism
 
 MASS, CENTRE_X, CENTRE_Y, INERTIA = "mass", "centre_of_gravity.x", "centre_of_gravity.y", "inertia"
@@ -63,10 +63,10 @@ def _derivatives(
 ) -> dict[str, Array]:
     """Of M q'' - Q, each (T, 3 n), as `conrod.exact.dynamics.inverse.inertia_forces` has it."""
     i = 3 * mechanism.body_index[body.name]
-    (cx, cy), phi = body.centre_of_gravity, poses[:, i + 2]
-    push = next((force.force for force in mechanism.forces if force.body == body.name), (0.0, 0.0))
+    phi = poses[:, i + 2]
+    push = mechanism.push_on(body.name)
     spin, turn = rates[:, i + 2], accelerations[:, i + 2]
-    rx, ry = np.cos(phi) * cx - np.sin(phi) * cy, np.sin(phi) * cx + np.cos(phi) * cy
+    rx, ry = turned(body.centre_of_gravity, phi)
     ax = accelerations[:, i] - turn * ry - spin**2 * rx - mechanism.gravity[0]
     ay = accelerations[:, i + 1] + turn * rx - spin**2 * ry - mechanism.gravity[1]
     result = {name: np.zeros_like(poses) for name in PROPERTIES}
