@@ -163,17 +163,11 @@ def _otherwise(mechanism: Mechanism, contact: CamContact) -> str | None:
     """The reason why a cam is another than contact is derived for."""
     if contact.a != mechanism.crank:
         return f"the cam of {contact.name} is on {contact.a}"
-    slide = ground_slide(mechanism, contact.b)
-    if slide is None:
+    slide = mechanism.guide(contact.b)
+    if not isinstance(slide, Prismatic):
         return f"the follower {contact.b} is on no such slide"
     if slide.a != GROUND:
         return f"the guide of {slide.name} is on the follower: name the line on the ground as the guide"
     if len(mechanism.bodies) != CAM_AND_FOLLOWER:
         return f"here {len(mechanism.bodies)} bodies move"
     return None
-
-
-def ground_slide(mechanism: Mechanism, body: str) -> Prismatic | None:
-    """The slide between a body and the ground, if there is one."""
-    slides = (j for j in mechanism.joints if isinstance(j, Prismatic) and {j.a, j.b} == {GROUND, body})
-    return next(slides, None)

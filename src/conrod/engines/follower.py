@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.cam_polygon import CamPolygon, ground_slide
+from conrod.engines.cam_polygon import CamPolygon
 from conrod.engines.engine import Machine
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import CamContact
+from conrod.mechanism.mechanism import CamContact, Prismatic
 
 LIFT_SAMPLES = 3600  # in a turn; the top of a lift is flat, so that one of them is on it, but for the square of this
 
@@ -43,7 +43,7 @@ def follower_lift(kinematics: Kinematics) -> FollowerLift | None:
     """The lift of the machine's first cam; None where there is none, or its follower does not slide in the ground."""
     followers = [contact.b for contact in kinematics.mechanism.cam_contacts]
     points = [o for o in kinematics.mechanism.observed if followers and o.body == followers[0]]
-    if not points or ground_slide(kinematics.mechanism, followers[0]) is None:
+    if not points or not isinstance(kinematics.mechanism.guide(followers[0]), Prismatic):
         return None
     name = points[0].name
     places = kinematics.point_derivatives([kinematics.poses(kinematics.angles(LIFT_SAMPLES))])[name][0]

@@ -74,7 +74,7 @@ def count_mobility(rows: Sequence[Row], jacobians: Array) -> MobilityCount:
     largest = float(np.abs(jacobians).max(initial=0.0))
     empty = [bool(np.abs(jacobians[:, i]).max(initial=0.0) <= RANK_TOLERANCE * largest) for i in range(len(rows))]
     # Where the rank is the largest, what depends on rows before it does so for good.
-    kept = _independent(jacobians[int(np.argmax(ranks))])
+    kept = independent_rows(jacobians[int(np.argmax(ranks))])
     return MobilityCount(
         coordinates=jacobians.shape[2],
         rows=len(rows),
@@ -101,7 +101,7 @@ def _scaled(jacobian: Array) -> Array:
     return np.asarray(jacobian / np.where(scale > 0.0, scale, 1.0))
 
 
-def _independent(jacobian: Array) -> list[bool]:
+def independent_rows(jacobian: Array) -> list[bool]:
     """Of each row, whether it says something that no row before it says."""
     found, before = [], 0
     for i in range(len(jacobian)):

@@ -149,7 +149,6 @@ class TimePulse:
 # what a conservative one stores.
 Law: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
 CONSERVATIVE = (Elastic, Steady)
-LINEAR = (Elastic, Viscous, Steady, SpeedLine)  # in coordinate and rate
 
 
 @dataclass(frozen=True)
@@ -164,7 +163,7 @@ class Load:
         for field, value in vars(self.law).items():
             check_number(f"{field} of {self.name}", float(value), -LARGEST, LARGEST)
         if isinstance(self.law, StrokePulse | TimePulse) and not self.law.start < self.law.stop:
-            raise InvalidInput(f"{self.name}: start = {self.law.start:g} must lie before stop = {self.law.stop:g}")
+            raise InvalidInput(f"{self.name}: begin = {self.law.start:g} must be less than end = {self.law.stop:g}")
         if isinstance(self.law, StrokePulse) and self.law.sense not in SENSES:
             raise InvalidInput(f"sense of {self.name} = {self.law.sense}: it must be 1 or -1")
         positive = {Elastic: "stiffness", Viscous: "damping", Friction: "creep"}.get(type(self.law))

@@ -144,9 +144,10 @@ class Rack:
         check_number(f"radius of {self.name}", self.radius, *RADII, "m")
 
 
+LowerPair: TypeAlias = Revolute | Prismatic
 Mesh: TypeAlias = Rolling | Rack
 HigherPair: TypeAlias = CamContact | Mesh
-Joint: TypeAlias = Revolute | Prismatic | HigherPair
+Joint: TypeAlias = LowerPair | HigherPair
 
 
 @dataclass(frozen=True)
@@ -167,12 +168,12 @@ class Driver:
         if self.span is None:
             return
         for angle in self.span:
-            check_number(f"span of the driver {self.joint}", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
+            check_number(f"driver {self.joint}: an end of its span", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
         if not self.span[0] <= 0.0 <= self.span[1] or self.span[0] == self.span[1]:
             first, last = map(math.degrees, self.span)
             raise InvalidInput(
-                f"span of the driver {self.joint}: from {first:g} to {last:g} deg; it must grow, and "
-                "hold the crank angle 0, at which the bodies' poses are given"
+                f"driver {self.joint}: from {first:.6g} to {last:.6g} deg: it must grow, and hold the crank angle 0, "
+                "at which the bodies' poses are given"
             )
 
 
@@ -242,6 +243,11 @@ class Mechanism:
         """The joints of a body."""
         return [joint for joint in self.joints if body in (joint.a, joint.b)]
 
+    def guide(self, body: str) -> LowerPair | None:
+        """The pin or slide that guides a body in the ground; None where there is none."""
+        pairs = (joint for joint in self.joints_on(body) if isinstance(joint, LowerPair))
+        return next((joint for joint in pairs if GROUND in (joint.a, joint.b)), None)
+
     @cached_property
     def driven_joint(self) -> Revolute:
         """The revolute joint that the driver turns."""
@@ -280,7 +286,7 @@ class Mechanism:
         return 3 * len(self.bodies) - 2 * lower_pairs - higher_pairs
 
 
-def beside(joint: Revolute | Prismatic, body: str) -> tuple[str, Point, Point]:
+def beside(joint: LowerPair, body: str) -> tuple[str, Point, Point]:
     """The other body of a joint, and its points [m] on that and on the body itself."""
     return (joint.a, joint.point_a, joint.point_b) if joint.b == body else (joint.b, joint.point_b, joint.point_a)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet, warnings_of
 from conrod.exact.motion import Array
 from conrod.own.models.loading import FoundPoint
 
@@ -23,8 +23,6 @@ STATE = int(
     | KINDS.mjSTATE_MOCAP_POS
     | KINDS.mjSTATE_MOCAP_QUAT
 )
-# Warnings after which the numbers of a run mean nothing.
-BROKEN = ("BADQPOS", "BADQVEL", "BADQACC")
 SAMPLES = 400
 
 
@@ -44,8 +42,7 @@ def data_at(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
 
 def broken(data: mujoco.MjData) -> str:
     """Reason why a run has broken off: MuJoCo's warning, or "not finite"; empty where it has not."""
-    warned = next((name for name in BROKEN if data.warning[WARNINGS[name]].number), "")
-    return warned or ("" if np.all(np.isfinite(data.qpos)) else "not finite")
+    return next(iter(bad_numbers(data)), "" if np.all(np.isfinite(data.qpos)) else "not finite")
 
 
 def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[[], Callable[[int], None]]:
@@ -123,7 +120,7 @@ def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[Foun
                     touched[pair] = touched.get(pair, 0) + 1
             if step % every == 0:
                 sensors.append(data.sensordata.copy())
-        warnings = tuple(name for name, kind in WARNINGS.items() if data.warning.number[kind])
+        warnings = tuple(warnings_of(data))
         points = _places(model, states, observed)
     broke = bool(broken(data)) or not np.isfinite(points).all()
     states_made = np.reshape(states, (len(states), len(start)))

@@ -16,13 +16,13 @@ from conrod.errors import InvalidInput, Named
 from conrod.exact.branch_continuation import OutOfSteps
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, PointDerivatives, Side, diameter
+from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism.files import Description, read_description
 from conrod.mechanism.files.toml_file import line_of, read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.parameters import Parameter
 from conrod.scenes.canonical import canonical
-from conrod.scenes.scene import SAMPLES_PER_TURN, Scene
+from conrod.scenes.scene import Scene
 
 # A body that Newton iteration turns by more than this from its given start has gone to another assembly.
 STRAYED = math.radians(60.0)
@@ -128,13 +128,6 @@ class DescribedScene(Scene):
     def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
         exact = self.kinematics.point_derivatives(self.kinematics.derivatives(angle, side=side))
         return {name: ([d[:, 0] for d in along], [d[:, 1] for d in along]) for name, along in exact.items()}
-
-    @cached_property
-    def lengths(self) -> dict[str, float]:
-        start, stop = self.span or (0.0, 2.0 * math.pi)
-        angles = np.linspace(start, stop, SAMPLES_PER_TURN, endpoint=self.span is not None)
-        travel = {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}
-        return Named(travel, "observed point")
 
     # -- checks --------------------------------------------------------------------------------------------------
 

@@ -101,8 +101,9 @@ class Scene(ExactReference):
     @cached_property
     def lengths(self) -> dict[str, float]:
         """L [m] of each observed point."""
-        turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES_PER_TURN, endpoint=False)
-        travel = {name: diameter(p.position) for name, p in self.motion(turn, self.speed).points.items()}
+        span = self.mechanism().driver.span
+        angles = np.linspace(*(span or (0.0, 2.0 * np.pi)), SAMPLES_PER_TURN, endpoint=span is not None)
+        travel = {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}
         return Named(travel, "observed point")
 
 

@@ -26,7 +26,7 @@ from conrod.runs.outcome import Verdict
 from conrod.runs.trajectory import Outcome, SolverState
 
 # What MuJoCo warns of where it resets the state, if it may.
-BAD_NUMBERS = {"BADQPOS", "BADQVEL", "BADQACC"}
+BAD_NUMBERS = ("BADQPOS", "BADQVEL", "BADQACC")
 
 
 def ended_by_engine(
@@ -50,7 +50,7 @@ def ended_by_engine(
     at = int(np.argmax(off))
     if steps[at] < 0.0:
         return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
-    if older.resets_by_itself(settings) and not BAD_NUMBERS.isdisjoint(warnings):
+    if older.resets_by_itself(settings) and any(name in warnings for name in BAD_NUMBERS):
         # In the first step there is nothing yet that a clock could fall back from.
         return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
     return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
@@ -108,6 +108,17 @@ WARNINGS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjt
 del WARNINGS["mjNWARNING"]
 
 
+def warnings_of(data: mujoco.MjData) -> dict[str, int]:
+    """Warnings of the engine, by name, and how often each came."""
+    counted = {name: int(data.warning[kind].number) for name, kind in WARNINGS.items()}
+    return {name: number for name, number in counted.items() if number}
+
+
+def bad_numbers(data: mujoco.MjData) -> list[str]:
+    """Warnings after which the numbers of a run mean nothing, that there were."""
+    return [name for name in BAD_NUMBERS if data.warning[WARNINGS[name]].number]
+
+
 class Recorder:
     """A machine that is stepped from a state of its model, by as many samples at a time as one likes.
 
@@ -136,8 +147,7 @@ class Recorder:
     @property
     def warnings(self) -> dict[str, int]:
         """Warnings of the engine since the start, and how often each came."""
-        counted = {name: int(self._data.warning[kind].number) for name, kind in WARNINGS.items()}
-        return {name: number for name, number in counted.items() if number}
+        return warnings_of(self._data)
 
     def next(self, samples: int) -> tuple[Array, Array]:
         """The next T samples, at least one: states (T, nstate), the first of which is that of now, sensor data (T, ..).

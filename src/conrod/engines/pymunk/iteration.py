@@ -22,7 +22,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from conrod.engines.cam_polygon import ground_slide
 from conrod.engines.numerics import MEETING
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
@@ -115,7 +114,7 @@ def _inverse_masses(mechanism: Mechanism) -> Array:
     """By the coordinates of all centres of gravity and turns (3 n,), 0 of what cannot be moved."""
     found = []
     for body in mechanism.bodies:
-        turning = 0.0 if ground_slide(mechanism, body.name) else 1.0 / body.inertia
+        turning = 0.0 if isinstance(mechanism.guide(body.name), Prismatic) else 1.0 / body.inertia
         moves = body.name != mechanism.crank
         found += [1.0 / body.mass, 1.0 / body.mass, turning] if moves else [0.0, 0.0, 0.0]
     return np.array(found)

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
-from conrod.engines.cam_polygon import ground_slide
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import StraightAhead, approached, close_gap
@@ -139,8 +138,8 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
     made.space.reindex_shapes_for_body(made.crank)
     follower = made.bodies[made.mechanism.body_index[contact.b]]
     start = follower.position
-    slide = ground_slide(made.mechanism, contact.b)
-    assert slide is not None  # or the machine is refused
+    slide = made.mechanism.guide(contact.b)
+    assert isinstance(slide, Prismatic)  # or the machine is refused
     along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)
 
     def gap(way: float) -> float:

@@ -9,7 +9,7 @@ from typing import assert_never
 import numpy as np
 import pymunk
 
-from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal, ground_slide
+from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint, ModelForm, form_refusal, model_form
 from conrod.engines.pymunk.built import Build, shaft_centred
@@ -71,7 +71,7 @@ def _body(mechanism: Mechanism, name: str, driven: bool) -> pymunk.Body:
     if driven and name == mechanism.crank:
         return pymunk.Body(body_type=pymunk.Body.KINEMATIC)
     link = mechanism.body(name)
-    return pymunk.Body(link.mass, math.inf if ground_slide(mechanism, name) else link.inertia)
+    return pymunk.Body(link.mass, math.inf if isinstance(mechanism.guide(name), Prismatic) else link.inertia)
 
 
 def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import assert_never
 
 import numpy as np
 
 from conrod.exact.linkage.course import TURN, Course, bisect
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Prismatic, Rack, Revolute, Rolling
+from conrod.mechanism.mechanism import GROUND, LowerPair, Prismatic
 
 # A rate this much smaller than its largest is that of a link at rest.
 AT_REST = 1e-11
@@ -59,23 +58,11 @@ class Output:
 def outputs(course: Course) -> tuple[Output, ...]:
     """Every driven link that is guided in the ground, by name."""
     mechanism = course.kinematics.mechanism
-    guided = [(_guided(joint), joint) for joint in mechanism.joints]
-    found = [_output(course, link, joint) for link, joint in guided if link not in {None, mechanism.crank}]
-    return tuple(sorted((output for output in found if output), key=lambda output: output.link))
+    links = sorted(name for name in mechanism.body_index if name != mechanism.crank)
+    return tuple(_output(course, link, guide) for link in links if (guide := mechanism.guide(link)))
 
 
-def _guided(joint: Joint) -> str | None:
-    match joint:
-        case Revolute() | Prismatic():
-            return joint.b if joint.a == GROUND else joint.a if joint.b == GROUND else None
-        case CamContact() | Rolling() | Rack():
-            return None
-        case _:
-            assert_never(joint)
-
-
-def _output(course: Course, link: str | None, joint: Joint) -> Output | None:
-    assert link is not None
+def _output(course: Course, link: str, joint: LowerPair) -> Output:
     weights = _weights(course, link, joint)
     parameter = course.parameter
     values, rates = course.samples @ weights, course.tangents @ weights
@@ -110,7 +97,7 @@ def _steady_gain(course: Course, weights: Array, values: Array) -> float:
     return gain if abs(after_next - values[-1] - gain) <= RETURNED * float(np.ptp(values)) else 0.0
 
 
-def _weights(course: Course, link: str, joint: Joint) -> Array:
+def _weights(course: Course, link: str, joint: LowerPair) -> Array:
     """Weights of the stacked poses that give the link's way along its slide, or its turn; (3 n,)."""
     mechanism = course.kinematics.mechanism
     weights = np.zeros(3 * len(mechanism.bodies))

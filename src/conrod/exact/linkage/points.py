@@ -12,7 +12,7 @@ from typing import NamedTuple
 from conrod.exact.linkage.accelerations import coincident_point
 from conrod.exact.linkage.centres import SAME
 from conrod.exact.linkage.state import link_numbers
-from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Mesh, Point, Prismatic, Revolute, beside
+from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Mesh, Point, Prismatic, Revolute
 
 POLE = "O"  # of a polygon
 
@@ -58,17 +58,6 @@ class LinkagePoints:
     points: tuple[NamedPoint, ...]
     pairs: tuple[SlidingPair, ...]
     contacts: tuple[RollingContact, ...]
-
-
-def pivot_of(mechanism: Mechanism, link: str) -> Point | None:
-    """The pin [m] that a link turns about on the ground, in the link's frame; None where there is none."""
-    pins = (j for j in mechanism.joints_on(link) if isinstance(j, Revolute) and GROUND in (j.a, j.b))
-    return next((beside(pin, link)[2] for pin in pins), None)
-
-
-def guided(mechanism: Mechanism, link: str) -> bool:
-    """True of a link that a pin or a slide guides in the ground."""
-    return any(isinstance(j, Revolute | Prismatic) and {j.a, j.b} == {GROUND, link} for j in mechanism.joints)
 
 
 def place_name(point: str) -> str:
@@ -144,7 +133,7 @@ class _Naming:
         return letter
 
     def _ordered(self, carriers: list[Carrier]) -> tuple[Carrier, ...]:
-        return tuple(sorted(carriers, key=lambda c: (not guided(self._mechanism, c.link), self.numbers[c.link])))
+        return tuple(sorted(carriers, key=lambda c: (self._mechanism.guide(c.link) is None, self.numbers[c.link])))
 
 
 def _same(first: Carrier, second: Carrier) -> bool:

@@ -22,14 +22,12 @@ from conrod.exact.linkage.points import (
     NamedPoint,
     RollingContact,
     SlidingPair,
-    guided,
     linkage_points,
-    pivot_of,
     place_name,
 )
 from conrod.exact.linkage.state import LinkageState, left_of, link_numbers
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND
+from conrod.mechanism.mechanism import GROUND, Revolute, beside
 
 Kind = Literal["absolute", "relative", "sliding", "normal", "tangential", "coriolis"]
 
@@ -142,7 +140,7 @@ class _Drawing:
         pair = (contact.joint.a, contact.joint.b)
         carriers = [Carrier(link, self._state.links[link].own(centre[:2])) for link in pair if link != GROUND]
         if not self._second:
-            return [NamedPoint(contact.name, tuple(sorted(carriers, key=lambda c: not guided(mechanism, c.link))))]
+            return [NamedPoint(contact.name, tuple(sorted(carriers, key=lambda c: mechanism.guide(c.link) is None)))]
         numbers = link_numbers(mechanism)
         return [NamedPoint(f"{contact.name}{numbers[c.link]}", (c,), fixed=GROUND in pair) for c in carriers]
 
@@ -151,16 +149,16 @@ class _Drawing:
     def _from_pole(self, point: NamedPoint) -> None:
         """Vectors from the pole to a point's place."""
         carrier, ends = point.carriers[0], (POLE, place_name(point.name))
-        pivot = pivot_of(self._state.mechanism, carrier.link)
-        if pivot is None:
+        guide = self._state.mechanism.guide(carrier.link)
+        if not isinstance(guide, Revolute):
             self._chain(point.name, ends, [(self._symbol, self._absolute(carrier), "absolute")])
         else:
-            parts = self._turning(Carrier(carrier.link, pivot), carrier, "absolute")
+            parts = self._turning(Carrier(carrier.link, beside(guide, carrier.link)[2]), carrier, "absolute")
             self._chain(point.name, ends, parts, carrier.link)
 
     def _image(self, link: str, points: list[NamedPoint]) -> None:
         """The sides of a floating link's image."""
-        if guided(self._state.mechanism, link):
+        if self._state.mechanism.guide(link) is not None:
             return
         carried = [(point.name, c) for point in points if point.joined for c in point.carriers if c.link == link]
         sides = [*pairwise(carried), *([(carried[0], carried[-1])] if len(carried) > 2 else [])]

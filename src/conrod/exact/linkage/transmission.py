@@ -146,7 +146,7 @@ def _cam_pushes(kinematics: Kinematics) -> Iterator[PushAt]:
     mechanism = kinematics.mechanism
     row = 0
     for joint in mechanism.joints:
-        if joint in mechanism.cam_contacts and _guide(mechanism, joint.b) is not None:
+        if joint in mechanism.cam_contacts and mechanism.guide(joint.b) is not None:
             yield partial(_cam_push, kinematics, joint, row)
         row += kinematics.equations_of(joint)
 
@@ -165,7 +165,7 @@ def _rod_pushes(mechanism: Mechanism) -> Iterator[PushAt]:
         farthest = max((away[driven] for driven, *_ in ends), default=0)
         for end in ends:
             # A rod that is reached by way of a link does not push that one: it is itself moved by it.
-            if away[end[0]] >= max(farthest, away[rod.name]) and _guide(mechanism, end[0]) is not None:
+            if away[end[0]] >= max(farthest, away[rod.name]) and mechanism.guide(end[0]) is not None:
                 yield partial(_rod_push, mechanism, rod.name, end)
         yield from _block_pushes(mechanism, rod.name, away)
 
@@ -184,7 +184,7 @@ def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int]) -> 
     if slide is None or pin is None or len(joints) != 2 or len(mechanism.joints_on(block)) != 2:
         return
     driven = max(beside(slide, block)[0], beside(pin, block)[0], key=away.__getitem__)
-    if driven != mechanism.crank and _guide(mechanism, driven) is not None:
+    if driven != mechanism.crank and mechanism.guide(driven) is not None:
         yield partial(_block_push, mechanism, block, slide, beside(pin, block)[2], driven)
 
 
@@ -219,15 +219,9 @@ def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
     ]
 
 
-def _guide(mechanism: Mechanism, name: str) -> Revolute | Prismatic | None:
-    """The joint that guides a body in the ground."""
-    joints = (joint for joint in mechanism.joints_on(name) if isinstance(joint, Revolute | Prismatic))
-    return next((joint for joint in joints if GROUND in (joint.a, joint.b)), None)
-
-
 def _path(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array:
     """Direction (T, 2) in which the point of a guided body at a place (T, 2) [m] moves."""
-    joint = _guide(mechanism, name)
+    joint = mechanism.guide(name)
     if isinstance(joint, Prismatic):
         direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
         return np.broadcast_to(direction, (len(poses), 2))

@@ -171,11 +171,5 @@ def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float
             table.number("from", ANGLE, "crank angle at which the pass begins"),
             table.number("to", ANGLE, "crank angle at which the pass ends"),
         )
-        if not span[0] <= 0.0 <= span[1] or span[0] == span[1]:
-            first, last = (math.degrees(end) for end in span)
-            raise InvalidInput(
-                f"{table.place}: from = {first:.6g} deg, to = {last:.6g} deg: from must be less than to, with the "
-                "crank angle 0, where the start poses are, between them"
-            )
     table.end()
     return Driver(name, sense, start, span), speed

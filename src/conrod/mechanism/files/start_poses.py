@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.files.bodies import ORIGIN, RATE, TURN, Places
@@ -19,6 +18,7 @@ from conrod.mechanism.mechanism import (
     GROUND,
     Driver,
     Joint,
+    LowerPair,
     Point,
     Pose,
     Prismatic,
@@ -30,7 +30,6 @@ from conrod.mechanism.mechanism import (
 )
 from conrod.mechanism.parameters import Parameter
 
-LowerPair: TypeAlias = Revolute | Prismatic
 # Two places give a body's turn if they are this far apart, of the larger distance from its origin.
 APART = 1e-6
 TURN_RATE = Parameter("rad/s", 0.0, 1e6, magnitude=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import constraint_jacobian
-from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.closing import weight
 from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
@@ -152,7 +152,7 @@ def _advanced(model: mujoco.MjModel, data: mujoco.MjData, drives: Drives, step: 
 
 def broken_off(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     """Why a run's numbers mean nothing any more, empty where they do."""
-    bad = [name for name in sorted(BAD_NUMBERS) if data.warning[WARNINGS[name]].number]
+    bad = bad_numbers(data)
     if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
         return ""
     reset = bool(bad) and not model.opt.disableflags & older.flag("AUTORESET")

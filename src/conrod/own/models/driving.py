@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import older
-from conrod.engines.mujoco.recorder import BAD_NUMBERS, WARNINGS, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet, warnings_of
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -164,7 +164,7 @@ def _run(assembly: Assembly, model: mujoco.MjModel, data: mujoco.MjData, drive: 
             if k:
                 clock = float(data.time)
                 mujoco.mj_step(model, data)
-            if _bad_numbers(data):
+            if bad_numbers(data):
                 break
             look_at(model, data, aside)
             row[:3] = aside.qpos[crank.coordinate], aside.qvel[crank.rate], aside.qacc[crank.rate]
@@ -178,12 +178,11 @@ def _run(assembly: Assembly, model: mujoco.MjModel, data: mujoco.MjData, drive: 
     finite, step = np.all(np.isfinite(rows), axis=1), float(model.opt.timestep)
     whole = bool(finite.all())
     rows = rows if whole else rows[: int(np.argmin(finite))]
-    bad = _bad_numbers(data)
+    bad = bad_numbers(data)
     reset = bool(bad) and not model.opt.disableflags & older.flag("AUTORESET")
     named = f" ({', '.join(bad)})" if bad else ""
     ended = f"{'MuJoCo reset its state' if reset else 'not finite'} at {clock:.4g} s{named}"
     motion = rows[:, 4:].reshape(len(rows), len(points), 3, 3)
-    warned = {name: int(data.warning[kind].number) for name, kind in WARNINGS.items()}
     return DrivenRun(
         armature=float(model.dof_armature[crank.rate]),
         timestep=step,
@@ -193,13 +192,8 @@ def _run(assembly: Assembly, model: mujoco.MjModel, data: mujoco.MjData, drive: 
         acceleration=rows[:, 2],
         motion={point.name: motion[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
         gap=rows[:, 3],
-        warnings={name: number for name, number in warned.items() if number},
+        warnings=warnings_of(data),
         ripple=float(np.abs(rows[:, 1] / drive.rate - 1.0).max()) if len(rows) else math.inf,
         outcome=Outcome.COMPLETED if whole else Outcome.RESET if reset else Outcome.DIVERGED,
         reason="" if whole else ended,
     )
-
-
-def _bad_numbers(data: mujoco.MjData) -> list[str]:
-    """Warnings after which the numbers of a run mean nothing, that there were."""
-    return [name for name in sorted(BAD_NUMBERS) if data.warning[WARNINGS[name]].number]

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.cam_polygon import convex_hull
-from conrod.engines.mobility import jacobian_rank
+from conrod.engines.mobility import independent_rows
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
@@ -23,29 +23,17 @@ def wiring(assembly: Assembly, ranks: Sequence[int]) -> Wiring:
     """Joints and closures of the model; `ranks` are those of the closures along the turn."""
     model, switched = assembly.model, assembly.data.eq_active
     active, inactive = np.flatnonzero(switched).tolist(), np.flatnonzero(switched == 0).tolist()
+    # A closure that takes no freedom which those before it have left has no row of its own.
+    needed = assembly.owners()[independent_rows(assembly.jacobian())]
     kinds = (str(mujoco.mjtEq(int(model.eq_type[e])).name).removeprefix("mjEQ_").lower() for e in active)
     return Wiring(
         joints=dict(Counter(joint_kind(model, joint) for joint in range(model.njnt))),
         closures=dict(Counter(kinds)),
         inactive=tuple(name_or_number(model, "equality", e) for e in inactive),
         coordinates=int(model.nv),
-        rows=len(assembly.jacobian()),
         rank=(min(ranks), max(ranks)),
-        idle=tuple(name_or_number(model, "equality", e) for e in _idle(assembly, active)),
+        idle=tuple(name_or_number(model, "equality", e) for e in active if e not in needed),
     )
-
-
-def _idle(assembly: Assembly, active: list[int]) -> list[int]:
-    """Closures that take no freedom which those before them have left."""
-    jacobian, owners = assembly.jacobian(), assembly.owners()
-    idle, needed, rank = list[int](), list[int](), 0
-    for equality in active:
-        with_it = jacobian_rank(jacobian[np.isin(owners, [*needed, equality])])
-        if with_it > rank:
-            needed, rank = [*needed, equality], with_it
-        else:
-            idle.append(equality)
-    return idle
 
 
 # -- the shape of a cam ------------------------------------------------------------------------------------------------

@@ -110,7 +110,6 @@ class Wiring:
         closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
         inactive: names of those that are switched off.
         coordinates: degrees of freedom that the joints give.
-        rows: scalar equations of the closures.
         rank: least and largest rank of their Jacobian along the turn.
         idle: closures that close nothing which those before them do not.
     """
@@ -119,7 +118,6 @@ class Wiring:
     closures: Mapping[str, int]
     inactive: tuple[str, ...]
     coordinates: int
-    rows: int
     rank: tuple[int, int]
     idle: tuple[str, ...]
 
