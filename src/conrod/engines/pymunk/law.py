@@ -37,12 +37,12 @@ from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.iteration import SHARE
-from conrod.engines.pymunk.points import body_states, point_tracks, staggered, turned
+from conrod.engines.pymunk.points import body_states, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon, wedges
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
 
 ORDER = 4  # derivatives by the crank angle that enter
