@@ -11,7 +11,7 @@ from four_bars import FRAME, GRASHOF, four_bar, rocker_pin
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mjcf.loops.results import Question
+from conrod.mjcf.loops.results import LoopStudy, Question
 from conrod.mjcf.loops.study import _Bench
 
 TIMES = np.linspace(0.0, 1.0, 25)
@@ -120,3 +120,26 @@ def test_sites_that_stand_still_are_refused_with_what_moves() -> None:
     found = _Bench.of(mujoco.MjModel.from_xml_string(still), Question(LAW, points=("A",)))
     with pytest.raises(InvalidInput, match=r"no judged point moves with these drives: A; --point NAME takes .*C"):
         found.studied("bar.xml", "bar", None)
+
+
+def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("conrod.mjcf.loops.runs.TIMED", 1e-3)
+    monkeypatch.setattr("conrod.mjcf.loops.study.FINER", (1,))
+    monkeypatch.setattr("conrod.mjcf.loops.study.COARSER", (2,))
+    wall = '<geom name="wall" size="1" pos="0.3 -0.2 0.5"/></worldbody>'
+    ball = '<geom name="ball" size="0.03" pos="0.3 0 0" mass="0"/><site name="C"'
+    text = four_bar().replace("</worldbody>", wall).replace('<site name="C"', ball).replace('contact="disable"', "")
+    limited = four_bar().replace('<joint name="rocker"', '<joint name="rocker" range="-0.5 0.5"')
+    for model, words in ((text, "parts touch on the way: wall and ball"), (limited, "rocker is up to")):
+        study = studied(model)
+        assert any(remark.startswith(words) for remark in study.remarks)
+        assert study.unmodelled == ("contacts or limits on its way",)
+        assert study.own.drives == study.own.reactions == {}
+    assert studied(four_bar()).unmodelled == studied(four_bar()).remarks == ()
+
+
+def studied(text: str) -> LoopStudy:
+    model = mujoco.MjModel.from_xml_string(text)
+    return _Bench.of(model, Question(LAW, seconds=0.05)).studied("bar.xml", "bar", None)

@@ -68,7 +68,11 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
 
 @dataclass(frozen=True, eq=False)
 class _Bench:
-    """A model with its exact machine, from its start on."""
+    """A model with its exact machine, from its start on.
+
+    Attributes:
+        met: whether contacts or joint limits act on the way, which the exact motion has not.
+    """
 
     model: mujoco.MjModel
     question: Question
@@ -77,6 +81,7 @@ class _Bench:
     seconds: float
     freedom: Mobility
     points: tuple[FoundPoint, ...]
+    met: bool = False
 
     @classmethod
     def of(cls, model: mujoco.MjModel, question: Question) -> _Bench:
@@ -113,8 +118,8 @@ class _Bench:
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
         shipped = self._shipped(travel)  # what is wrong with controls is said before the runs
         kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
-        runs, steps = self._runs(travel)
-        unknown = self._unknown_forces()
+        met = replace(self, met=bool(remarks))
+        (runs, steps), unknown = met._runs(travel), met._unknown_forces()
         exact = None if unknown else forces(self.machine, checked)
         best = self._cheapest((*runs, *steps))
         paste = "" if best is None else pasted(best.label, best.timestep, self.period, bool(self.freedom.idle))
@@ -147,7 +152,7 @@ class _Bench:
     def _unknown_forces(self) -> tuple[str, ...]:
         """What acts that the exact motion does not tell, in words."""
         spins = (f"{', '.join(self.freedom.idle)} idle, whose spin no drive determines",) if self.freedom.idle else ()
-        return (*self.machine.tree.unmodelled, *spins)
+        return (*self.machine.tree.unmodelled, *spins, *(["contacts or limits on its way"] if self.met else []))
 
     # -- runs ---------------------------------------------------------------------------------------------------------
 
