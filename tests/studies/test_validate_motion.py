@@ -106,7 +106,10 @@ def test_a_mass_or_a_spring_wrong_by_a_hundredth_is_seen(name: str, defect: Call
 
 def test_a_pendulum_converges_with_the_order_of_the_integrator() -> None:
     pendulum = course("pendulum")
-    assert result(pendulum).order["position"] == pytest.approx(4.0, abs=0.5)  # type: ignore[index]
+    # At the default step the finest of three runs is at the rounding of some processors.
+    coarser = replace(SHORT, step=5e-3)
+    swing = exact_course("pendulum", select_scenes(["pendulum"], [])["pendulum"], coarser)
+    assert result(swing, plan=coarser).order["position"] == pytest.approx(4.0, abs=0.1)  # type: ignore[index]
     stock = result(pendulum, preset="stock")
     assert stock.order["position"] == pytest.approx(1.0, abs=0.1)  # type: ignore[index]
     assert stock.passed is None

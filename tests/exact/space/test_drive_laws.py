@@ -101,7 +101,7 @@ NO_LAWS = {
     "60mm/s": "'mm/s' is not a unit of rad/s",
     "nanrpm": "is not a number",
     "1e999rpm": "is not a finite number",
-    "sine:20deg": "is no drive law: give 60rpm",
+    "sine:20deg": "is no drive law: give `60rpm`",
     "sine:20deg,0Hz": "frequency of crank",
     "sine:1e999deg,1Hz": "amplitude of crank",
     "sine:20mm,1Hz": "'mm' is not a unit of rad",
