@@ -7,7 +7,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep prior limits ablate versions audit detection test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue space sweep prior limits ablate versions audit detection own-models test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -62,6 +62,9 @@ mjcf: $(READY) ## rewrite the committed models from the translator
 
 detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
 	$(BIN)/python -m benchmarks.detection --out reports/detection
+
+own-models: $(READY) ## closed loops of robots in the folder MODELS, see reports/own-models/README.md; minutes for each of them
+	$(BIN)/python -m benchmarks.own_models $(MODELS) $(if $(ROBOTS),--only $(ROBOTS))
 
 golden: $(READY) ## compare today's results with the golden ones, to 1e-13: after a change that should change none
 	$(BIN)/python -m golden check

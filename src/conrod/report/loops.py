@@ -34,9 +34,7 @@ def finding(study: LoopStudy) -> str:
     """The answer in a few sentences; what the file's own run shows comes first where that failed."""
     shipped, own = study.shipped, study.own
     said = [_judgement(study)]
-    said.insert(
-        0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {_shipped_words(study)}."
-    )
+    said.insert(0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(study)}.")
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
@@ -83,7 +81,8 @@ def _tolerance_words(over: list[str]) -> str:
     return f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
 
 
-def _shipped_words(study: LoopStudy) -> str:
+def shipped_words(study: LoopStudy) -> str:
+    """What the file's own run came to, with `it` before it."""
     shipped = study.shipped
     if shipped.outcome is not Outcome.COMPLETED:
         return f"ended as {shipped.outcome.slug}: {shipped.reason}"

@@ -67,7 +67,7 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     number, missing = _missing(machine, found, loose) if loose.shape[1] else (0, [])
     if not number:
         return
-    others = [name for name in machine.joints_of(loose) if name not in missing]
+    others = [name for name in machine.joints_of(loose) if name not in missing][:3]
     instead = f", or in their place {', '.join(others)}" if others else ""
     hold = f"drive {number} more, or hold them (JOINT=hold): {', '.join(missing)}{instead}"
     idle = f", {loose.shape[1] - number} of them idle" if loose.shape[1] > number else ""

@@ -161,14 +161,14 @@ class SpatialTree:
 
     @cached_property
     def extent(self) -> float:
-        """Length [m] that angles are weighed against: the longest from where a body turns to what it carries."""
+        """Length [m] that angles are weighed against: the longest from where a loop's body turns to what it carries."""
         carried: list[list[Array]] = [[] for _ in self.bodies]
         for body in self.bodies[1:]:
             carried[body.parent] += [body.place + body.turn @ joint.anchor for joint in body.joints] or [body.place]
         for closure in self.closures:
             for point in closure.points:
                 carried[point.body].append(point.offset)
-        centres = [[joint.anchor for joint in body.joints if joint.kind != "slide"] for body in self.bodies]
+        centres = [[j.anchor for j in body.joints if j.kind != "slide" and j in self.looped] for body in self.bodies]
         arms = (p - c for around, points in zip(centres, carried, strict=True) for c in around for p in points)
         return max((float(np.linalg.norm(arm)) for arm in arms), default=0.0) or 1.0
 

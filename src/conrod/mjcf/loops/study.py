@@ -190,7 +190,7 @@ class _Bench:
         start = self.machine.motion(np.zeros(1))
         steppers, spent = {}, dict.fromkeys(LABELS, math.inf)
         for label in LABELS:
-            model = self._with(label, float(self.model.opt.timestep))
+            model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
             model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION  # in the runs the drives hold against it
             data = mujoco.MjData(model)
             start_state(data, start)

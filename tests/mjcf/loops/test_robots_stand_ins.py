@@ -1,0 +1,227 @@
+"""Small models with the closed loops of real robots: mobility, what is redundant or idle, what is held and judged.
+
+They stand in for the models of public collections, which `make own-models MODELS=DIR` judges and the last test, where
+the environment variable CONROD_MODELS names such a folder.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.exact.space.mobility import Mobility, check_drives, mobility
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loops import study
+from conrod.mjcf.loops.driving import driven_run, site_points
+from conrod.mjcf.loops.reading import tree_of
+from conrod.mjcf.loops.request import judged_points, laws_of
+from conrod.mjcf.loops.results import Question
+from conrod.mjcf.loops.runs import with_settings
+from conrod.own.models.loading import OWN_POSE, data_at_start
+from conrod.report.loops import finding
+
+GEOM = '<geom type="capsule" size="0.01" fromto="0 0 0 {}" contype="0" conaffinity="0"/>'
+
+# A thigh with a knee, a shin on a spring, and a rod with a ball at the thigh and a connect at the heel, as of Cassie.
+ACHILLES = f"""
+  <body name="thigh" pos="0 0 1"><freejoint name="base"/>{GEOM.format("0.5 0 0")}
+    <site name="hip"/>
+    <body name="rod" pos="0 0 0.05"><joint name="rod" type="ball"/>{GEOM.format("0.45 0 0.05")}</body>
+    <body name="knee" pos="0.1 0 0"><joint name="knee" axis="0 1 0" range="-60 60"/>{GEOM.format("0.1 0 0")}
+      <body name="shin" pos="0.1 0 0"><joint name="spring" axis="0 1 0" stiffness="1500"/>{GEOM.format("0.2 0 0")}
+        <body name="tarsus" pos="0.2 0 0"><joint name="tarsus" axis="0 1 0"/>{GEOM.format("0.05 0 0.1")}</body>
+      </body>
+    </body>
+    <body name="arm" pos="0 0 0.1"><joint name="arm" axis="1 0 0"/>{GEOM.format("0 0.2 0")}</body>
+  </body>"""
+HEEL = '<connect name="heel" body1="rod" body2="tarsus" anchor="0.45 0 0.05"/>'
+
+
+def finger(side: str, sign: int) -> str:
+    """A finger of a gripper: a driver with a coupler, and a spring link with a follower."""
+    return f"""
+      <body name="{side}driver" pos="0 {0.03 * sign} 0"><joint name="{side}driver" axis="{sign} 0 0" range="-10 50"/>
+        {GEOM.format(f"0 {0.03 * sign} 0.01")}
+        <body name="{side}coupler" pos="0 {0.03 * sign} 0.01"><joint name="{side}coupler" axis="{sign} 0 0"/>
+          {GEOM.format("0 0 0.045")}</body></body>
+      <body name="{side}spring" pos="0 {0.01 * sign} 0.02">
+        <joint name="{side}spring" axis="{sign} 0 0" stiffness="0.05" springref="20"/>
+        {GEOM.format(f"0 {0.03 * sign} 0.02")}
+        <body name="{side}follower" pos="0 {0.03 * sign} 0.02"><joint name="{side}follower" axis="{sign} 0 0"/>
+          {GEOM.format(f"0 {0.02 * sign} 0.015")}</body></body>"""
+
+
+GRIPPER = f'<body name="hand"><site name="flange"/>{finger("r", 1)}{finger("l", -1)}</body>'
+PINS = """
+  <connect name="r" body1="rfollower" body2="rcoupler" anchor="0 0.02 0.015"/>
+  <connect name="l" body1="lfollower" body2="lcoupler" anchor="0 -0.02 0.015"/>"""
+BY_JOINT = PINS + '<joint name="both" joint1="rdriver" joint2="ldriver" polycoef="0 1 0 0 0"/>'
+BY_TENDON = PINS + '<tendon name="both" tendon1="rt" tendon2="lt" polycoef="0 1 0 0 0"/>'
+TENDONS = """<tendon><fixed name="rt"><joint joint="rdriver" coef="0.5"/></fixed>
+  <fixed name="lt"><joint joint="ldriver" coef="0.5"/></fixed></tendon>"""
+
+# A palletiser's upper arm and its parallel rod, which carry a wrist; a second rod closes the parallelogram again.
+PARALLELOGRAM = f"""
+  <body name="arm" pos="0 0 0.1"><joint name="arm" axis="0 1 0" range="-80 80"/>{GEOM.format("0 0 0.3")}
+    <body name="wrist" pos="0 0 0.3"><joint name="wrist" axis="0 1 0"/>{GEOM.format("0.1 0 0")}
+      <site name="tip" pos="0.1 0 0"/></body></body>
+  <body name="rod" pos="-0.05 0 0.1"><joint name="rod" axis="0 1 0"/>{GEOM.format("0 0 0.3")}</body>
+  <body name="rod2" pos="0.05 0 0.1"><joint name="rod2" axis="0 1 0"/>{GEOM.format("0 0 {}")}</body>"""
+LEVELS = """
+  <connect name="level" body1="wrist" body2="rod" anchor="-0.05 0 0"/>
+  <connect name="level2" body1="wrist" body2="rod2" anchor="0.05 0 0"/>"""
+
+
+def written(bodies: str, equalities: str, more: str = "") -> str:
+    """A model's file."""
+    return f"<mujoco><worldbody>{bodies}</worldbody>{more}<equality>{equalities}</equality></mujoco>"
+
+
+def model(bodies: str, equalities: str, more: str = "") -> mujoco.MjModel:
+    """A compiled model."""
+    return mujoco.MjModel.from_xml_string(written(bodies, equalities, more))
+
+
+def studied(
+    compiled: mujoco.MjModel, drives: dict[str, str], seconds: float = 1.0, keyframe: str = OWN_POSE
+) -> tuple[DrivenTree, Mobility, list[str]]:
+    """A driven machine after its way, its mobility, and the points that are judged."""
+    question, tree = Question(drives), tree_of(compiled, data_at_start(compiled, keyframe)[0].qpos)
+    machine = DrivenTree(tree, *laws_of(compiled, tree, question))
+    start = machine.assembled()
+    check_drives(machine, start)
+    machine.go(start, seconds)
+    found = mobility(machine)
+    return machine, found, [point.name for point in judged_points(compiled, tree, found, question)]
+
+
+def test_an_achilles_rod_spins_idly_and_the_base_and_what_is_in_no_loop_are_held() -> None:
+    machine, found, judged = studied(model(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz", "spring": "hold"})
+    # Knee, spring, tarsus and the rod's three rates, of which the connect takes three.
+    assert (found.freedom, found.rank, found.left) == (6, 3, 3)
+    assert found.idle == ("rod",)
+    assert not found.redundant
+    assert machine.held == ("base", "arm")
+    # The only site is on the held thigh: bodies are judged, and none that only the rod's spin could move.
+    assert "hip" not in judged
+    assert {"shin", "tarsus"} <= set(judged)
+
+
+def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:
+    with pytest.raises(InvalidInput, match=r"leaves 3, 1 of them idle, and 1 is driven: drive 1 more.*: spring, or"):
+        studied(model(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz"})
+
+
+@pytest.mark.parametrize(("coupling", "more"), [(BY_JOINT, ""), (BY_TENDON, TENDONS)])
+def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(coupling: str, more: str) -> None:
+    drives = {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"}
+    machine, found, judged = studied(model(GRIPPER, coupling, more), drives)
+    assert (found.freedom, found.rank, found.left) == (8, 5, 3)
+    assert dict(found.redundant) == {"r": 1, "l": 1}  # each connect's row along the hinges
+    assert "flange" not in judged
+    assert "lfollower" in judged
+    end = machine.motion(np.array([1.0])).coordinates[:, 0]
+    by_name = {joint.name: end[joint.coordinate] for joint in machine.tree.joints}
+    assert by_name["ldriver"] == pytest.approx(math.radians(20.0), abs=1e-14)
+    assert by_name["lfollower"] == pytest.approx(by_name["rfollower"], abs=1e-13)
+
+
+def test_a_gripper_without_its_coupling_needs_another_drive() -> None:
+    # Negative control of the above.
+    with pytest.raises(InvalidInput, match="leaves 4"):
+        studied(model(GRIPPER, PINS), {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"})
+
+
+@pytest.mark.parametrize(("length", "misfit"), [(0.3, 0.0), (0.3 + 1e-5, 1e-6)])
+def test_a_parallelogram_closed_twice_says_what_is_redundant_and_what_contradicts(length: float, misfit: float) -> None:
+    bodies = PARALLELOGRAM.replace('fromto="0 0 0 0 0 {}"', f'fromto="0 0 0 0 0 {length}"')
+    compiled = model(bodies, LEVELS)
+    compiled.eq_data[1, 5] += length - 0.3  # the second rod's end: a hundredth of a millimetre contradicts the first
+    machine, found, judged = studied(compiled, {"arm": "sine:30deg,1Hz"})
+    assert found.left == 1
+    assert judged == ["tip"]
+    assert dict(found.redundant) == {"level": 1, "level2": 2}
+    assert (machine.misfit > misfit) if misfit else (machine.misfit < 1e-14)
+    tip = machine.motion(np.linspace(0.0, 1.0, 9)).points["tip"]
+    level = tip.position[:, 2] - 0.1 - 0.3 * np.cos(np.radians(30.0 * np.sin(2 * np.pi * np.linspace(0.0, 1.0, 9))))
+    assert np.abs(level).max() < (20 * 1e-5 if misfit else 1e-13)  # the wrist stays level
+
+
+# -- openings ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("bodies", "pins", "drives"),
+    [
+        (ACHILLES, HEEL, {"knee": "sine:10deg,5Hz", "spring": "hold"}),
+        (GRIPPER, BY_JOINT, {"rdriver": "move:0,20deg,0.2s", "rspring": "hold", "lspring": "hold"}),
+        (PARALLELOGRAM.format(0.3), LEVELS, {"arm": "sine:30deg,5Hz"}),
+    ],
+)
+def test_stock_loops_open_and_hardened_ones_do_not(bodies: str, pins: str, drives: dict[str, str]) -> None:
+    compiled = model(bodies, pins)
+    machine, found, judged = studied(compiled, drives, 0.2)
+    motion, points = machine.motion(np.arange(101) * 2e-3), site_points(compiled, tuple(judged))
+    travel = max(float(np.ptp(motion.points[name].position, axis=0).max()) for name in judged)
+    runs = {}
+    for label in ("as it is", "hardened"):
+        made = with_settings(compiled, label, 2e-3, 0.2, bool(found.idle))
+        recorded = driven_run(machine, made, motion, points, 1)
+        runs[label] = max(float(np.nanmax(gap)) for gap in recorded.gaps.values())
+    assert runs["as it is"] > 1e-4 * travel
+    assert runs["hardened"] < 1e-6 * travel
+    assert runs["hardened"] < 1e-3 * runs["as it is"]
+
+
+# -- the file as it is -------------------------------------------------------------------------------------------------
+
+RESET, SWINGS = "it ended as reset: MuJoCo reset its state (BADQACC)", "turns back at every step"
+
+
+@pytest.mark.parametrize("control", ["0.3", pytest.param("sine:20deg,5Hz", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("stiffness", "force", "said"),
+    [
+        (1000.0, 1e12, RESET),
+        (40.0, 0.5, SWINGS),  # its force is limited: the rate alternates about what is asked
+        (0.5, 0.5, ""),  # negative control: healthy
+    ],
+)
+def test_a_velocity_actuator_that_is_too_stiff_for_the_step_is_the_first_line(
+    stiffness: float, force: float, said: str, control: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, cheap in {"step_time": lambda _: 1.0, "COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
+        monkeypatch.setattr(study, name, cheap)
+    file = tmp_path / "arm.xml"
+    actuator = (
+        f'<actuator><velocity name="motor" joint="arm" kv="{stiffness}" forcerange="-{force} {force}"/></actuator>'
+    )
+    file.write_text(written(PARALLELOGRAM.format(0.3), LEVELS, actuator), encoding="utf-8")
+    found = study.study(file, Question({"arm": "sine:10deg,5Hz"}, controls={"motor": control}), "arm")
+    assert found.shipped.failed == bool(said)
+    assert found.passed != bool(said)
+    # The drive masks the actuator: with it the loops stay closed, and that comes second.
+    first, second = finding(found).split(". ")[:2]
+    assert first.startswith("Run as the file has it" if said else "With its own settings its loops open by")
+    assert said in first
+    assert second.startswith("With its own settings its loops open by" if said else "Run as the file has it")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["2f85", "2f85-v4", "xarm7", "dobot", "five-bar", "cassie"])
+def test_the_robots_themselves_have_the_mobility_counted_by_hand(name: str) -> None:
+    if not (folder := os.environ.get("CONROD_MODELS")):
+        pytest.skip("CONROD_MODELS names no folder with clones of the repositories of benchmarks/own_models.py")
+    from benchmarks.own_models import ROBOTS
+
+    robot = ROBOTS[name]
+    compiled = mujoco.MjModel.from_xml_path(str(robot.file(Path(folder))))
+    _, found, judged = studied(compiled, dict(robot.drives), keyframe=robot.keyframe or OWN_POSE)
+    assert found.left == robot.mobility
+    assert judged
