@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -82,39 +83,49 @@ def free_run(label: str, tree: SpatialTree, model: mujoco.MjModel, motion: Spati
     model.opt.disableflags |= switched | int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
     data, aside = mujoco.MjData(model), mujoco.MjData(model)
     start_state(data, motion)
-    step, reason, rows = float(model.opt.timestep), "", []
-    total = float(model.body_mass.sum())
+    step, reason, kept = float(model.opt.timestep), "", list[_Kept]()
     with warnings_kept_quiet():
         for _ in range(max(2, round(seconds / step)) + 1):
             look_at(model, data, aside)
-            mujoco.mj_energyPos(model, aside)
-            mujoco.mj_energyVel(model, aside)
-            mujoco.mj_subtreeVel(model, aside)
-            momentum = total * (aside.subtree_linvel[0] - tree.gravity * data.time)
-            parts = _sizes(model, aside)
-            rows.append(
-                [
-                    *momentum,
-                    *aside.subtree_angmom[0],
-                    *aside.energy,
-                    max(gaps_of(tree, model, aside).values(), default=0.0),
-                    *parts,
-                ]
-            )
+            kept.append(_kept(tree, model, aside))
             mujoco.mj_step(model, data)
             if reason := broken_off(model, data):
                 reason += f" at {data.time:.4g} s"
                 break
-    table = np.array(rows)
-    drift = np.abs(table - table[0]).max(axis=0)
+    momenta, spins, energies, gaps, sizes = (np.array(column) for column in zip(*kept, strict=True))
     dissipates = bool(np.any(model.dof_damping) or np.any(model.dof_frictionloss) or np.any(model.tendon_damping))
-    energy = np.abs(table[:, 6:8].sum(axis=1) - table[0, 6:8].sum()).max() / max(table[:, 7].max(), 1e-300)
-    return FreeRun(
-        label, Outcome.DIVERGED if reason else Outcome.COMPLETED, reason, float(table[:, 8].max()),
-        float(drift[:3].max() / max(table[:, 9].max(), 1e-300)),
-        float(drift[3:6].max() / max(table[:, 10].max(), 1e-300)),
-        None if dissipates else float(energy),
-    )  # fmt: skip
+    momentum, spin, energy = (
+        float(np.abs(values - values[0]).max() / max(float(size), 1e-300))
+        for values, size in zip((momenta, spins, energies), sizes.max(axis=0), strict=True)
+    )
+    outcome = Outcome.DIVERGED if reason else Outcome.COMPLETED
+    return FreeRun(label, outcome, reason, float(gaps.max()), momentum, spin, None if dissipates else energy)
+
+
+class _Kept(NamedTuple):
+    """What does not change in free motion, and the sizes that its drift is compared with.
+
+    Attributes:
+        momentum: less that of the weight (3,).
+        spin: about the centre of gravity (3,).
+        sizes: of the momenta and spins of all bodies, each by its size, and the kinetic energy.
+    """
+
+    momentum: Array
+    spin: Array
+    energy: float
+    gap: float
+    sizes: tuple[float, float, float]
+
+
+def _kept(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> _Kept:
+    """What is kept, in data that `look_at` has made."""
+    for make in (mujoco.mj_energyPos, mujoco.mj_energyVel, mujoco.mj_subtreeVel):
+        make(model, data)
+    momentum = float(model.body_mass.sum()) * (data.subtree_linvel[0] - tree.gravity * data.time)
+    gap = max(gaps_of(tree, model, data).values(), default=0.0)
+    sizes = (*_sizes(model, data), float(data.energy[1]))
+    return _Kept(momentum, data.subtree_angmom[0].copy(), float(data.energy.sum()), gap, sizes)
 
 
 def _sizes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[float, float]:
