@@ -151,13 +151,11 @@ class Crank:
     Attributes:
         phase_max, phase_final: of its angle minus the nominal one, in size [rad].
         speed: largest |rate / nominal rate - 1|, None where the table has no rate.
-        acceleration: largest |angular acceleration| / omega^2, None where it has none.
     """
 
     phase_max: float
     phase_final: float
     speed: float | None
-    acceleration: float | None
 
 
 @dataclass(frozen=True)
@@ -225,13 +223,11 @@ class Exact:
         # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
         phase = np.unwrap(alignment.reached(observed, nominal)) - alignment.nominal(observed, nominal)
         phase = phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))
-        speed = alignment.sense * nominal
-        rate, acceleration = alignment.rate(observed, nominal), alignment.acceleration(observed)
+        rate, speed = alignment.rate(observed, nominal), alignment.sense * nominal
         return Crank(
             float(np.abs(phase).max()),
             float(abs(phase[-1])),
             None if observed.rate is None else float(np.abs(rate / speed - 1.0).max()),
-            None if observed.acceleration is None else float(np.abs(acceleration).max()) / speed**2,
         )
 
 

@@ -51,9 +51,7 @@ class TableStudy:
         form: how the file is written, in words.
         rows: how many it has.
         span: first and last time [s].
-        step: time from row to row, the median [s].
         errors: by point and by name.
-        components: of each point, those that the table has ("x", "y" or "xy").
         crank: None where the table does not say where its crank was.
         estimation: None where nothing was to be estimated.
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
@@ -69,9 +67,7 @@ class TableStudy:
     form: str
     rows: int
     span: tuple[float, float]
-    step: float
     errors: Errors
-    components: Mapping[str, str]
     crank: Crank | None
     estimation: Estimation | None
     tolerance: Mapping[str, float]
@@ -134,12 +130,7 @@ def study_table(
         form=reading.form,
         rows=len(observed.times),
         span=(float(observed.times[0]), float(observed.times[-1])),
-        step=observed.step,
         errors=table.errors,
-        components={
-            point: "".join(sorted({"xy"[axis] for samples in own.values() for axis in samples.axes}))
-            for point, own in observed.points.items()
-        },
         crank=table.crank,
         estimation=estimation,
         tolerance=dict(tolerance or {}),
