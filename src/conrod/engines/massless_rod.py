@@ -12,7 +12,7 @@ Near a limit of the linkage neither form always holds longer: pymunk's saw in li
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.jet import Jet, reciprocal, square_root
 from conrod.exact.joint_equations import PoseJet, pose_jets
 from conrod.exact.motion import Array
+from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute
 
 BODY, DISTANCE_JOINT = "body", "distance-joint"
@@ -28,14 +29,10 @@ ROD_FORMS = (BODY, DISTANCE_JOINT)
 
 
 @dataclass(frozen=True)
-class DistanceJoint:
-    """A link that is left out, and what stands in for it: a point of `a` and one of `b` at a constant distance."""
+class DistanceJoint(Distance):
+    """A link that is left out, and what stands in for it: the distance of two points, which does not change."""
 
     link: str
-    a: str
-    b: str
-    point_a: Point
-    point_b: Point
     pin_a: Point  # of the link, where `a` is pinned to it
     pin_b: Point
     start_turn: float  # [rad], of the link at crank angle 0, about
@@ -44,12 +41,6 @@ class DistanceJoint:
     def length(self) -> float:
         """Distance of the link's pins [m]."""
         return math.dist(self.pin_a, self.pin_b)
-
-    def distance(self, bodies: Mapping[str, PoseJet]) -> Jet:
-        """Distance of the two points."""
-        (ax, ay), (bx, by) = bodies[self.a].point(self.point_a), bodies[self.b].point(self.point_b)
-        dx, dy = bx - ax, by - ay
-        return square_root(dx * dx + dy * dy)
 
 
 @dataclass(frozen=True)
@@ -181,7 +172,7 @@ def _as_distance(mechanism: Mechanism, link: str) -> DistanceJoint | None:
     if any({mesh.a, mesh.b} <= {ends[0][0], ends[1][0]} for mesh in mechanism.meshes):
         return None  # a rolling pair's turns count against it
     (a, point_a, pin_a), (b, point_b, pin_b) = ends
-    return DistanceJoint(link, a, b, point_a, point_b, pin_a, pin_b, mechanism.poses[link][2])
+    return DistanceJoint(a, b, point_a, point_b, link, pin_a, pin_b, mechanism.poses[link][2])
 
 
 def _ends(joint: Revolute, link: str) -> tuple[str, Point, Point]:

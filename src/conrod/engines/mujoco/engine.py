@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 
 from conrod.engines.cam_polygon import contact_refusal
-from conrod.engines.engine import Engine, Machine
+from conrod.engines.engine import Engine, Machine, with_fields
 from conrod.engines.forces import ForceTracks, no_forces
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mesh_rows import tree_refusal
@@ -13,7 +15,6 @@ from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, o
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, motor_run
 from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.probes import probes
 from conrod.engines.mujoco.reproducer import reproducer
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
@@ -41,11 +42,23 @@ class MuJoCo(Engine[MuJoCoSettings]):
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(kinematic.model_mobility)
     releases = read_releases("conrod.engines.mujoco")
-    probes = staticmethod(probes)
     reproducer = staticmethod(reproducer)
 
     def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
         return standalone_mjcf(name, machine, settings=settings)
+
+    def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, MuJoCoSettings]:
+        """The presets that apply to a machine, and parts of the solver that they do not use."""
+        found = {name: preset(machine, steps_per_revolution) for name, preset in PRESETS.items()}
+        if machine.kinematics.mechanism.cam_contacts:
+            del found["hardened"]
+        others: dict[str, dict[str, Any]] = {
+            "CG": {"solver": "CG"},
+            "PGS": {"solver": "PGS"},
+            "sparse": {"dressing": ("sparse-jacobian",)},
+            "implicitfast": {"integrator": "implicitfast"},
+        }
+        return found | {f"tuned, {name}": with_fields(found["tuned"], **values) for name, values in others.items()}
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         mechanism = machine.kinematics.mechanism

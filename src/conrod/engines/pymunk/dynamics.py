@@ -15,6 +15,7 @@ from conrod.engines.pymunk.points import Staggered, body_states, point_tracks, s
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
+from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -112,7 +113,7 @@ def gap_rate_left(form: ModelForm, settings: PymunkSettings, centres: Array, rat
     held = [joint for joint in mechanism.joints if joint.name != mechanism.driver.joint]
     # Of a slide its offset alone, as everywhere; it is in metres.
     gaps = [joint_residual(joint, bodies)[: 1 if isinstance(joint, Prismatic) else None] for joint in held]
-    gaps += [[rod.distance(bodies) - rod.length] for rod in form.distances]
+    gaps += [[coordinate_jet(rod, bodies) - rod.length] for rod in form.distances]
     sizes = [[[float(np.asarray(c).item()) for c in gap.coefficients] for gap in parts] for parts in gaps]
     return max((math.hypot(*(rate + mending * size for size, rate in parts)) for parts in sizes), default=0.0)
 

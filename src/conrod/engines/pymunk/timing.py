@@ -15,9 +15,9 @@ import pymunk
 
 from conrod.engines.engine import Machine, run_of
 from conrod.engines.pymunk.built import Pushed
+from conrod.engines.pymunk.dynamics import started as start_of
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import repeat
 
 
@@ -78,9 +78,8 @@ class BareRun:
 
 def started(machine: Machine, settings: PymunkSettings) -> BareRun:
     """A machine in the exact state of its start."""
-    made, (angle, _) = build(machine, settings), run_of(machine, 1, 1.0)
-    poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
-    made.place(poses[0], slopes[0] * machine.speed)
+    angle, _ = run_of(machine, 1, 1.0)
+    made = start_of(machine, settings, angle)
     driver, begun = made.mechanism.driver, angle / machine.speed
     pushes = pushes_of(made, settings)
     return BareRun(
