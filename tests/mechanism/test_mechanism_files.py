@@ -182,7 +182,7 @@ UNUSABLE = [
     ("joints.crank-pin.connects", ["crank.B", "rod.A"], "unknown point of crank in joints.crank-pin.connects[0] 'B'"),
     ("joints.crank-pin.connects", "crank.A", "the points of two bodies are wanted"),
     ("joints.crank-pin.kind", "revolut", "unknown joints.crank-pin.kind 'revolut'"),
-    ("joints.crank-pin.kind", "spherical", "a spatial mechanism (mobility 0 by Kutzbach's count in space)"),
+    ("joints.crank-pin.kind", "spherical", "a joint of space"),
     ("joints.crank-pin", None, "mobility 3: 3 x 3 moving bodies - 2 x 3 lower - 0 higher pairs"),
     ("joints.extra", {"kind": "revolute", "connects": ["ground.O12", "rod.G"]}, "mobility -1"),
     ("joints.slide.direction", None, "joints.slide: there is no 'direction', which is needed"),

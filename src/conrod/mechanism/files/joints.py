@@ -20,9 +20,7 @@ SYNONYMS = {
     "rack-and-pinion": "rack",
 }
 RIGID = {"fixed", "rigid", "weld", "welded"}
-# Freedoms that the joints of space leave, for the mobility that is reported where one of them stands in a file.
-SPATIAL = {"spherical": 3, "ball": 3, "cylindrical": 2, "universal": 2, "helical": 1, "screw": 1, "planar": 3}
-FREEDOMS = {"revolute": 1, "prismatic": 1, "gear": 5, "rack": 5, "rolling": 5, "cam": 5}
+SPATIAL = {"spherical", "ball", "cylindrical", "universal", "helical", "screw", "planar"}
 
 
 def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], frozenset[str]]:
@@ -34,13 +32,11 @@ def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], froz
     tables = fields.named("joints")
     if len(tables) > MOST_JOINTS:
         raise InvalidInput(f"there are {len(tables)} joints: at most {MOST_JOINTS} are read")
-    kinds = {name: table.text("kind") for name, table in tables.items()}
-    _check_planar(kinds, len(places.of_body))
     joints = []
     for name, table in tables.items():
-        if kinds[name] not in _READERS:
-            raise _unknown_kind(table.at("kind"), kinds[name])
-        joints.append(_READERS[kinds[name]](table, name, places))
+        if (kind := table.text("kind")) not in _READERS:
+            raise _unknown_kind(table.at("kind"), kind)
+        joints.append(_READERS[kind](table, name, places))
         table.end()
     rolling = {joint.name for joint in joints if isinstance(joint, Rolling | Rack)}
     return tuple(joints), frozenset(name for name in rolling if "offset" not in tables[name])
@@ -50,21 +46,14 @@ def _unknown_kind(place: str, kind: str) -> InvalidInput:
     known, plain = ", ".join(sorted(_READERS)), kind.lower()
     if plain in RIGID:
         return InvalidInput(f"unknown {place} {kind!r}: bodies that do not move against each other are one body")
+    if plain in SPATIAL:
+        return InvalidInput(
+            f"{place} = {kind!r}: a joint of space; those of the plane are {known}. A machine in space is judged as a "
+            "MuJoCo model: conrod validate MODEL.xml --drive JOINT=LAW"
+        )
     if plain in SYNONYMS:
         return InvalidInput(f"unknown {place} {kind!r}: choose from {known}; did you mean {SYNONYMS[plain]!r}?")
     return unknown_choice(place, kind[:SHOWN], _READERS)
-
-
-def _check_planar(kinds: dict[str, str], links: int) -> None:
-    """Refuse joints of space, with the mobility that Kutzbach's count gives: M = 6 (n - 1) - sum (6 - f)."""
-    spatial = [name for name, kind in kinds.items() if kind in SPATIAL]
-    if not spatial:
-        return
-    mobility = 6 * (links - 1) - sum(6 - (SPATIAL | FREEDOMS).get(kind, 1) for kind in kinds.values())
-    raise InvalidInput(
-        f"joints.{spatial[0]}.kind = {kinds[spatial[0]]!r}: a spatial mechanism (mobility {mobility} by "
-        f"Kutzbach's count in space) cannot be described; joints of the plane are {', '.join(_READERS)}"
-    )
 
 
 def _revolute(fields: Fields, name: str, places: Places) -> Revolute:
