@@ -153,6 +153,7 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_tolerance_that_is_missed_and_a_servo_that_mujoco_resets_have_exit_status_1(tmp_path: Path) -> None:
     done = conrod("validate", str(written(tmp_path, BAR)), *DRIVE, *FEW, "--tolerance", "position=1e-9")
     assert done.returncode == 1

@@ -68,19 +68,18 @@ def test_a_law_that_begins_elsewhere_is_gone_to_on_the_branch(branch: float) -> 
 
 
 def test_many_turns_at_once_are_many_turns() -> None:
-    found = machine(four_bar(), seconds=7.0)
-    assert branch_error(found, GRASHOF, np.linspace(0.0, 7.0, 131)) < 1e-13
-    late, early = (found.motion(TIMES + turns).points["B"] for turns in (6.0, 0.0))
+    found = machine(four_bar(), seconds=4.0)
+    assert branch_error(found, GRASHOF, np.linspace(0.0, 4.0, 131)) < 1e-13
+    late, early = (found.motion(TIMES + turns).points["B"] for turns in (3.0, 0.0))
     assert late.jerk == pytest.approx(early.jerk, abs=1e-9 * np.abs(early.jerk).max())
 
 
 def test_a_fast_drive_beside_a_slow_one_is_followed_and_refused_where_it_repeats_too_often() -> None:
     slide = '<body name="cart"><joint name="cart" type="slide"/><geom size="0.1"/><site name="S"/></body></worldbody>'
     text = four_bar().replace("</worldbody>", slide)
-    found = machine(text, seconds=4.0, cart="sine:5mm,5Hz")
-    assert found.motion(np.array([3.05])).points["S"].acceleration[0, 2] == pytest.approx(
-        -((10.0 * math.pi) ** 2) * 5e-3 * math.sin(10.0 * math.pi * 3.05)
-    )
+    found = machine(text, cart="sine:5mm,2Hz")
+    assert found.motion(np.array([0.375])).points["S"].acceleration[0, 2] == pytest.approx(5e-3 * (4.0 * math.pi) ** 2)
+    assert branch_error(found, GRASHOF, TIMES) < 1e-13
     with pytest.raises(InvalidInput, match=r"4 s: its fastest drive repeats too often .*: 0\.417 s at most"):
         machine(text, seconds=4.0, cart="sine:5mm,1kHz")
 

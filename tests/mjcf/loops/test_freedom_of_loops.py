@@ -122,6 +122,7 @@ def test_sites_that_stand_still_are_refused_with_what_moves() -> None:
         found.studied("bar.xml", "bar", None)
 
 
+@pytest.mark.slow
 def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
