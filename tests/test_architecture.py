@@ -43,6 +43,7 @@ FORBIDDEN = [
     ("conrod.engines.mujoco.standalone", "mujoco", "MJCF files are exported without the engine"),
     ("conrod.engines.mujoco.settings", "mujoco", "settings are plain values"),
     ("conrod.engines.pymunk.settings", "pymunk", "settings are plain values"),
+    ("conrod.engines.exudyn.settings", "exudyn", "settings are plain values"),
     ("conrod.engines.mujoco", "conrod.engines.pymunk", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
@@ -136,7 +137,8 @@ def test_no_module_waits_for_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    ("engine", "rooms"), [("mujoco", ("engines.mujoco", "own", "mjcf")), ("pymunk", ("engines.pymunk",))]
+    ("engine", "rooms"),
+    [("mujoco", ("engines.mujoco", "own", "mjcf")), ("pymunk", ("engines.pymunk",)), ("exudyn", ("engines.exudyn",))],
 )
 def test_only_an_engines_own_package_imports_it(engine: str, rooms: tuple[str, ...]) -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, engine) for name in names)}

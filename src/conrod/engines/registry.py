@@ -8,11 +8,13 @@ A package adds an engine with an entry point of the group `conrod.engines`, whos
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from typing import Any
 
 from conrod.engines.engine import OTHER_LINE, Engine, LineStyle, Preset
@@ -39,18 +41,20 @@ class Look:
 # Engines that ship, each in a package of conrod of the name of its distribution: `engine.ENGINE`, importing which loads
 # the engine, and `settings.PRESETS`, which do not. Okabe and Ito's colours, distinguishable by colour-blind readers.
 ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk": Look("pymunk", "#D55E00", "D")}
+# Engines that ship and are extras to install, laid out alike. They take part where they are asked for by name.
+OPTIONAL: Mapping[str, Look] = {"exudyn": Look("Exudyn", "#009E73", "^")}
 OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of all engines, those that ship first."""
+    """Names of the engines that take part unless others are asked for, those that ship first."""
     return (*ENGINES, *_brought())
 
 
 def engine_packages() -> tuple[str, ...]:
-    """Names of the distributions that the engines come with."""
+    """Names of the distributions that the engines come with; of an extra where it was loaded."""
     brought = [point.dist.name for point in _brought().values() if point.dist is not None]
-    return tuple(dict.fromkeys([*ENGINES, *brought]))
+    return tuple(dict.fromkeys([*ENGINES, *(name for name in OPTIONAL if name in sys.modules), *brought]))
 
 
 def origin_of(name: str) -> str:
@@ -66,13 +70,15 @@ def engine_named(name: str) -> Engine[Any]:
     """The engine of a name.
 
     Raises:
-        InvalidInput: there is none, with the choices; or it cannot be loaded.
+        InvalidInput: there is none, with the choices; or it cannot be loaded, or is an extra that is not installed.
     """
-    if name in ENGINES:
+    if name in OPTIONAL and find_spec(name) is None:
+        raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
+    if name in ENGINES or name in OPTIONAL:
         shipped: Engine[Any] = import_module(f"conrod.engines.{name}.engine").ENGINE
         return shipped
     if name not in _brought():
-        raise unknown_choice("engine", name, engine_names())
+        raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL))
     point = _brought()[name]
     try:
         engine: Engine[Any] = point.load()
@@ -85,12 +91,12 @@ def engine_named(name: str) -> Engine[Any]:
 
 def look_of(name: str) -> Look:
     """The look of an engine, be it installed or not."""
-    return ENGINES.get(name) or Look(name, OTHER_COLOURS[sum(name.encode()) % len(OTHER_COLOURS)])
+    return ENGINES.get(name) or OPTIONAL.get(name) or Look(name, OTHER_COLOURS[sum(name.encode()) % len(OTHER_COLOURS)])
 
 
 def presets_of(name: str) -> Mapping[str, Preset[Any]]:
     """Presets of an engine; none of one that is not installed."""
-    if name in ENGINES:
+    if name in ENGINES or name in OPTIONAL:
         presets: Mapping[str, Preset[Any]] = import_module(f"conrod.engines.{name}.settings").PRESETS
         return presets
     try:
@@ -108,4 +114,4 @@ def line_style(engine: str, preset: str | None) -> LineStyle:
 @cache
 def _brought() -> dict[str, EntryPoint]:
     """Entry points by name; an engine that ships is not replaced."""
-    return {point.name: point for point in entry_points(group=GROUP) if point.name not in ENGINES}
+    return {point.name: point for point in entry_points(group=GROUP) if point.name not in {**ENGINES, **OPTIONAL}}

@@ -1,0 +1,1 @@
+"""Exudyn behind the engine interface; an extra of conrod."""

@@ -1,0 +1,42 @@
+"""The slider-crank that timings are ratios to.
+
+NEVER CHANGE IT: ratios of any date and machine relate to this very system. The preset stock, a driven crank of 0.1 m, a
+rod of 0.3 m and a slider, in line at the start; no gravity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from conrod.engines.exudyn.settings import ExudynSettings
+from conrod.engines.exudyn.stepping import Stepper
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute
+
+SLIDER_CRANK = Mechanism(
+    name="reference loop",
+    bodies=(Body("crank", 4.0, 0.02), Body("rod", 1.5, 0.01125), Body("slider", 6.0, 0.06)),
+    joints=(
+        Revolute("shaft", GROUND, "crank", (0.0, 0.0), (0.0, 0.0)),
+        Revolute("crank-pin", "crank", "rod", (0.1, 0.0), (-0.15, 0.0)),
+        Revolute("slider-pin", "rod", "slider", (0.15, 0.0), (0.0, 0.0)),
+        Prismatic("slide", GROUND, "slider", (0.0, 0.0), (0.0, 0.0), direction=0.0),
+    ),
+    driver=Driver("shaft"),
+    poses={"crank": (0.0, 0.0, 0.0), "rod": (0.25, 0.0, 0.0), "slider": (0.4, 0.0, 0.0)},
+    observed=(),
+)
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A mechanism at a speed [rad/s]."""
+
+    kinematics: Kinematics
+    speed: float
+
+
+def reference_loop() -> Stepper:
+    """The slider-crank at its start, the crank at one turn a second, 1000 steps a turn."""
+    machine = Driven(Kinematics(SLIDER_CRANK), 6.283185307179586)
+    return Stepper(machine, ExudynSettings.stock(machine, 1000), 0.0)
