@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from rich.console import Console
 
 from conrod.engines import engine_names
-from conrod.engines.registry import presets_of
+from conrod.engines.registry import OPTIONAL, presets_of
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, TurnQuantities
 from conrod.exact.linkage.centres import centre_count
@@ -52,7 +52,7 @@ def show_catalogue() -> None:
         _listed(out, title, ("name", "title", "moving links"), machines)
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     _listed(out, "machines in space (in MuJoCo: validate, export --format mjcf)", ("name", "title"), spatial)
-    engines = [f"{name} (presets {', '.join(presets_of(name))})" for name in engine_names()]
+    engines = [f"{name} (presets {', '.join(presets_of(name))})" for name in (*engine_names(), *OPTIONAL)]
     print_lines(out, [f"engines: {', '.join(engines)}", "`conrod show SCENE` has its source and all about it"])
 
 

@@ -56,9 +56,9 @@ def _scene_names() -> Iterable[str]:
 
 
 def _engine_names() -> Iterable[str]:
-    from conrod.engines import engine_names
+    from conrod.engines.registry import OPTIONAL, engine_names
 
-    return engine_names()
+    return (*engine_names(), *OPTIONAL)
 
 
 def _preset_names() -> Iterable[str]:

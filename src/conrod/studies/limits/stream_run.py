@@ -9,6 +9,7 @@ import numpy as np
 
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
+from conrod.engines.massless_rod import BODY
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import Verdict, joint_gaps
@@ -106,15 +107,16 @@ class RunStatistics:
         self._machine, self._timestep = machine, settings.timestep
         self._length = max(machine.lengths.values())
         self._solver_scale = (self._length * speed, self._length * speed**2)
-        self._solver = SolverRecord(0, given["iterations"], None, None, None)
+        self._solver = SolverRecord(0, given.get("iterations", 0), None, None, None)
         self._samples, self._finite, self._start_of_clock = 0, True, 0.0
         self._warnings: dict[str, int] = {}
         self._fingerprint, self._history = Fingerprint(), History(case.revolutions, steps)
         self._errors, self._steps = RunErrors(), round(steps * case.revolutions)
         self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
         # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
-        exact = None if contacts else ExactTorque(kinematics, machine.speed, gravity=given["gravity"], rod=given["rod"])
-        self._exact_torque = exact
+        # Settings that have no such fields are of an engine that is given every link, with its weight.
+        weights = {"gravity": given.get("gravity", True), "rod": given.get("rod", BODY)}
+        self._exact_torque = None if contacts else ExactTorque(kinematics, machine.speed, **weights)
         self._torque: float | None = None
         self._waiting: list[Piece] = []  # to be compared together
 

@@ -1,0 +1,292 @@
+"""Exudyn, where it is installed: exact closures, the orders of its two solvers, and what it refuses or fails at."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
+
+from conrod import Outcome
+from conrod.engines import engine_names
+from conrod.engines.capabilities import Lacking, ReportsForces, capability
+from conrod.engines.engine import run_of
+from conrod.engines.exudyn.settings import PRESETS, ExudynSettings
+from conrod.engines.registry import engine_named, engine_packages, look_of, presets_of
+from conrod.errors import InvalidInput
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism, Prismatic
+from conrod.runs.comparison import compare
+from conrod.runs.outcome import joint_gaps
+from conrod.runs.trajectory import Piece, concatenate_pieces
+from conrod.scenes.catalogue import scene_named
+
+QUANTITIES = ("position", "velocity", "acceleration")
+STEPS = (125, 250, 500)
+TURNS = {name: EVERY_SCENE[name] for name in ("shear-press", "press-reversed", "saw-500rpm", "saw-slide-below")}
+
+
+@pytest.fixture
+def exudyn() -> Any:
+    """The engine."""
+    pytest.importorskip("exudyn", reason="the extra conrod[exudyn] is not installed")
+    return engine_named("exudyn")
+
+
+@cache
+def ran(scene: Any, settings: ExudynSettings, revolutions: float = 1.0, start_angle: float = 0.0) -> Piece:
+    return concatenate_pieces(list(engine_named("exudyn").run(scene, settings, revolutions, start_angle)))
+
+
+def states(scene: Any, settings: ExudynSettings, revolutions: float = 1.0, start_angle: float = 0.0) -> Any:
+    bodies = ran(scene, settings, revolutions, start_angle).trajectory.bodies
+    assert bodies is not None
+    return bodies.position
+
+
+def errors_in_time(scene: Any, preset: str, steps: int, late: float = 0.0) -> list[Array]:
+    """Largest error of any body's pose, rate and acceleration at each sample (T,), at unit speed.
+
+    Args:
+        late: steps by which the samples' instants are mistaken.
+    """
+    found = states(scene, PRESETS[preset](scene, steps))
+    exact = scene.kinematics.derivatives(scene.speed * (found.instants.times + late * found.instants.times[1]), 2)
+    measured = (found.poses, found.rates / scene.speed, found.accelerations / scene.speed**2)
+    return [np.abs(m - e).max(axis=1) for m, e in zip(measured, exact, strict=True)]
+
+
+def orders(scene: Any, preset: str, after: float = 0.0, late: float = 0.0) -> list[float]:
+    """Observed orders of poses, rates and accelerations, of what comes after so many turns."""
+    errors = [[e[round(after * n) :].max() for e in errors_in_time(scene, preset, n, late)] for n in STEPS]
+    return [float(-np.polyfit(np.log(STEPS), np.log(column), 1)[0]) for column in zip(*errors, strict=True)]
+
+
+# -- samples -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("exudyn")
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("name", TURNS)
+def test_a_run_starts_from_the_exact_state_and_turns_in_its_sense(name: str, preset: str) -> None:
+    scene, start = TURNS[name], 0.7
+    found = states(scene, PRESETS[preset](scene, 125), 0.4, start)
+    poses, slopes, bends = scene.kinematics.derivatives(np.array([start]), 2)
+    assert np.array_equal(found.poses[0], poses[0])
+    assert np.array_equal(found.rates[0], slopes[0] * scene.speed)
+    assert np.abs(found.accelerations[0] / scene.speed**2 - bends[0]).max() < 1e-8  # which the engine solves for
+    assert found.instants.times[0] == start / scene.speed
+    np.testing.assert_allclose(found.instants.angle, scene.speed * found.instants.times, atol=1e-10)
+    np.testing.assert_allclose(found.instants.rate, scene.speed, rtol=1e-10)
+
+
+@pytest.mark.usefixtures("exudyn")
+def test_every_sample_belongs_to_its_instant() -> None:
+    scene = TURNS["saw-500rpm"]
+    assert orders(scene, "tuned") == pytest.approx([2.0, 2.0, 2.0], abs=0.1)
+    # Stamped half a step late, either way, all three are off by their own rates.
+    for late in (0.5, -0.5):
+        assert orders(scene, "tuned", late=late) == pytest.approx([1.0, 1.0, 1.0], abs=0.1)
+
+
+@pytest.mark.usefixtures("exudyn")
+@pytest.mark.parametrize("name", ["shear-press", "saw-500rpm"])
+def test_stock_has_exact_positions_and_accelerations_that_start_at_order_one(name: str) -> None:
+    scene = TURNS[name]
+    assert max(errors_in_time(scene, "stock", n)[0].max() for n in STEPS) < 1e-12
+    assert orders(scene, "stock")[1:] == pytest.approx([2.0, 1.0], abs=0.1)
+    # What the start leaves has died away by numerical damping after half a turn of the finer runs.
+    steps = (500, 1000)
+    late = [errors_in_time(scene, "stock", n)[2][n // 2 :].max() for n in steps]
+    assert np.log2(late[0] / late[1]) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.usefixtures("exudyn")
+def test_constraints_on_positions_stay_closed_and_those_on_velocities_drift() -> None:
+    scene, turns = scene_named("crank-shaper"), (2, 4, 8)
+
+    def ends(preset: str) -> Array:
+        """Largest gap of a joint at the end of so many turns [m]."""
+        poses = states(scene, PRESETS[preset](scene, 100), turns[-1]).poses[[100 * n for n in turns]]
+        return np.max(list(joint_gaps(scene.kinematics.mechanism, [poses]).values()), axis=0)
+
+    assert ends("stock").max() < 1e-11
+    assert ends("tuned")[0] > 1e-5
+    np.testing.assert_allclose(ends("tuned") / ends("tuned")[0], [1.0, 2.0, 4.0], rtol=0.02)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_run_is_the_same_each_time_and_in_any_pieces(preset: str, exudyn: Any) -> None:
+    scene = TURNS["saw-500rpm"]
+    settings = PRESETS[preset](scene, 100)
+    whole = ran(scene, settings, 11.0)
+    for steps in (1100, 99, 1024):
+        parts = concatenate_pieces(list(exudyn.run(scene, settings, 11.0, steps=steps)))
+        assert np.array_equal(parts.clock, whole.clock)
+        for name in ("poses", "rates", "accelerations"):
+            mine, other = (getattr(p.trajectory.bodies.position, name) for p in (parts, whole))  # type: ignore[union-attr]
+            assert np.array_equal(mine, other), name
+
+
+# -- model -------------------------------------------------------------------------------------------------------------
+
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+
+
+def kinematic_errors(exudyn: Any, scene: Any, machine: Any) -> tuple[float, float]:
+    """Largest position and velocity error of `machine`, solved by the engine, against `scene`."""
+    solved, exact = exudyn.solve_kinematics(machine, ANGLES), scene.motion(ANGLES, scene.speed)
+    off = [
+        (np.abs(x - exact.point(name).position).max(), np.abs(v - exact.point(name).velocity).max() / abs(scene.speed))
+        for name, (x, v) in solved.points.items()
+    ]
+    return tuple(float(max(column)) / min(scene.lengths.values()) for column in zip(*off, strict=True))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("name", [*LINKAGES, "saw-reversed", "crank-shaper", "inverted-slider-crank", "whitworth"])
+def test_its_joints_give_the_exact_pose_and_rates(name: str, exudyn: Any) -> None:
+    scene: Any = EVERY_SCENE.get(name) or scene_named(name)
+    position, velocity = kinematic_errors(exudyn, scene, scene)
+    assert position <= 1e-12
+    assert velocity <= 1e-9
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.4])
+def test_a_slide_may_stand_at_any_angle_on_both_bodies(direction: float, exudyn: Any) -> None:
+    mechanism = SAW.mechanism()
+    turned = [
+        replace(joint, direction=direction, angle=0.3) if isinstance(joint, Prismatic) else joint
+        for joint in mechanism.joints
+    ]
+    poses = {**mechanism.poses, "slider": (0.0, 0.0, 0.3)}
+    kinematics = Kinematics(replace(mechanism, joints=tuple(turned), poses=poses))
+    solved = exudyn.solve_kinematics(SimpleNamespace(kinematics=kinematics, speed=1.0), ANGLES)
+    assert np.abs(solved.poses - kinematics.poses(ANGLES)).max() < 1e-12
+
+
+@pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
+def test_a_rod_a_millionth_too_long_is_seen(scene: Any, exudyn: Any) -> None:
+    wrong = replace(scene, rod=scene.rod * (1.0 + 1e-6))
+    position, velocity = kinematic_errors(exudyn, scene, wrong)
+    assert position > 1e-7
+    assert velocity > 1e-8
+    settings = PRESETS["stock"](scene, 125)
+    right, off = (compare(ran(machine, settings).trajectory, scene).worst("position") for machine in (scene, wrong))
+    assert right < 1e-9
+    assert off > 1e-7
+
+
+@pytest.mark.usefixtures("exudyn")
+def test_constant_forces_change_no_motion_at_a_prescribed_speed() -> None:
+    light = replace(SAW, gravity=0.0)
+    settings = PRESETS["stock"](SAW, 125)
+    heavy = [states(machine, settings).rates for machine in (SAW, light)]
+    assert np.abs(heavy[0] - heavy[1]).max() < 1e-9 * SAW.speed
+
+
+# -- what it cannot do -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        (CAM, "no cams that act by contact"),
+        (scene_named("planetary-gear"), "no wheels that roll"),
+        (scene_named("press-cutting"), "no loads that follow a law"),
+    ],
+    ids=["cam", "gears", "loads"],
+)
+def test_what_it_is_not_given_is_refused_with_the_reason(scene: Any, reason: str, exudyn: Any) -> None:
+    assert reason in exudyn.refusal(scene, PRESETS["stock"](scene, 1000))
+    assert exudyn.refusal(SAW, PRESETS["stock"](SAW, 1000)) is None
+    assert isinstance(capability(exudyn, ReportsForces), Lacking)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_solver_that_gives_up_is_an_outcome_and_prints_nothing(
+    preset: str, exudyn: Any, capfd: pytest.CaptureFixture[str]
+) -> None:
+    scene = TURNS["saw-500rpm"]
+    hopeless = replace(PRESETS[preset](scene, 125), relative_tolerance=1e-15, absolute_tolerance=1e-15)
+    pieces = list(exudyn.run(scene, hopeless, 1.0, steps=50))
+    last = pieces[-1].trajectory
+    assert last.outcome is Outcome.DIVERGED
+    assert "Newton's iteration did not converge; not finite from" in last.reason
+    assert sum(len(piece.clock) for piece in pieces) == 126  # none is left out: what was not reached is not a number
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_joint_too_many_is_an_outcome_and_prints_nothing(
+    preset: str, exudyn: Any, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stepping = importlib.import_module("conrod.engines.exudyn.stepping")
+    build = stepping.build
+
+    def doubled(mechanism: Mechanism, *state: Any) -> Any:
+        again = replace(mechanism.joints[2], name="again")
+        return build(replace(mechanism, joints=(*mechanism.joints, again)), *state)
+
+    monkeypatch.setattr(stepping, "build", doubled)
+    (piece,) = exudyn.run(SAW, PRESETS[preset](SAW, 125), 1.0)
+    assert piece.trajectory.outcome is Outcome.DIVERGED
+    assert "its Jacobian is singular" in piece.trajectory.reason
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("fields", "refused"),
+    [
+        ({"solver": "RK44"}, "unknown solver 'RK44'"),
+        ({"timestep": 1e-11}, "timestep = 1e-11 s is out of range"),
+        ({"spectral_radius": 1.5}, "spectral_radius"),
+        ({"relative_tolerance": 0.0}, "relative_tolerance"),
+    ],
+)
+def test_settings_without_a_meaning_are_refused(fields: dict[str, Any], refused: str) -> None:
+    with pytest.raises(InvalidInput, match=refused):
+        replace(PRESETS["stock"](SAW, 1000), **fields)
+
+
+# -- timing ------------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
+    settings = PRESETS["stock"](SAW, 125)
+    stepper = exudyn.stepper(SAW, settings)
+    for steps in (50, 75):
+        stepper(steps)
+    timed = stepper.recorded(1)[0]
+    np.testing.assert_allclose(timed[0], states(SAW, settings).poses[125], atol=1e-12)
+    assert run_of(SAW, 125, 1.0) == (0.0, 1.0)
+    exudyn.reference_loop()(1000)
+
+
+# -- an extra ----------------------------------------------------------------------------------------------------------
+
+
+def test_it_takes_part_where_it_is_asked_for_alone() -> None:
+    assert "exudyn" not in engine_names()
+    assert list(presets_of("exudyn")) == ["stock", "tuned"]
+    assert look_of("exudyn").title == "Exudyn"
+
+
+def test_where_it_is_not_installed_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine_named.cache_clear()
+    monkeypatch.setattr("conrod.engines.registry.find_spec", lambda _: None)
+    with pytest.raises(InvalidInput, match=r"^engine 'exudyn' is an extra .*: pip install 'conrod\[exudyn\]'$"):
+        engine_named("exudyn")
+    engine_named.cache_clear()
+
+
+def test_reports_name_its_version_where_it_was_loaded(exudyn: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "exudyn" in engine_packages()
+    monkeypatch.delitem(sys.modules, "exudyn")
+    assert "exudyn" not in engine_packages()
