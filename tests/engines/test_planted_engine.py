@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from command_line import conrod
 from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
+from watched import watched
 
 import conrod as package
 from conrod.engines import ENGINES, engine_named, engine_names
@@ -153,7 +154,7 @@ def test_it_is_listed_with_its_origin_and_what_it_lacks(user: Any) -> None:
     assert ENGINE.version in done.stdout
     assert "planted-engine 1.0" in done.stdout
     (line,) = [line for line in done.stdout.splitlines() if line.startswith("kinematic mode")]
-    assert line.split()[2:] == ["yes", "yes", "unsupported"]
+    assert line.split()[2:5] == ["yes", "yes", "unsupported"]
 
 
 def test_one_that_cannot_be_loaded_is_named_and_breaks_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,6 +165,13 @@ def test_one_that_cannot_be_loaded_is_named_and_breaks_nothing(tmp_path: Path, m
     assert (done.returncode, done.stderr) == (0, "")
     assert "engine 'broken' cannot be loaded from no_such_module:ENGINE" in done.stdout
     assert "mujoco" in done.stdout
+
+
+@pytest.mark.usefixtures("brought")
+def test_the_study_of_limits_takes_settings_with_nothing_but_a_step() -> None:
+    found = watched(SAW, ENGINE.presets["sharp"](SAW, STEPS))
+    assert found.outcome == "completed"
+    assert found.largest("position") == pytest.approx(planted_error(ENGINE.presets["sharp"](SAW, STEPS)), rel=0.05)
 
 
 # -- the registry ------------------------------------------------------------------------------------------------------

@@ -16,13 +16,13 @@ def engines() -> None:
 
     from conrod.engines import engine_named, engine_names
     from conrod.engines.capabilities import MEANINGS, Lacking, capability
-    from conrod.engines.registry import origin_of
+    from conrod.engines.registry import OPTIONAL, origin_of
     from conrod.errors import InvalidInput
     from conrod.report.table import table
     from conrod.report.terminal import console, print_lines, print_table
 
     found, broken = {}, []
-    for name in engine_names():
+    for name in (*engine_names(), *OPTIONAL):
         try:
             found[name] = engine_named(name)
         except InvalidInput as error:
