@@ -6,6 +6,7 @@ import importlib
 import sys
 from dataclasses import replace
 from functools import cache
+from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import Any
 
@@ -27,6 +28,7 @@ from conrod.runs.comparison import compare
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes.catalogue import scene_named
+from conrod.testing import EngineConformance
 
 QUANTITIES = ("position", "velocity", "acceleration")
 STEPS = (125, 250, 500)
@@ -67,6 +69,16 @@ def orders(scene: Any, preset: str, after: float = 0.0, late: float = 0.0) -> li
     """Observed orders of poses, rates and accelerations, of what comes after so many turns."""
     errors = [[e[round(after * n) :].max() for e in errors_in_time(scene, preset, n, late)] for n in STEPS]
     return [float(-np.polyfit(np.log(STEPS), np.log(column), 1)[0]) for column in zip(*errors, strict=True)]
+
+
+@pytest.mark.skipif(find_spec("exudyn") is None, reason="the extra conrod[exudyn] is not installed")
+class TestConformance(EngineConformance):
+    scenes = ("saw-40rpm",)
+
+    @pytest.fixture(autouse=True)
+    def installed(self, exudyn: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Exudyn, loaded where it is tested alone."""
+        monkeypatch.setattr(type(self), "engine", exudyn, raising=False)
 
 
 # -- samples -----------------------------------------------------------------------------------------------------------
