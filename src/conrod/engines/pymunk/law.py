@@ -31,7 +31,7 @@ import numpy as np
 
 from conrod.engines.cam_polygon import CamPolygon
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import Machine, run_of, step_length
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
@@ -71,27 +71,33 @@ def largest_lags(machine: Machine) -> tuple[float, float, float]:
 
 
 def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
-    """Largest errors of the first samples of a run that begins exactly at a crank angle [rad]; as `largest_lags`."""
-    kinematics, speed = machine.kinematics, machine.speed
+    """Largest errors of the first samples of a run, as `largest_lags`.
+
+    Args:
+        start: crank angle [rad] at which it begins exactly; one pass has its own.
+    """
+    kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_of(machine, steps, 1.0)
+    start = start if kinematics.mechanism.driver.span is None else begin
+    count = min(FIRST_STEPS, round(turns * steps) + 1)
     mechanism, h = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism, step_length(machine, steps)
     poses, slopes = kinematics.derivatives(np.array([start]), 1)
     states = [_of_centres(mechanism, poses, speed * slopes)]
-    for n in range(1, FIRST_STEPS):
+    for n in range(1, count):
         place, rate = states[-1]
         poses = body_states(mechanism, place + h * rate, rate)[0]
         gaps = kinematics.residual([poses], np.array([start + n * h * speed]))
         at_rest = kinematics.residual([poses, np.zeros_like(poses)], np.array([speed]))
         states.append(_of_centres(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest)))
     centres, rates = (np.vstack(some) for some in zip(*states, strict=True))
-    times = np.asarray(start / speed + h * np.arange(FIRST_STEPS), dtype=float)
+    times = np.asarray(start / speed + h * np.arange(count), dtype=float)
     at = staggered(mechanism, h, times, centres, rates)
     tracks, largest = point_tracks(mechanism, at, centres, rates), [0.0] * 3
     for k, quantity in enumerate(("position", "velocity", "acceleration")):
         instants = getattr(at, quantity)
         exact = kinematics.motion(instants.angle, instants.rate, instants.acceleration)
         for name, found in tracks.items():
-            off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1).max()
-            largest[k] = max(largest[k], float(off) / (kinematics.lengths[name] * abs(speed) ** k))
+            off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1)
+            largest[k] = max(largest[k], float(off.max(initial=0.0)) / (kinematics.lengths[name] * abs(speed) ** k))
     return largest
 
 
@@ -150,8 +156,6 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding(machine.kinematics, settings.steps_per_revolution)
-    if machine.kinematics.mechanism.driver.span is not None:
-        start_angle = machine.kinematics.span[0 if machine.speed > 0.0 else 1]
     behind, first = largest_lags(machine), first_errors(machine, settings.steps_per_revolution, start_angle)
     lags = [step**2 * (behind[k] + lag * step * sizes[k + 3]) for k, lag in enumerate(NEXT_LAGS)]
     bounds = [max(lags[k], (1.0 + SHARE) * first[k]) + floor / step**k for k in range(3)]
