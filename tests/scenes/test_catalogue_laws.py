@@ -9,6 +9,7 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
+from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
@@ -71,3 +72,11 @@ def test_pymunks_law_knows_what_the_start_leaves_of_the_first_acceleration() -> 
     found = over_the_law(scene, engine, engine.presets["tuned"](scene, 1000))
     assert found is not None
     assert 0.9 < found < 1.0
+
+
+@pytest.mark.parametrize("steps", [2, 3, 12, 20, 40])
+def test_pymunks_law_looks_no_further_than_a_pass_goes(steps: int) -> None:
+    """A double rocker has 1 to 3 of these steps in its pass, and cannot be assembled much beyond it."""
+    for speed in (1.0, -1.0):
+        scene = at_speed("double-rocker", speed)
+        assert engine_named("pymunk").expected_error(scene, PymunkSettings.tuned(scene, steps)).position

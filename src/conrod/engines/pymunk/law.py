@@ -78,7 +78,8 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
     """
     kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_of(machine, steps, 1.0)
     start = start if kinematics.mechanism.driver.span is None else begin
-    count = min(FIRST_STEPS, round(turns * steps) + 1)
+    # Velocities belong to half a step later, where one pass may have ended.
+    count = max(1, min(FIRST_STEPS, round(turns * steps)))
     mechanism, h = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism, step_length(machine, steps)
     poses, slopes = kinematics.derivatives(np.array([start]), 1)
     states = [_of_centres(mechanism, poses, speed * slopes)]
@@ -94,10 +95,12 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
     tracks, largest = point_tracks(mechanism, at, centres, rates), [0.0] * 3
     for k, quantity in enumerate(("position", "velocity", "acceleration")):
         instants = getattr(at, quantity)
+        if not len(instants.times):
+            continue
         exact = kinematics.motion(instants.angle, instants.rate, instants.acceleration)
         for name, found in tracks.items():
             off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1)
-            largest[k] = max(largest[k], float(off.max(initial=0.0)) / (kinematics.lengths[name] * abs(speed) ** k))
+            largest[k] = max(largest[k], float(off.max()) / (kinematics.lengths[name] * abs(speed) ** k))
     return largest
 
 
