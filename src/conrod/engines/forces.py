@@ -12,10 +12,12 @@ from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
+from conrod.runs.outcome import Verdict
 from conrod.runs.trajectory import Instants, Outcome
 
 DRIVE = "drive torque"
 EDITED = "what the model carries beside its joints takes a part of the load"
+FORM = "a distance joint stands in the engine for links whose masses it does not have"
 SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
 
 
@@ -39,10 +41,12 @@ class ForceTracks:
     outcome: Outcome = Outcome.COMPLETED
 
 
-def no_forces(mechanism: Mechanism, reason: str, outcome: Outcome = Outcome.UNSUPPORTED) -> ForceTracks:
-    """The result of a run that reports no force, for one reason."""
-    none = np.zeros(0)
-    unreported = {DRIVE: reason} | {joint.name: reason for joint in mechanism.joints}
+def no_forces(mechanism: Mechanism, why: str | Verdict) -> ForceTracks:
+    """The result of a run that reports no force, for one reason, or as it came to no end."""
+    none, outcome = np.zeros(0), Outcome.UNSUPPORTED
+    if isinstance(why, Verdict):
+        outcome, why = why.outcome, f"the run ended as {why.outcome.slug}: {why.reason}"
+    unreported = {DRIVE: why} | {joint.name: why for joint in mechanism.joints}
     return ForceTracks(Instants(none, none, none, none), None, {}, unreported, outcome)
 
 

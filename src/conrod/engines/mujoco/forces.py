@@ -21,7 +21,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.forces import EDITED, ForceTracks, applied_forces, no_forces
+from conrod.engines.forces import EDITED, FORM, ForceTracks, applied_forces, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import Build, build, laws_acting
@@ -46,7 +46,6 @@ LEAST_HARDENING = 1e-6
 LOOKS = 721  # for change points, over a turn
 NO_DRIVE = "without a flywheel there is no drive"
 ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
-FORM = "the model has a distance joint in place of links, and not their masses"
 
 
 def force_settings(settings: MuJoCoSettings) -> MuJoCoSettings:
@@ -86,8 +85,7 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
         kept = BodyStates(where, poses, rates, np.zeros_like(poses))
         verdict = judge(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
-        return no_forces(mechanism, why, verdict.outcome)
+        return no_forces(mechanism, verdict)
     with laws_acting(made.model, made.tree):
         acceleration, components = _Reading(made).read(times, coordinates, speeds, poses, rates)
     drive = -used.armature * acceleration

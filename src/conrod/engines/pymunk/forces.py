@@ -24,7 +24,7 @@ from __future__ import annotations
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.forces import DRIVE, EDITED, ForceTracks, no_forces
+from conrod.engines.forces import DRIVE, EDITED, FORM, ForceTracks, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_tracks, started
 from conrod.engines.pymunk.loads import pushes_of
@@ -42,7 +42,6 @@ FIRST = 3  # sample of the first acceleration that is reported
 TOGETHER = 16  # steps of which forces are reported as a mean, with contact
 GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
 ROUNDED = "a state that is rounded after every step has not come by impulses alone"
-FORM = "a distance joint stands in the engine for links whose masses it does not have"
 
 
 def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
@@ -67,8 +66,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         at = staggered(made.mechanism, h, times, centres, rates)
         verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        why = f"the run ended as {verdict.outcome.slug}: {verdict.reason}"
-        return no_forces(mechanism, why, verdict.outcome)
+        return no_forces(mechanism, verdict)
     poses, _ = body_states(made.mechanism, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)

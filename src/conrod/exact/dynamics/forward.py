@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.dynamics.integration import Course, breaks, kinks
 from conrod.exact.dynamics.line import At, Line
-from conrod.exact.joint_equations import pose_jets
+from conrod.exact.joint_equations import PoseJet, pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import TimePulse
 from conrod.mechanism.mechanism import Mechanism
@@ -159,8 +159,10 @@ class ForwardDynamics:
             return
         at = self.line.at(0.0)
         push = abs(at.descent + self._force(at, 0.0, 0.0))
-        forces = self._idle_forces()
-        together = self._weight_at_start() + sum(abs(force * slope) for force, slope in forces)
+        point, tangent, _ = self.line.point(0.0)
+        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+        forces = self._idle_forces(bodies)
+        together = self._weights(bodies) + sum(abs(force * slope) for force, slope in forces)
         idle = max((abs(force) for force, slope in forces if abs(slope) < STANDS), default=0.0)
         if push < max(BALANCED * together, STANDS * idle):
             raise InvalidInput(
@@ -168,10 +170,8 @@ class ForwardDynamics:
                 "nothing ends; start beside it, or in motion"
             )
 
-    def _weight_at_start(self) -> float:
-        """Weights and constant forces at the start, times how far their bodies go by the arc length."""
-        point, tangent, _ = self.line.point(0.0)
-        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+    def _weights(self, bodies: dict[str, PoseJet]) -> float:
+        """Weights and constant forces, times how far their bodies go by the arc length."""
         total = 0.0
         for body in self.mechanism.bodies:
             x, y = (float(np.ravel(j.coefficients[1])[0]) for j in bodies[body.name].point(body.centre_of_gravity))
@@ -179,10 +179,8 @@ class ForwardDynamics:
             total += force * math.hypot(x, y)
         return total
 
-    def _idle_forces(self) -> list[tuple[float, float]]:
-        """Force of each load at rest at the start, and how its coordinate grows with the arc length there."""
-        point, tangent, _ = self.line.point(0.0)
-        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
+    def _idle_forces(self, bodies: dict[str, PoseJet]) -> list[tuple[float, float]]:
+        """Force of each load at rest, and how its coordinate grows with the arc length."""
         size = float(self.line.configurations.curve.scale[0])
         found = []
         for load in self.loads:
