@@ -82,7 +82,7 @@ def completed(*words: str) -> list[str]:
         (("validate", "geneva", "shear"), ["shear-press", "<file>"]),
         (("validate", "cata"), ["catalogue", "<file>"]),
         (("validate", "m.xml", "--scene", "watt"), ["watt-straight-line", "<file>"]),
-        (("validate", "--engine", ""), ["mujoco", "pymunk"]),
+        (("validate", "--engine", ""), ["mujoco", "pymunk", "exudyn"]),
         (("limits", "--preset", "h"), ["hardened"]),
         (("limits", "--axis", "steps-x-n"), ["steps-x-nearness"]),
         (("sweep", "--grid", ""), ["coarse", "default", "fine"]),
