@@ -203,7 +203,9 @@ def _said(robot: Robot, found: LoopStudy | str) -> str:
         return found.partition(": ")[2]
     counted = "" if found.mobility.left == robot.mobility else f"; NOT the {robot.mobility} COUNTED"
     note = f" {robot.note}" if robot.note else ""
-    return f"mobility {found.mobility.left}{counted}: {robot.counted}.{note} Run as it is, it {shipped_words(found)}."
+    runs = {"as it is": found.shipped, **found.presets}
+    ran = "; ".join(f"{label}, it {shipped_words(run)}" for label, run in runs.items())
+    return f"mobility {found.mobility.left}{counted}: {robot.counted}.{note} With its own actuators, {ran}."
 
 
 if __name__ == "__main__":

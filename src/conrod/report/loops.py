@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure as Canvas
 
 from conrod.mjcf.loops.differences import Comparison
-from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy
+from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy, ShippedRun
 from conrod.report.charts.canvas import on_grid, on_log_grid
 from conrod.report.charts.panels import error_panel, finish_panels
 from conrod.report.charts.styles import preset_style
@@ -34,13 +34,17 @@ def finding(study: LoopStudy) -> str:
     """The answer in a few sentences; what the file's own run shows comes first where that failed."""
     shipped, own = study.shipped, study.own
     said = [_judgement(study)]
-    said.insert(0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(study)}.")
+    said.insert(
+        0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}."
+    )
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
         best = min((run for run in study.runs if run.errors), key=lambda run: run.errors["position"])
         if best is not own:
             said.append(f"At the same step `{best.label}` is within {in_mm(best.errors['position'])}.")
+            if (run := study.presets.get(best.label)) is not None and run.failed and not shipped.failed:
+                said.append(f"But with it and its own actuators the file {shipped_words(run)}.")
     return " ".join(said)
 
 
@@ -81,9 +85,8 @@ def _tolerance_words(over: list[str]) -> str:
     return f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
 
 
-def shipped_words(study: LoopStudy) -> str:
+def shipped_words(shipped: ShippedRun) -> str:
     """What the file's own run came to, with `it` before it."""
-    shipped = study.shipped
     if shipped.outcome is not Outcome.COMPLETED:
         return f"ended as {shipped.outcome.slug}: {shipped.reason}"
     if shipped.chatter is not None:
@@ -202,6 +205,8 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
     if study.ambiguous:
         shared = f"how {', '.join(study.ambiguous)} share their forces"
         yield f"redundant closures leave open {shared}; what they leave open is not compared"
+    for label, shipped in study.presets.items():
+        yield f"{label}, with the file's own actuators: it {shipped_words(shipped)}"
     for free in study.free:
         yield f"let go, {free.label}: {_free_words(free)}"
 

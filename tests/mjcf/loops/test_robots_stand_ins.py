@@ -25,6 +25,7 @@ from conrod.mjcf.loops.results import Question
 from conrod.mjcf.loops.runs import with_settings
 from conrod.own.models.loading import OWN_POSE, data_at_start
 from conrod.report.loops import finding
+from conrod.runs.trajectory import Outcome
 
 GEOM = '<geom type="capsule" size="0.01" fromto="0 0 0 {}" contype="0" conaffinity="0"/>'
 
@@ -211,6 +212,20 @@ def test_a_velocity_actuator_that_is_too_stiff_for_the_step_is_the_first_line(
     assert first.startswith("Run as the file has it" if said else "With its own settings its loops open by")
     assert said in first
     assert second.startswith("With its own settings its loops open by" if said else "Run as the file has it")
+
+
+def test_a_stiff_actuator_that_only_its_own_integrator_carries_is_said_of_the_presets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, cheap in {"step_time": lambda _: 1.0, "COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
+        monkeypatch.setattr(study, name, cheap)
+    file = tmp_path / "arm.xml"
+    more = '<option integrator="implicitfast"/><actuator><velocity joint="arm" kv="1000"/></actuator>'
+    file.write_text(written(PARALLELOGRAM.format(0.3), LEVELS, more), encoding="utf-8")
+    found = study.study(file, Question({"arm": "sine:10deg,5Hz"}), "arm")
+    assert not found.shipped.failed
+    assert found.presets["hardened"].outcome is Outcome.DIVERGED  # RK4, which is not implicit
+    assert "But with it and its own actuators the file ended as diverged" in finding(found)
 
 
 @pytest.mark.slow

@@ -140,6 +140,7 @@ class LoopStudy:
         runs: at the model's own step; `steps`: all others that were made.
         cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
         paste: what to write into the model for that; empty without.
+        presets: of the file run as it is, its actuators included, with each preset's settings at its own step.
         compared: with the machine that it is to be; None where it is its own reference.
     """
 
@@ -163,6 +164,7 @@ class LoopStudy:
     cheapest: LoopRun | None = None
     paste: str = ""
     compared: Comparison | None = None
+    presets: Mapping[str, ShippedRun] = field(default_factory=dict)
 
     @property
     def own(self) -> LoopRun:

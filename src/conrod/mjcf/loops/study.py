@@ -127,7 +127,7 @@ class _Bench:
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             shipped, runs, steps, self._free(checked), best, paste,
-            self._compared(machine, checked, travel),
+            self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
         )  # fmt: skip
 
     def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
@@ -200,8 +200,8 @@ class _Bench:
                 spent[label] = min(spent[label], step_time(advance))
         return {label: value / spent[OWN] for label, value in spent.items()}
 
-    def _shipped(self, travel: float) -> ShippedRun:
-        """The file as it is, with the controls that are asked for."""
+    def _shipped(self, travel: float, label: str = OWN) -> ShippedRun:
+        """The file as it is, with the controls that are asked for; or with a preset's settings at its own step."""
         numbers, laws = dict[str, float](), dict[int, Callable[[float], float]]()
         names = numbered(names_of(self.model, "actuator"))
         for actuator, text in self.question.controls.items():
@@ -213,7 +213,8 @@ class _Bench:
                 laws[names.index(actuator)] = control_law(text, actuator)
         data, key = data_at_start(self.model, self.question.keyframe, tuple(numbers.items()))
         words = start_words(self.model, key, data.ctrl.tolist())
-        return shipped_run(self.machine.tree, copy.copy(self.model), data, laws, self.seconds, words, travel)
+        model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
+        return shipped_run(self.machine.tree, model, data, laws, self.seconds, words, travel)
 
     def _free(self, motion: SpatialMotion) -> tuple[FreeRun, ...]:
         """A floating machine let go; nothing where something of it hangs on the ground."""
