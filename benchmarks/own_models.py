@@ -8,8 +8,9 @@ but what was measured on it.
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from conrod.cli.validate_loops import judge
@@ -54,6 +55,7 @@ class Robot:
         mobility: degrees of freedom that its closures leave to the joints of its loops, counted by hand.
         counted: how that was counted.
         note: what was found, beside the numbers.
+        corrected: text of the file that stands in its way, and what a copy has in its place.
     """
 
     repository: str
@@ -63,6 +65,7 @@ class Robot:
     counted: str
     note: str = ""
     keyframe: str | None = None
+    corrected: Mapping[str, str] = field(default_factory=dict)
 
     def file(self, models: Path) -> Path:
         """Where it is in a folder of repositories."""
@@ -91,6 +94,10 @@ ROBOTS = {
         16,
         "a leg has 17 rates in its loops, and three rods with a ball at each end take three each; knee, two toe "
         "motors, two springs and the spins of three rods are left",
+        "Its reference pose is sunk in the ground: it was lifted by 1.5 m. RK4 of the presets, which is explicit, does "
+        "not bear the damping of its light rods' balls at 0.5 ms; without that hardened is within 1.8e-8 mm.",
+        corrected={"name='base' pos='0 0 0'": "name='base' pos='0 0 1.5'", "toe-A-rod.stl": "toe-a-rod.stl"}
+        | {"toe-B-rod.stl": "toe-b-rod.stl", "arm-L": "arm-l"},
     ),
     "2f85": Robot(
         MENAGERIE, "robotiq_2f85/2f85.xml",
@@ -98,6 +105,8 @@ ROBOTS = {
         | dict.fromkeys(("right_spring_link_joint", "left_spring_link_joint"), "move:0,0.7rad,1s"),
         3,
         "eight hinges; two planar connects take two each, the coupling one: drive and the two spring links are left",
+        "With both spring links going as the drive goes, its couplers pass their limit by 0.07 deg; without limits "
+        "hardened is within 6.1e-10 mm, but hardening hardens limits too.",
     ),
     "2f85-v4": Robot(
         MENAGERIE, "robotiq_2f85_v4/2f85.xml", {"right_driver_joint": "move:0,0.7rad,1s"}, 1,
@@ -111,6 +120,8 @@ ROBOTS = {
         "thomasvilly/dobot_mujoco", "dobot_mujoco/env/assets/dobot_suction_cup.xml",
         {"motor2": "move:0,40deg,1s", "motor3": "move:0,30deg,1s"}, 2,
         "eight hinges; three planar connects take two each: a palletiser's two parallelograms",
+        "Links that touch press its loops open; without contacts hardened is within 1.5e-9 mm, but hardening hardens "
+        "contacts too.",
     ),
     "delta": Robot(
         "jurmy24/delta-simulation", "simulation/delta-robot/robot.xml",
@@ -126,6 +137,7 @@ ROBOTS = {
     "five-bar": Robot(
         "Rhoban/onshape-to-robot-examples", "planar-2dof/robot.xml",
         {"motor1": "sine:10deg,1Hz", "motor2": "sine:10deg,2Hz"}, 2, "four hinges; the planar connect takes two",
+        "Links touch the base; without contacts hardened is within 1.0e-4 mm.",
     ),
     "toddlerbot": Robot(
         MENAGERIE, "toddlerbot_2xc/scene.xml",
@@ -158,12 +170,28 @@ def main() -> None:
 
 def _judged(models: Path, name: str) -> LoopStudy | str:
     robot = ROBOTS[name]
+    file = robot.file(models)
     try:
-        found = judge(robot.file(models), Question(robot.drives, robot.keyframe), name)
+        with tempfile.TemporaryDirectory() as folder:
+            if robot.corrected:
+                file = _corrected(file, robot.corrected, Path(folder))
+            found = judge(file, Question(robot.drives, robot.keyframe), name)
     except InvalidInput as error:
         return str(error)
     print(f"{name}: {found.own.outcome.slug}, mobility {found.mobility.left}", flush=True)
-    return found
+    return replace(found, file=robot.path)
+
+
+def _corrected(file: Path, changes: Mapping[str, str], folder: Path) -> Path:
+    """A copy of a model with other text, beside links to all that it may include."""
+    for one in file.parent.iterdir():
+        (folder / one.name).symlink_to(one.resolve())
+    text, made = file.read_text(encoding="utf-8"), folder / file.name
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    made.unlink()
+    made.write_text(text, encoding="utf-8")
+    return made
 
 
 def page(found: Mapping[str, LoopStudy | str]) -> str:
@@ -179,8 +207,7 @@ def page(found: Mapping[str, LoopStudy | str]) -> str:
         "\n## What was found\n",
         *(f"- {name}: {_said(ROBOTS[name], one)}" for name, one in found.items()),
         "\n## Sources\n",
-        *(f"- {', '.join(n for n in found if ROBOTS[n].repository == name)}: [{name}](https://github.com/{name}) at "
-          f"{commit[:10]}" for name, commit in SOURCES.items()),
+        *(f"- [{name}](https://github.com/{name}) at {commit[:10]}" for name, commit in SOURCES.items()),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
@@ -192,9 +219,8 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
         shipped = "oscillates" if study.shipped.chatter else study.shipped.outcome.slug
         costs = ", ".join(measured(run.cost) for run in study.runs[1:])
         step = quantity(1e3 * study.own.timestep)
-        rows.append(
-            (name, f"{study.mobility.left}", f"{sum(study.mobility.redundant.values())}", step, *gaps, costs, shipped)
-        )
+        left, redundant = str(study.mobility.left), str(sum(study.mobility.redundant.values()))
+        rows.append((f"[{name}]({name}{KIND.suffix}.md)", left, redundant, step, *gaps, costs, shipped))
     return table(HEADER, rows, HEADER[1:-1], "loops open [mm]; cost of tuned, hardened")
 
 
