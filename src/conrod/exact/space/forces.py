@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.exact.motion import Array
+from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.closing import jacobian, point_jacobian
-from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import Poses, Series, poses
 from conrod.exact.space.tree import SpatialBody, SpatialPoint
 

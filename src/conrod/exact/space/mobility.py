@@ -9,8 +9,9 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.closing import jacobian, point_jacobian
-from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree
+from conrod.exact.space.motion import DrivenTree
 from conrod.exact.space.poses import Poses, poses
 from conrod.exact.space.tree import SpatialPoint
 

@@ -15,8 +15,9 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet
 from conrod.exact.motion import Array
+from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.closing import weight
-from conrod.exact.space.motion import RANK_TOLERANCE, DrivenTree, SpatialMotion
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.equalities import closure_name
 from conrod.own.models.driving import look_at
