@@ -26,7 +26,18 @@ from conrod.scenes.space import MACHINES, SPATIAL
 from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
 from conrod.studies.frame.writing import naming
 
-TAKEN = ("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--out", "--json")
+TAKEN = (
+    "--drive",
+    "--engine",
+    "--ctrl",
+    "--keyframe",
+    "--point",
+    "--scene",
+    "--seconds",
+    "--tolerance",
+    "--out",
+    "--json",
+)
 
 
 def is_spatial(name: str) -> bool:
@@ -94,6 +105,8 @@ def question_of(asked: Request) -> Question:
     Raises:
         InvalidInput: an option that does not go with --drive, or whose value is none.
     """
+    if asked.engine not in (None, "mujoco"):
+        raise InvalidInput(f"--engine {asked.engine}: unsupported, it is planar; machines in space run in mujoco")
     if other := next((name for name in as_given(asked) if name not in TAKEN), None):
         raise InvalidInput(f"{other} does not go with --drive, which takes {', '.join(TAKEN[1:])}")
     if asked.seconds is not None:
@@ -104,11 +117,9 @@ def question_of(asked: Request) -> Question:
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
     if not drives and asked.scene is not None and is_spatial(asked.scene):
         drives = dict(MACHINES[asked.scene]().drives)
-    return Question(
-        drives, asked.keyframe, controls,
-        asked.seconds, tuple(place.removeprefix("site:") for place in asked.points), tolerance_of(asked.tolerance),
-        asked.scene,
-    )  # fmt: skip
+    points = tuple(place.removeprefix("site:").removeprefix("body:") for place in asked.points)
+    allowed = tolerance_of(asked.tolerance)
+    return Question(drives, asked.keyframe, controls, asked.seconds, points, allowed, asked.scene)
 
 
 def tolerance_of(text: str | None) -> dict[str, float]:
