@@ -84,6 +84,7 @@ ROBOTS = {
         10,
         "a leg has ten rates in its loops; the Achilles rod's connect takes three of them, the plantar rod's, which is "
         "planar, two; knee, foot crank, two springs and the rod's spin are left",
+        "Its keyframe itself stands open by 1.9 mm.",
         keyframe="home",
     ),
     "digit": Robot(
@@ -217,7 +218,7 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
     for name, study in studies.items():
         gaps = [measured(1e3 * r.gap) if r.outcome is Outcome.COMPLETED else r.outcome.slug for r in study.runs]
         shipped = "oscillates" if study.shipped.chatter else study.shipped.outcome.slug
-        costs = ", ".join(measured(run.cost) for run in study.runs[1:])
+        costs = ", ".join(measured(run.cost) if run.outcome is Outcome.COMPLETED else "-" for run in study.runs[1:])
         step = quantity(1e3 * study.own.timestep)
         left, redundant = str(study.mobility.left), str(sum(study.mobility.redundant.values()))
         rows.append((f"[{name}]({name}{KIND.suffix}.md)", left, redundant, step, *gaps, costs, shipped))
