@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
+from conrod.engines.capabilities import expected_error
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import ExactMotions
 from conrod.scenes.catalogue import scene_named
+from conrod.studies.detection.variants import variant
 from conrod.studies.forces.exact import tolerance_of
 
 CAM = "cam-3-4-5"
@@ -49,3 +51,19 @@ def test_a_contact_force_is_required_to_two_percent(engine: str) -> None:
     allowed, reason = tolerance_of(scene.kinematics.mechanism, preset, 4000, {"contact": ()})
     assert allowed == {"contact": 0.02}
     assert "2 %" in reason
+
+
+def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_says_so() -> None:
+    """The least error of a start without contact is the fall: it is the law's position, and more than any sinking."""
+    scene, steps, _ = variant(scene_named(CAM), 1)
+    made = engine_named("mujoco")
+    settings = made.presets["tuned"](scene, steps)
+    run = whole_run(made, scene, settings, 1.0)
+    ((name, tracks),) = run.points.items()
+    off = ExactMotions(scene).error(tracks.position, name, "position")
+    sizes = np.linalg.norm(off, axis=1) / scene.lengths[name]
+    law = expected_error(made, scene, settings)
+    assert int(np.argmax(sizes)) == 1
+    assert law.position is not None
+    assert 0.9 * law.position < sizes.max() <= law.position
+    assert np.sort(sizes)[-3] < 0.9 * sizes.max()  # which no other part of the law explains
