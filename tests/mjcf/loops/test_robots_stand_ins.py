@@ -119,6 +119,13 @@ def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:
         studied(model(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz"})
 
 
+def test_a_start_out_of_the_range_of_a_joint_names_the_keyframes() -> None:
+    bodies = ACHILLES.replace('range="-60 60"', 'range="5 60"')
+    keys = f'<keyframe><key name="bent" qpos="0 0 1 1 0 0 0 {" ".join(["1 0 0 0", "0.2", *["0"] * 3])}"/></keyframe>'
+    with pytest.raises(InvalidInput, match="to start elsewhere, --keyframe takes bent"):
+        studied(model(bodies, HEEL, keys), {"knee": "hold", "spring": "sine:1deg,1Hz"})
+
+
 @pytest.mark.parametrize(("coupling", "more"), [(BY_JOINT, ""), (BY_TENDON, TENDONS)])
 def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(coupling: str, more: str) -> None:
     drives = {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"}

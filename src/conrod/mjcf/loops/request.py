@@ -66,14 +66,15 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
         raise InvalidInput(
             f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}"
         )
-    seconds = question.seconds or duration(laws)
+    seconds, keys = question.seconds or duration(laws), [key for key in names_of(model, "key") if key]
+    keyframes = f"; to start elsewhere, --keyframe takes {listed(keys)}" if keys and not question.keyframe else ""
     for name, law in laws.items():
         if (span := by_name[name].range) is not None:
             values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
             if values.min() < span[0] - 1e-9 or values.max() > span[1] + 1e-9:
                 raise InvalidInput(
                     f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
-                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}"
+                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}{keyframes}"
                 )
     return laws, tuple(j.name for j in tree.joints if j not in tree.looped and j.name not in laws)
 
