@@ -10,11 +10,13 @@ from urllib.parse import quote
 
 import numpy as np
 from matplotlib.figure import Figure as Canvas
+from matplotlib.lines import Line2D
 
 from conrod.mjcf.loops.differences import Comparison
 from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy, ShippedRun
-from conrod.report.charts.canvas import on_grid, on_log_grid
-from conrod.report.charts.panels import error_panel, finish_panels
+from conrod.own.error_curve import ErrorCurve
+from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid
+from conrod.report.charts.panels import Curve, error_panel
 from conrod.report.charts.styles import preset_style
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
@@ -227,24 +229,40 @@ def _force_words(what: str, found: Mapping[str, float]) -> str:
 
 
 def loops_figure(study: LoopStudy) -> Canvas:
-    """Distance of the judged points from their exact places over time."""
-    figure = Canvas(figsize=(9.0, 4.2))
-    axes, curves = figure.subplots(), []
-    for run in study.runs:
-        if run.curve is not None:
-            style = preset_style("mujoco", run.label) | {"label": run.label}
-            size = 1e3 * np.maximum(run.curve.largest, LEAST)
-            curves.append((on_grid(run.curve.at, study.seconds), on_log_grid(size), style))
-    error_panel(axes, "distance from the exact place [mm]", curves)
-    axes.set_xlim(0.0, study.seconds)
-    axes.set_xlabel("time [s]")
-    return finish_panels(figure, [axes], bottom=0.13, top=0.9)
+    """Distance of the judged points from their exact places, and opening of the loops, over time."""
+    kept = {
+        "distance from the exact place [mm]": {run.label: run.curve for run in study.runs},
+        "loops open [mm]": {run.label: run.opening for run in study.runs},
+    }
+    drawn = {name: curves for name, curves in kept.items() if any(curves.values())}
+    figure = Canvas(figsize=(9.0, 1.4 + 2.8 * len(drawn)))
+    panels = figure.subplots(len(drawn), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, (name, curves) in zip(panels, drawn.items(), strict=True):
+        error_panel(axes, name, [_curve(label, curve, study.seconds) for label, curve in curves.items() if curve])
+        axes.set_xlim(0.0, study.seconds)
+    panels[-1].set_xlabel("time [s]")
+    styles = [preset_style("mujoco", run.label) | {"label": run.label} for run in study.runs]
+    figure.align_ylabels(list(panels))
+    legend_above(figure, [Line2D([], [], **style) for style in styles], [run.label for run in study.runs])
+    figure.subplots_adjust(left=0.095, right=0.97, bottom=0.36 / len(drawn) ** 0.5 / 2.8, top=0.9, hspace=0.12)
+    return figure
+
+
+def _curve(label: str, curve: ErrorCurve, seconds: float) -> Curve:
+    size = on_log_grid(1e3 * np.maximum(curve.largest, LEAST))
+    return on_grid(curve.at, seconds), size, preset_style("mujoco", label) | {"label": label}
 
 
 def _page(part: Part[LoopStudy]) -> Page:
     study = part.findings
-    figures = (Figure(f"{part.name}-loops", "Distance from the exact places over time", partial(loops_figure, study)),)
-    drawn = figures if any(run.curve for run in study.runs) else ()
+    figures = (
+        Figure(
+            f"{part.name}-loops",
+            "Distance from the exact places, and opening of the loops, over time",
+            partial(loops_figure, study),
+        ),
+    )
+    drawn = figures if any(run.curve or run.opening for run in study.runs) else ()
     text = rendered(
         "loops", study=study, name=Path(study.file).name, finding=finding(study), figure=drawn[0] if drawn else "",
         runs=runs_table(study), steps=steps_table(study), moves=list(what_moves(study)), exact=list(how_exact(study)),

@@ -49,6 +49,7 @@ class LoopRun:
         errors: position [m], velocity [m/s] and acceleration [m/s^2]; empty where it did not complete.
         worst: the point with the largest error of position.
         curve: of that error over time; None where it did not complete.
+        opening: how far the loop that is furthest open is so over time, until a run ends; None where it is not kept.
         gaps: by closure how far it opens [m], an angle by what it is at the machine's extent.
         drives, reactions: largest deviation of each drive's torque and each connect's force, over the largest exact
             one; empty where forces are not computed.
@@ -68,6 +69,7 @@ class LoopRun:
     reactions: Mapping[str, float] = field(default_factory=dict)
     order: float | None = None
     cost: float | None = None
+    opening: ErrorCurve | None = None
 
     @property
     def gap(self) -> float:

@@ -79,10 +79,11 @@ def errors_of(
 ) -> LoopRun:  # fmt: skip
     """A run with its errors against the exact motion at the same times."""
     gaps = {name: float(np.nanmax(gap)) for name, gap in run.gaps.items()}
+    opening = error_curve(run.times, np.max([*run.gaps.values()], axis=0))
     if run.outcome is not Outcome.COMPLETED:
-        return LoopRun(label, step, run.outcome, run.reason, gaps=gaps)
+        return LoopRun(label, step, run.outcome, run.reason, gaps=gaps, opening=opening)
     if max(gaps.values(), default=0.0) > OPEN_GAP * travel:
-        return LoopRun(label, step, Outcome.OPENED, opens(machine.tree, gaps), gaps=gaps)
+        return LoopRun(label, step, Outcome.OPENED, opens(machine.tree, gaps), gaps=gaps, opening=opening)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
         for name, found in run.points.items()
@@ -91,13 +92,13 @@ def errors_of(
     worst = max(off, key=lambda name: float(off[name][0].max()))
     far = int(off[worst][0].argmax()) if errors["position"] > OPEN_GAP * travel else None
     if far is not None and (where := _flipped(run, far, machine, motion, travel)):
-        return LoopRun(label, step, Outcome.FLIPPED, where, gaps=gaps)
+        return LoopRun(label, step, Outcome.FLIPPED, where, gaps=gaps, opening=opening)
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
         drives = _relative(run.drives, exact.drives)
         reactions = _relative(run.reactions, exact.reactions)
     curve = error_curve(run.times, np.max([one[0] for one in off.values()], axis=0))
-    return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions)
+    return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions, opening=opening)
 
 
 def _flipped(run: Recording, sample: int, machine: DrivenTree, motion: SpatialMotion, travel: float) -> str:

@@ -166,7 +166,7 @@ class _Bench:
             order = claimed_order(by_step)
             priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
             at_own.append(replace(priced[1.0], order=order))
-            others += [replace(run, curve=None) for n, run in priced.items() if n != 1.0]
+            others += [replace(run, curve=None, opening=None) for n, run in priced.items() if n != 1.0]
         return tuple(at_own), tuple(others)
 
     def _run(self, label: str, finer: float, travel: float) -> LoopRun:
