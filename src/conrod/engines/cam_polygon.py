@@ -60,6 +60,12 @@ class CamPolygon:
     facet_turns: tuple[float, ...]
     error: float
 
+    def distance(self, point: Array) -> float:
+        """Distance [m] of a point (2,) outside from the rounded polygon, in the cam's frame."""
+        begin, edge = self.vertices, np.roll(self.vertices, -1, axis=0) - self.vertices
+        share = np.clip(((point - begin) * edge).sum(axis=1) / (edge**2).sum(axis=1), 0.0, 1.0)
+        return float(np.linalg.norm(begin + share[:, None] * edge - point, axis=1).min()) - self.radius
+
 
 def cam_polygon(profile: Profile, vertices: int, radius: float = 0.0) -> CamPolygon:
     """The polygon of about so many vertices, inset by `radius` [m], less than the profile's least radius."""

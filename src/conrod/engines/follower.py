@@ -69,6 +69,7 @@ class FollowerMotion:
         cosine: of the pressure angle, between contact normal and slide.
         force: contact force [N] in the exact motion, positive where it presses.
         arcs: index of the active arc.
+        start: place of the roller's centre at crank angle 0 (2,) [m], in the cam's frame.
     """
 
     contact: CamContact
@@ -78,6 +79,7 @@ class FollowerMotion:
     cosine: Array
     force: Array
     arcs: NDArray[np.intp]
+    start: Array
 
     @classmethod
     def of(cls, machine: Machine) -> FollowerMotion:
@@ -95,6 +97,7 @@ class FollowerMotion:
         way = poses[:, follower : follower + 2]
         path = way[np.argmax(np.linalg.norm(way - way[0], axis=1))] - way[0]
         along = path / np.linalg.norm(path)
+        cosine, sine = np.cos(poses[0, cam + 2]), np.sin(poses[0, cam + 2])
         return cls(
             contact=contact,
             lift=float(np.ptp(way @ along)),
@@ -103,6 +106,7 @@ class FollowerMotion:
             cosine=normal @ along,
             force=reactions(kinematics, angles, machine.speed).joints[contact.name][:, 0],
             arcs=active_arcs(contact, pose_jets(kinematics.mechanism, [poses])),
+            start=np.array([[cosine, sine], [-sine, cosine]]) @ (way[0] - poses[0, cam : cam + 2]),
         )
 
     def facet_slope_rms(self, polygon: CamPolygon) -> float:
