@@ -15,7 +15,8 @@ from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number, parse_quantity
 
 FORMS = "`60rpm`, `sine:20deg,1.5Hz`, `move:0deg,90deg,2s`, `table:FILE.csv` or `hold`"
-RATES, LENGTHS = {"rad": "rad/s", "m": "m/s"}, (1e-6, 1e6)
+RATES = {"rad": "rad/s", "m": "m/s"}
+SIZES = (1e-6, 1e6)  # of amplitudes, ways, frequencies and times in SI: beyond them a slip of the unit is likelier
 # Of a polynomial from 0 to 1 whose velocity and acceleration vanish at both ends, from t^3 up.
 QUINTIC = np.array([10.0, -15.0, 6.0])
 
@@ -56,14 +57,14 @@ def law_of(text: str, unit: str, start: float, name: str) -> Law:
         return Law(text, (2.0 * math.pi if unit == "rad" else 1.0) / abs(rate), _line(start, rate))
     if kind == "sine" and len(parts) == 2:
         amplitude, frequency = parse_quantity(name, parts[0], unit), parse_quantity(name, parts[1], "Hz")
-        check_number(f"amplitude of {name}", abs(amplitude), *LENGTHS, unit)
-        check_number(f"frequency of {name}", frequency, *LENGTHS, "Hz")
+        check_number(f"amplitude of {name}", abs(amplitude), *SIZES, unit)
+        check_number(f"frequency of {name}", frequency, *SIZES, "Hz")
         return Law(text, 1.0 / frequency, _sine(start, amplitude, 2.0 * math.pi * frequency))
     if kind == "move" and len(parts) == 3:
         begin, end = (parse_quantity(name, part, unit) for part in parts[:2])
-        check_number(f"way of {name}", abs(end - begin), *LENGTHS, unit)
+        check_number(f"way of {name}", abs(end - begin), *SIZES, unit)
         duration = parse_quantity(name, parts[2], "s")
-        check_number(f"duration of {name}", duration, *LENGTHS, "s")
+        check_number(f"duration of {name}", duration, *SIZES, "s")
         return Law(text, duration, quintic(begin, end, duration))
     if kind == "table" and rest:
         return _table(text, Path(rest), name)

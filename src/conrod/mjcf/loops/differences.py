@@ -78,7 +78,7 @@ def compared(
         return Comparison(name, None, "", ())
     off = {p: _apart(motion, exact, p) for p in points}
     worst = max(off, key=lambda point: off[point])
-    if off[worst] > SAME * machine.extent and _on_other_branch(machine, laws, held, motion):
+    if off[worst] > SAME * machine.extent and _on_other_branch(machine, laws, held, motion, exact):
         return Comparison(name, off[worst], worst, (), True)
     found = []
     for k, (words, change) in enumerate(changes(model, machine)):
@@ -99,22 +99,28 @@ def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
 
 
 def _on_other_branch(
-    machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], motion: SpatialMotion
+    machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], motion: SpatialMotion, exact: SpatialMotion
 ) -> bool:
     """Whether a motion is the machine's from another pose that its loops close in, looked for from random poses."""
-    driven, random = DrivenTree(machine, laws, held), np.random.default_rng(1)
+    driven, random, same = DrivenTree(machine, laws, held), np.random.default_rng(1), SAME * machine.extent
     start = {name: found.position[0] for name, found in motion.points.items() if name in machine.points}
+    # Where it begins as the machine does it is on the same branch, however it goes on.
+    if max(np.abs(exact.points[name].position[0] - place).max() for name, place in start.items()) < same:
+        return False
     for _ in range(STARTS):
         way = np.zeros((machine.freedom, 1))
         way[driven.free] = random.uniform(-np.pi, np.pi, (len(driven.free), 1))
         try:
             pose, _ = driven.closed(moved(machine, machine.start[:, None], way), 0.0)
+            there = poses(machine, pose)
+            off = [np.abs(there.point(machine.points[name])[0][:, 0] - place).max() for name, place in start.items()]
+            if max(off) >= same:
+                continue
+            driven.go(pose, float(motion.times[-1]))
         except InvalidInput:
             continue
-        there = poses(machine, pose)
-        off = [np.abs(there.point(machine.points[name])[0][:, 0] - place).max() for name, place in start.items()]
-        if max(off) < SAME * machine.extent:
-            return True
+        found = driven.motion(motion.times, order=2)
+        return all(_apart(motion, found, name) < same for name in start)
     return False
 
 

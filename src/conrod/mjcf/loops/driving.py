@@ -25,7 +25,7 @@ from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.runs.trajectory import Outcome
 
 # Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
-# drive changes the joint's acceleration by that share of its own size.
+# drive changes the joint's acceleration by one part in so many.
 FLYWHEEL = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 

@@ -39,6 +39,7 @@ def kinematic_mode(
                 sizes[name] = max(sizes[name], float(np.linalg.norm(size)))
                 off[name] = max(off[name], float(np.linalg.norm(found - truth)))
     shares = {name: off[name] / max(sizes[name], 1e-300) for name in QUANTITIES if sizes[name] > 1e-12}
+    # Loops that contradict each other stay open; two bodies' rows may each have the misfit.
     shares["closures"] = max(opened - 2.0 * machine.misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
     return shares, tuple(_met(machine, motion, list(touching)))
 
