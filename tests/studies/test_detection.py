@@ -12,12 +12,16 @@ import pytest
 from planted_engine import LawfulEngine
 
 from conrod.engines import engine_named
+from conrod.engines.engine import run_of
 from conrod.engines.mujoco import dynamics
+from conrod.engines.mujoco.settings import MuJoCoSettings, exchanged_inertia
+from conrod.engines.numerics import phase_bound
 from conrod.engines.running import followed, whole_run
 from conrod.exact.reference import GenericReference
 from conrod.runs.run_errors import PointSizes
 from conrod.runs.trajectory import Outcome, Piece
 from conrod.scenes import SCENES
+from conrod.scenes.catalogue import scene_named
 from conrod.studies.detection.defects import MOTION
 from conrod.studies.detection.judging import FINE, motion_judge, noticed_by, smallest_noticed
 from conrod.studies.detection.machine_defects import Recording, another_assembly
@@ -132,6 +136,18 @@ def test_a_healthy_variant_passes_and_one_with_a_wrong_step_does_not(
 
     monkeypatch.setattr(dynamics, "build", build)
     assert case.run().passed is False
+
+
+def test_the_rate_of_a_flywheel_varies_with_all_that_turns_and_not_with_the_observed_points_alone() -> None:
+    """Near an end of this rocker's pass its coupler turns fast, and the crank's rate is off by 8e-14."""
+    made, steps, start = variant(scene_named("double-rocker"), 14)
+    found = VariantCase("double-rocker", made, "mujoco", "tuned", steps, start).run()
+    assert found.passed is True
+    assert found.phase is not None
+    begun_at = run_of(made, steps, 1.0)[0]
+    points_alone = exchanged_inertia(made) / MuJoCoSettings.tuned(made, steps).armature
+    turns = found.revolutions
+    assert phase_bound(steps * turns, turns, begun_at, points_alone) < found.phase["max"]
 
 
 # -- a run that ends before its time -----------------------------------------------------------------------------------

@@ -228,7 +228,7 @@ def test_an_identity_names_all_that_determines_a_validation() -> None:
     """By names that stay: another name would be another key, and every kept result lost."""
     case = ValidationCase("saw", SAW, "mujoco", "tuned", Plan(100, 1.0))
     assert case.identity() == {
-        "result_version": 1, "study": "validate", "study_version": 5, "scene": "saw", "parameters": SAW.parameters,
+        "result_version": 1, "study": "validate", "study_version": 6, "scene": "saw", "parameters": SAW.parameters,
         "engine": "mujoco", "engine_version": engine_named("mujoco").version, "preset": "tuned",
         "settings": SETTINGS.as_dict(), "refined": [tuned(n).as_dict() for n in (12, 25, 50, 100)],
         "revolutions": 1.0, "start_angle": 0.0,

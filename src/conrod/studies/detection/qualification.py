@@ -53,7 +53,7 @@ class QualificationCase(EngineCase[Qualification]):
     study: ClassVar[str] = "qualification"
     kind: ClassVar[type[Any]] = Qualification
     quantities: ClassVar[tuple[str, ...]] = ()
-    version: ClassVar[int] = 3  # since the laws of contact count the steps in which a follower falls
+    version: ClassVar[int] = 4  # since a flywheel's law counts all bodies that turn
 
     plan: Plan
 

@@ -30,7 +30,7 @@ class VariantCase(EngineCase[ValidationResult]):
     study: ClassVar[str] = "variant"
     kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = ()
-    version: ClassVar[int] = 3  # since the laws of contact count the steps in which a follower falls
+    version: ClassVar[int] = 4  # since a flywheel's law counts all bodies that turn
 
     steps: int
     start_angle: float

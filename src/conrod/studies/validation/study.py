@@ -83,7 +83,7 @@ class ValidationCase(EngineCase[ValidationResult]):
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = COMPARED
-    version: ClassVar[int] = 5  # since the laws of contact count the steps in which a follower falls
+    version: ClassVar[int] = 6  # since a flywheel's law counts all bodies that turn
 
     plan: Plan
 
