@@ -12,6 +12,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, replace
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
+import numpy as np
+
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.cam_law import LawProfile
 from conrod.runs.trajectory import Piece, Settings
@@ -35,6 +37,8 @@ LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
 LAW_STEPS = CONTACT_STEPS // 8
 PASTED_DIGITS = 6
 PIECE = 4096  # steps recorded at a time where a run is streamed
+# Relative spacing of the numbers that an engine keeps a machine's state in, see `Engine.spacing`.
+SINGLE, DOUBLE = (float(np.finfo(kind).eps) for kind in (np.float32, np.float64))
 
 
 def step_length(machine: Machine, steps_per_revolution: int) -> float:
@@ -223,6 +227,10 @@ class Engine(ABC, Generic[AnySettings]):
         Returns:
             Pieces whose trajectories have the outcome of the run so far; a run that fails is data, never an exception.
         """
+
+    def spacing(self, settings: AnySettings) -> float:
+        """Relative spacing of the numbers that a run's state is kept in: `DOUBLE`, unless an engine has `SINGLE`."""
+        return DOUBLE
 
 
 def judged_preset(engine: Engine[AnySettings]) -> str:

@@ -31,11 +31,15 @@ class Look:
         title: its name as its makers write it.
         colour: of all that is drawn of it.
         dot: marker of its runs where they are nothing in particular, as matplotlib's.
+        module: that the engine's library is imported as; empty where it is the engine's name.
+        distribution: that the library is installed with; empty where it is the engine's name.
     """
 
     title: str
     colour: str
     dot: str = "s"
+    module: str = ""
+    distribution: str = ""
 
 
 # Engines that ship, each in a package of conrod of the name of its distribution: `engine.ENGINE`, importing which loads
@@ -54,7 +58,8 @@ def engine_names() -> tuple[str, ...]:
 def engine_packages() -> tuple[str, ...]:
     """Names of the distributions that the engines come with; of an extra where it was loaded."""
     brought = [point.dist.name for point in _brought().values() if point.dist is not None]
-    return tuple(dict.fromkeys([*ENGINES, *(name for name in OPTIONAL if name in sys.modules), *brought]))
+    loaded = [look.distribution or name for name, look in OPTIONAL.items() if (look.module or name) in sys.modules]
+    return tuple(dict.fromkeys([*ENGINES, *loaded, *brought]))
 
 
 def origin_of(name: str) -> str:
@@ -72,7 +77,7 @@ def engine_named(name: str) -> Engine[Any]:
     Raises:
         InvalidInput: there is none, with the choices; or it cannot be loaded, or is an extra that is not installed.
     """
-    if name in OPTIONAL and find_spec(name) is None:
+    if name in OPTIONAL and find_spec(OPTIONAL[name].module or name) is None:
         raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
     if name in ENGINES or name in OPTIONAL:
         shipped: Engine[Any] = import_module(f"conrod.engines.{name}.engine").ENGINE
