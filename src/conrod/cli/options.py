@@ -75,6 +75,7 @@ complete_scene = completed(_scene_names, files=True)
 SHARED: Mapping[str, Mapping[str, Any]] = {
     "--out": {"metavar": "DIR", "help": "Write the report there."},
     "--json": {"metavar": "FILE", "help": "Write the results as JSON."},
+    "--html": {"metavar": "FILE", "help": "Write the report as one HTML file."},
     "--engine": {
         "metavar": "ENGINE",
         "help": "One engine only; `conrod show` lists them.",
@@ -105,6 +106,7 @@ assignments = click.option("--set", "assignments", **SHARED["--set"])
 ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])
 document = click.option("--json", "document", **SHARED["--json"])
+html = click.option("--html", **SHARED["--html"])
 
 
 def scene_argument(name: str = "scene", **attributes: Any) -> Callable[[Command], Command]:
@@ -251,17 +253,18 @@ class ReportOptions:
 
     Attributes:
         assignments: of --set, where the verb has it.
-        document: the file that --json names.
+        document, html: the files that --json and --html name.
     """
 
     assignments: tuple[str, ...] = ()
     out: str | None = option("--out")
     document: str | None = option("--json")
+    html: str | None = option("--html")
 
     @property
     def given(self) -> dict[str, object]:
         """What was given of all that the result follows from, by the options' names."""
-        return as_given(self, TimedRunOptions, "assignments", "out", "document", "baseline", "accept")
+        return as_given(self, TimedRunOptions, "assignments", "out", "document", "html", "baseline", "accept")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Files that a verb writes, a report's folder and a JSON document, and the command that makes the report again."""
+"""Files that a verb writes, a report's folder, a page and a document, and the command that makes the report again."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any, Generic, TypeVar
 from conrod.cli.options import ReportOptions, RunOptions
 from conrod.cli.say import say
 from conrod.report.folder import ReportFolder
+from conrod.report.html.page import html_report
 from conrod.report.kind import SCENE, Kind, Reproduction
 from conrod.report.writer import Draw, document_text, report_batch
 from conrod.studies.frame.files import files_to_write, folder_to_write
@@ -22,16 +23,17 @@ F = TypeVar("F")
 
 @dataclass(frozen=True)
 class Outputs(Generic[F]):
-    """Files that --out and --json name.
+    """Files that --out, --json and --html name.
 
     Attributes:
         kind: of the report.
-        folder, file: None where not asked for.
+        folder, file, html: None where not asked for.
     """
 
     kind: Kind[F]
     folder: Path | None
     file: Path | None
+    html: Path | None = None
 
     def write(
         self,
@@ -51,10 +53,17 @@ class Outputs(Generic[F]):
             given: options of the command beside those of `asked`; those that are None were not given.
         """
         batches = [single(self.file, document_text(self.kind, findings))] if self.file else []
-        if self.folder:
-            again = _reproduction(command, subjects, {**asked.given, **given}, asked.assignments, self.folder)
-            batches.append(report_batch(self.kind, findings, self.folder, again, options, draw))
+        place = self.folder or self.html
+        if place:
+            target = ("--out" if self.folder else "--html", place)
+            again = _reproduction(command, subjects, {**asked.given, **given}, asked.assignments, target)
+            # No folder has the page's name, so that the page holds what was found now and nothing else.
+            report = report_batch(self.kind, findings, place, again, options, draw)
+            batches += [report] if self.folder else []
+            batches += [single(self.html, html_report([report]))] if self.html else []
         write_together(batches)
+        if self.html:
+            say(f"report: {self.html}")
         if self.folder:
             say(f"report: {self.folder / self.kind.first_page(findings)}")
 
@@ -65,7 +74,7 @@ def outputs(
     asked: ReportOptions,
     given: Mapping[str, Path] = MappingProxyType({}),
 ) -> Outputs[F]:
-    """Check what --out and --json name: nothing else may be lost by them.
+    """Check what --out, --json and --html name: nothing else may be lost by them.
 
     Args:
         parts: of the report.
@@ -78,11 +87,12 @@ def outputs(
         given = {"the ledger": asked.ledger_file, **given}
     if baseline := getattr(asked, "baseline", None):
         given = {"the baseline": Path(baseline), **given}
-    file = files_to_write({"--json": asked.document}, given).get("--json")
+    files = files_to_write({"--json": asked.document, "--html": asked.html}, given)
+    file, html = files.get("--json"), files.get("--html")
     folder = None if asked.out is None else folder_to_write(asked.out, "--out")
     if folder:
-        ReportFolder(folder, kind).check(parts, file, *given.values())
-    return Outputs(kind, folder, file)
+        ReportFolder(folder, kind).check(parts, file, html, *given.values())
+    return Outputs(kind, folder, file, html)
 
 
 def _reproduction(
@@ -90,7 +100,7 @@ def _reproduction(
     subjects: Sequence[str] | Mapping[str, str],
     options: Mapping[str, object],
     assignments: Sequence[str],
-    folder: Path,
+    target: tuple[str, Path],
 ) -> Reproduction:
     """The command that makes a report again; of an option that is a tuple each value was given, without its name
     where that is empty."""
@@ -108,5 +118,5 @@ def _reproduction(
             words += [name, value] if name else [value]
     for assignment in assignments:
         words += ["--set", shlex.quote(assignment)]
-    text = " ".join([*words, "--out", shlex.quote(str(folder))])
+    text = " ".join([*words, target[0], shlex.quote(str(target[1]))])
     return Reproduction(text, subjects if isinstance(subjects, Mapping) else typed_names(subjects))

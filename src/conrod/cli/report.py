@@ -14,22 +14,33 @@ from conrod.errors import InvalidInput
 @options.verb()
 @click.argument("directory")
 @options.out
-def report(directory: str, out: str | None) -> None:
+@options.html
+def report(directory: str, out: str | None, html: str | None) -> None:
     """Render the reports in DIRECTORY again, from their own JSON: no engine runs, none need be installed.
 
-    With --out they are written there, and DIRECTORY is left as it is. Reports in folders below it are rendered one by
-    one, e.g. reports/sweep.
+    With --out they are written there, with --html as one page that needs no network, and DIRECTORY is left as it is.
+    Reports in folders below it are rendered one by one, e.g. reports/sweep.
     """
+    from conrod.report.folder import check_beside
+    from conrod.report.html.page import html_report
     from conrod.report.writer import rendered_again
-    from conrod.studies.frame.files import folder_to_write
-    from conrod.studies.frame.writing import write_together
+    from conrod.studies.frame.files import files_to_write, folder_to_write
+    from conrod.studies.frame.writing import single, write_together
 
     folder = Path(directory)
     if not folder.is_dir():
         raise InvalidInput(f"{directory}: no such folder")
-    target = folder_to_write(directory if out is None else out, "DIRECTORY" if out is None else "--out")
+    page = files_to_write({"--html": html}).get("--html")
+    target = None
+    if out is not None or page is None:
+        target = folder_to_write(directory if out is None else out, "DIRECTORY" if out is None else "--out")
     batches = rendered_again(folder, target)
-    write_together(batches)
-    for batch in batches:
-        for name in batch.files:
-            say(f"wrote {target / name}")
+    written = {target / name: batch for batch in batches for name in batch.files} if target else {}
+    if page:
+        for batch in batches:
+            for place in {folder, batch.folder}:
+                check_beside(page, place, batch.files)
+        written[page] = single(page, html_report(batches))
+    write_together(list({id(batch): batch for batch in written.values()}.values()))
+    for file in written:
+        say(f"wrote {file}")

@@ -90,7 +90,20 @@ class CheckOptions:
 
 
 @dataclass(frozen=True)
-class Request(CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
+class PageOptions:
+    """Options on the pages of a report; None where nothing was given."""
+
+    heading: ClassVar[str] = "Pages"
+
+    figures: str | None = option(
+        "--figures",
+        metavar="NAME,...",
+        help="Figures of the report: mechanism, motion, error, order.",
+    )
+
+
+@dataclass(frozen=True)
+class Request(PageOptions, CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:
@@ -109,9 +122,4 @@ class Request(CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOpt
     )
     revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
     assignments: tuple[str, ...] = option("--set")
-    figures: str | None = option(
-        "--figures",
-        metavar="NAME,...",
-        help="Figures of the report: mechanism, motion, error, order.",
-    )
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")

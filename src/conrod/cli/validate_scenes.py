@@ -135,8 +135,8 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
     plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, most)
     _check_precision(chosen, plan)
-    if asked.figures is not None and asked.out is None:
-        raise InvalidInput(f"--figures {asked.figures} is for a report: name its folder with --out")
+    if asked.figures is not None and asked.out is None and asked.html is None:
+        raise InvalidInput(f"--figures {asked.figures} is for a report: name it with --out or --html")
     few = asked.figures is None and CATALOGUE in asked.subjects
     shown = figures_of(FEW_FIGURES if few else asked.figures)
     return Measured(

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import msgspec
 
 from conrod.errors import InvalidInput
 from conrod.studies.frame.files import is_folder, is_no_file
@@ -32,14 +34,49 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
 
 
+LARGEST = 50_000_000  # bytes of a JSON file of a report: more than ten times those of the largest
+
+
+class TooLarge(InvalidInput):
+    """A file that no report has written."""
+
+
+class Entry(TypedDict):
+    """A part in `results.json`, see `conrod.report.kind`."""
+
+    title: str
+    command: str
+    conrod: str
+    options: dict[str, Any]
+    summary: dict[str, Any]
+    page: str
+    data: str
+    files: list[str]
+
+
+class Document(TypedDict):
+    """What `results.json` has to hold to be read again."""
+
+    conrod: str
+    environment: dict[str, str]
+    command: str | None
+    files: list[str]
+    parts: dict[str, Entry]
+
+
 def document_in(file: Path) -> Any:
     """Content of a report's JSON file.
 
     Raises:
         OSError: it cannot be read.
+        TooLarge: it has more than any report has.
         ValueError: it is no JSON.
     """
     try:
+        if (size := file.stat().st_size) > LARGEST:
+            raise TooLarge(
+                f"{file}: {size / 1e6:.0f} MB; conrod writes at most {LARGEST / 1e6:.0f} MB into such a file"
+            )
         return json.loads(file.read_text(encoding="utf-8"))
     except RecursionError:
         raise ValueError("lists in lists without end") from None
@@ -73,6 +110,8 @@ class ReportFolder:
             return {}
         try:
             found = document_in(file)
+        except TooLarge:
+            raise
         except (OSError, ValueError):
             found = None
         if not isinstance(found, dict) or not (found.keys() >= {"conrod", "schema"} or "kind" in found):
@@ -83,7 +122,19 @@ class ReportFolder:
             raise InvalidInput(f"{file}: it is a report of another kind, {found['kind']}; give another folder")
         if found.get("schema") != self.kind.schema:
             raise InvalidInput(f"{file}: it is a report of another version of conrod; remove it or give another folder")
+        self._check_changed(file, found)
         return found
+
+    @staticmethod
+    def _check_changed(file: Path, found: dict[str, Any]) -> None:
+        """Refuse a document that conrod did not write so; raises InvalidInput."""
+        try:
+            parts = msgspec.convert(found, Document)["parts"].values()
+        except msgspec.ValidationError as error:
+            raise InvalidInput(f"{file}: it was changed since conrod wrote it: {error}") from None
+        for name in (*found["files"], *(name for entry in parts for name in (*entry["files"], entry["data"]))):
+            if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
+                raise InvalidInput(f"{file}: it was changed since conrod wrote it: {name} is not in its folder")
 
     @property
     def entries(self) -> dict[str, Any]:

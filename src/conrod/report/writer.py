@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
-from conrod.report.folder import ReportFolder, document_in
+from conrod.report.folder import ReportFolder, TooLarge, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named
 from conrod.report.saved import GIVEN, json_text, plain, restore, shortened
 from conrod.studies.frame.writing import Batch, recover
@@ -118,6 +118,8 @@ def _kinds_in(folder: Path) -> list[str]:
     for file in sorted(folder.glob("*.json")):
         try:
             document = document_in(file)
+        except TooLarge:
+            raise
         except (OSError, ValueError):
             continue
         if isinstance(document, dict) and "schema" in document and "conrod" in document:

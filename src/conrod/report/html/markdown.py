@@ -1,0 +1,130 @@
+"""Pages in Markdown as parts of an HTML page: the same text, with figures in place and links within the page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+from urllib.parse import unquote
+
+from markdown_it import MarkdownIt
+from markdown_it.common.utils import escapeHtml
+from markdown_it.renderer import RendererHTML
+from markdown_it.token import Token
+
+OUTWARD = ("https://", "http://")
+NUMBER = re.compile(r"[\d.,<]")
+
+
+@dataclass
+class Place:
+    """A page within the document.
+
+    Attributes:
+        anchor: its id, which the ids of its headings begin with.
+        shift: levels that its headings go down.
+        figure: returns the markup of a figure by the name of its file; None where it is not the report's.
+        target: returns where a link leads; None where nothing is there, and its text stands alone.
+        command: what a number links to, the id of the command that reproduces the page.
+        row: the same of a table's row that is about another page.
+        level: of the heading that is open; a page has one of the first.
+        anchors: ids that are taken.
+        links: whether those links are open that close next.
+    """
+
+    anchor: str
+    shift: int
+    figure: Callable[[str, str], str | None]
+    target: Callable[[str], str | None]
+    command: str = ""
+    row: str = ""
+    level: int = 1
+    anchors: set[str] = field(default_factory=set)
+    links: list[bool] = field(default_factory=list)
+
+
+def html_of(text: str, place: Place) -> str:
+    """The page as HTML; nothing in it is markup but Markdown's own."""
+    return str(_parser().render(text, {"place": place}))
+
+
+def _parser() -> MarkdownIt:
+    return MarkdownIt("commonmark", {"html": False}, renderer_cls=_Renderer).enable("table")
+
+
+class _Renderer(RendererHTML):
+    """The rules that differ from markdown-it's own; each renders a token of the name."""
+
+    def heading_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        place, token = env["place"], tokens[idx]
+        again = token.tag == "h1" and bool(place.anchors)
+        level = place.level = min(6, int(token.tag[1]) + place.shift + again)
+        words = self.renderInlineAsText(tokens[idx + 1].children, options, env)
+        name = re.sub(r"\W+", "-", words.lower()).strip("-")
+        anchor = f"{place.anchor}--{name}" if place.anchors else place.anchor
+        while anchor in place.anchors:
+            anchor += "-"
+        place.anchors.add(anchor)
+        return f'<h{level} id="{escapeHtml(anchor)}">'
+
+    def heading_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return f"</h{env['place'].level}>\n"
+
+    def table_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        first = next(token.content for token in tokens[idx:] if token.type == "inline")
+        # A table that is wider than the screen is scrolled in its box, also by the keyboard.
+        label = escapeHtml(f"table by {first}")
+        return f'<div class="scroll" role="group" tabindex="0" aria-label="{label}"><table>\n'
+
+    def table_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return "</table></div>\n"
+
+    def tr_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        env["place"].row = next(filter(None, (_page_of(one, env["place"]) for one in _row(tokens, idx))), "")
+        return "<tr>\n"
+
+    def th_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return f'<th scope="col"{_side(tokens[idx])}>'
+
+    def td_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        place, side = env["place"], _side(tokens[idx])
+        command = f"{place.row}--command" if place.row else place.command
+        linked = bool(side and command and NUMBER.match(tokens[idx + 1].content))
+        place.links.append(linked)
+        # Not a stop for the Tab key: each page has the link once more, as text.
+        return f"<td{side}>" + (f'<a class="n" tabindex="-1" href="#{escapeHtml(command)}">' if linked else "")
+
+    def td_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return "</a></td>\n" if env["place"].links.pop() else "</td>\n"
+
+    def link_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        place, wanted = env["place"], str(tokens[idx].attrs["href"])
+        target = wanted if wanted.startswith(OUTWARD) else place.target(unquote(wanted))
+        place.links.append(target is not None)
+        return "" if target is None else f'<a href="{escapeHtml(target)}">'
+
+    def link_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return "</a>" if env["place"].links.pop() else ""
+
+    def image(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        alt = self.renderInlineAsText(tokens[idx].children, options, env)
+        shown = env["place"].figure(unquote(str(tokens[idx].attrs["src"])), alt)
+        return escapeHtml(alt) if shown is None else shown
+
+
+def _side(token: Token) -> str:
+    """The class of a cell that is set flush right; markdown-it says so by a style, which the page forbids."""
+    return ' class="right"' if "right" in str(token.attrs.get("style", "")) else ""
+
+
+def _row(tokens: Sequence[Token], idx: int) -> list[Token]:
+    end = next(k for k in range(idx, len(tokens)) if tokens[k].type == "tr_close")
+    return [child for token in tokens[idx:end] for child in token.children or ()]
+
+
+def _page_of(token: Token, place: Place) -> str:
+    """The id of the page that a link leads to within the document; empty for anything else."""
+    wanted = str(token.attrs.get("href", "")) if token.type == "link_open" else ""
+    target = None if not wanted or wanted.startswith(OUTWARD) else place.target(unquote(wanted))
+    return target[1:] if target and target.startswith("#") and "--" not in target else ""

@@ -1,0 +1,63 @@
+"""Figures as part of an HTML page: without scripts, styles or links of their own, and with ids that no other has."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+SVG, XLINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}"
+# Elements that a figure is drawn with, and attributes that give these their shape; all others are left out.
+DRAWN = re.compile(r"svg|g|defs|clipPath|path|use|rect|circle|ellipse|line|polyline|polygon|text|tspan|title")
+SHAPES = re.compile(
+    r"id|class|d|x|y|[xy][12]|c[xy]|r|r[xy]|width|height|points|transform|viewBox|opacity|text-anchor|font-size"
+    r"|clip-(path|rule)|fill(-rule|-opacity)?|stroke(-[a-z]+)?"
+)
+REFERENCE = re.compile(r"(url\(#|^#)")
+
+
+def inlined(text: str, prefix: str, alt: str) -> str:
+    """A figure's SVG as part of a page.
+
+    Args:
+        text: of the SVG file.
+        prefix: of all its ids, which makes them the page's only ones.
+        alt: what it shows, in words.
+
+    Raises:
+        ElementTree.ParseError: it is no XML.
+    """
+    root = ElementTree.fromstring(text)
+    _clean(root, prefix)
+    # matplotlib gives these by a style sheet, which would be the whole page's.
+    root.attrib = {"stroke-linejoin": "round", **root.attrib, "role": "img", "aria-label": alt}
+    for name in ("width", "height"):
+        root.attrib.pop(name, None)
+    return ElementTree.tostring(root, encoding="unicode", short_empty_elements=True)
+
+
+def _clean(element: ElementTree.Element, prefix: str) -> None:
+    """Keep of an element and all in it what draws; a style becomes attributes, which need no permission of a page."""
+    style = dict(part.split(":", 1) for part in element.get("style", "").split(";") if ":" in part)
+    reference = element.get(f"{XLINK}href") or element.get("href") or ""
+    given = {**element.attrib, **{name.strip(): value.strip() for name, value in style.items()}}
+    element.attrib = {name: value for name, value in given.items() if SHAPES.fullmatch(name) and _is_inside(value)}
+    if reference.startswith("#"):
+        element.attrib["href"] = reference
+    for name in ("id", "href", "clip-path"):
+        if name in element.attrib:
+            value = element.attrib[name]
+            element.attrib[name] = prefix + value if name == "id" else REFERENCE.sub(rf"\1{prefix}", value)
+    element.tag = element.tag.removeprefix(SVG)
+    element.tail = None
+    if element.tag not in ("text", "tspan", "title"):
+        element.text = None
+    for child in list(element):
+        if isinstance(child.tag, str) and DRAWN.fullmatch(child.tag.removeprefix(SVG)):
+            _clean(child, prefix)
+        else:
+            element.remove(child)
+
+
+def _is_inside(value: str) -> bool:
+    """True unless a value leads out of the figure."""
+    return "url(" not in value or value.startswith("url(#")

@@ -1,0 +1,173 @@
+"""A report as one HTML file: it asks for nothing, what users name stays text, and it is written whole or not at all."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from command_line import conrod
+from html_pages import Found, found_in
+
+from conrod.report.html.markdown import Place, html_of
+from conrod.report.html.svg import inlined
+
+REPORTS = Path(__file__).parents[2] / "reports"
+# Kinds of reports that are committed, by a folder of each.
+FOLDERS = ("ablate", "limits", "sweep", "versions", "space")
+RIGHT_TO_LEFT = "\U0001f529 \u05e9\u05dc\u05d5\u05dd"
+HOSTILE = (
+    f"</script><script>a()</script> \"'><img src=x onerror=a()> {RIGHT_TO_LEFT} [a](http://e) ![b](http://e/b.png)"
+)
+
+
+def place(**given: Any) -> Place:
+    return Place(**{"anchor": "p", "shift": 0, "figure": lambda *_: None, "target": lambda _: None, **given})
+
+
+def small_copy(folder: Path, source: Path = REPORTS) -> Path:
+    """A report of the first part of another."""
+    (results,) = source.glob("*.json")
+    document = json.loads(results.read_text())
+    name, entry = next(iter(document["parts"].items()))
+    (folder / "data").mkdir(parents=True)
+    shutil.copy(source / entry["data"], folder / entry["data"])
+    (folder / results.name).write_text(json.dumps({**document, "parts": {name: entry}}))
+    return folder
+
+
+def check_self_contained(found: Found) -> None:
+    """No address but of places within the page or of pages that a reader may open; nothing that a policy forbids."""
+    assert set(found.values("src")) == set()
+    assert all(href.startswith(("#", "data:,", "https://")) for href in found.values("href"))
+    assert not any("style" in a or any(name.startswith("on") for name in a) for _, a in found.elements)
+    ids = found.values("id")
+    assert len(ids) == len(set(ids))
+    assert {href[1:] for href in found.values("href") if href.startswith("#")} <= set(ids)
+    assert not re.search(r"@import|url\(", "".join(found.texts["style"]))
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+@pytest.mark.usefixtures("undrawn")
+def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "r.html"
+    done = conrod("report", str(small_copy(tmp_path / "r", REPORTS / name)), "--html", str(file))
+    assert (done.returncode, done.stderr, done.stdout) == (0, "", f"wrote {file}\n")
+    page = file.read_text()
+    found = found_in(page)
+    check_self_contained(found)
+    tags = [tag for tag, _ in found.elements]
+    assert tags.count("main") == tags.count("h1") == 1
+    assert tags.count("section") == 2
+    for kind in ("style", "script"):
+        (text,) = (part for part in found.texts[kind])
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"{kind}-src 'sha256-{digest}'" in page
+
+
+def test_a_figure_is_in_the_page_with_words_for_it(tmp_path: Path) -> None:
+    file = tmp_path / "r.html"
+    assert conrod("report", str(small_copy(tmp_path / "r")), "--html", str(file)).returncode == 0
+    found = found_in(file.read_text())
+    check_self_contained(found)
+    figures = [a["aria-label"] for tag, a in found.elements if tag == "svg"]
+    assert len(figures) == 5
+    assert all(figures)
+    assert not list((tmp_path / "r").glob("*.md"))  # the folder is as it was
+
+
+def test_an_svg_keeps_what_draws_and_nothing_that_acts() -> None:
+    planted = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" onload="a()">
+    <script>a()</script><style>*{fill:red}</style><a href="http://e"><path d="M0 0"/></a><image href="http://e/x.png"/>
+    <g id="k" style="fill: #fff; clip-path: url(http://e/#x)" onclick="a()"><use xlink:href="#k"/>
+    <use xlink:href="http://e#x"/></g><rect clip-path="url(#k)"/><foreignObject/></svg>"""
+    assert inlined(planted, "f1-", 'a "b"') == (
+        '<svg stroke-linejoin="round" role="img" aria-label="a &quot;b&quot;"><g id="f1-k" fill="#fff">'
+        '<use href="#f1-k" /><use /></g><rect clip-path="url(#f1-k)" /></svg>'
+    )
+
+
+def test_names_stay_text() -> None:
+    page = html_of(f"# {HOSTILE}\n\n{HOSTILE}\n\n| a | b |\n| --- | ---: |\n| {HOSTILE} | 1 |\n", place(command="c"))
+    found = found_in(page)
+    assert {tag for tag, _ in found.elements} == {
+        "h1", "p", "a", "div", "table", "thead", "tbody", "tr", "th", "td"
+    }  # fmt: skip
+    assert set(found.values("href")) == {"http://e", "#c"}
+    assert RIGHT_TO_LEFT in page
+
+
+def test_a_number_links_to_the_command_of_its_page_or_of_its_rows_machine() -> None:
+    text = "| machine | x |\n| --- | ---: |\n| [saw](saw.md) | 1.0 |\n| all | 2.0 |\n| none | n/a |\n"
+    page = html_of(text, place(command="p--command", target={"saw.md": "#saw"}.get))
+    assert re.findall(r'href="([^"]*)">([^<]*)', page) == [
+        ("#saw", "saw"),
+        ("#saw--command", "1.0"),
+        ("#p--command", "2.0"),
+    ]
+
+
+def _changed(name: str, value: Any) -> Any:
+    def change(folder: Path) -> None:
+        file = folder / "results.json"
+        file.write_text(json.dumps({**json.loads(file.read_text()), name: value}))
+
+    return change
+
+
+def _large(folder: Path) -> None:
+    os.truncate(folder / "results.json", 100_000_000)
+
+
+def _elsewhere(folder: Path) -> None:
+    file = folder / "results.json"
+    file.write_text(file.read_text().replace("data/", "../data/"))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (_changed("schema", 99), "another version of conrod"),
+        (_changed("parts", []), "it was changed since conrod wrote it"),
+        (_changed("kind", "nothing"), "no report that can be rendered"),
+        (_changed("environment", {"a": 1}), "it was changed since conrod wrote it"),
+        (_elsewhere, "is not in its folder"),
+        (_large, "100 MB; conrod writes at most 50 MB"),
+        (lambda folder: (folder / "data" / "shear-press.json").write_text("{}"), "do not fit"),
+        (lambda folder: (folder / "data" / "shear-press.json").unlink(), "cannot be read"),
+    ],
+)
+def test_a_folder_that_was_changed_is_refused_in_one_line(change: Any, said: str, tmp_path: Path) -> None:
+    change(small_copy(tmp_path / "r"))
+    done = conrod("report", str(tmp_path / "r"), "--html", str(tmp_path / "r.html"))
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert said in done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["r"]
+
+
+@pytest.mark.parametrize("file", ["", "none/r.html", "r", "r/results.json"])
+def test_a_page_that_cannot_be_written_is_refused(file: str, tmp_path: Path) -> None:
+    small_copy(tmp_path / "r")
+    before = (tmp_path / "r" / "results.json").read_bytes()
+    done = conrod("report", "r", "--html", file, cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert (tmp_path / "r" / "results.json").read_bytes() == before
+    done = conrod("validate", "shear-press", "--html", file, "--out", "r", cwd=tmp_path)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
+def test_validate_writes_the_page_alone_or_beside_a_folder(tmp_path: Path) -> None:
+    asked = ("validate", "saw-500rpm", "--engine", "pymunk", "--preset", "stock", "--steps-per-rev", "60")
+    assert conrod(*asked, "--html", "a.html", "--figures", "error", cwd=tmp_path).stdout.endswith("report: a.html\n")
+    assert conrod(*asked, "--html", "b.html", "--out", "r", "--figures", "error", cwd=tmp_path).returncode == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.html", "b.html", "r"]
+    page = (tmp_path / "a.html").read_text()
+    check_self_contained(found_in(page))
+    assert "--steps-per-rev 60 --figures error --html a.html</code>" in page
+    assert "--out r</code>" in (tmp_path / "b.html").read_text()
