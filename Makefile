@@ -2,12 +2,13 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
+ENGINE_SCENES ?= shear-press saw-40rpm saw-500rpm cam-follower crank-shaper whitworth six-bar planetary-gear
 MUTANT_SECONDS ?= 3600 # after which `make mutants` stops; the next one goes on from there
 READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep prior limits ablate versions audit detection own-models test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit detection own-models test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -23,6 +24,9 @@ sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep
 	$(BIN)/conrod sweep shear-press saw-40rpm saw-500rpm --out reports/sweep
 	$(MAKE) prior
+
+engines: $(READY) ## engines beside each other, all that are installed: rewrite reports/engines/; half an hour, on an idle machine
+	$(BIN)/conrod sweep $(ENGINE_SCENES) --grid presets --engine all --out reports/engines
 
 prior: $(READY) ## rewrite the table that `conrod recommend` starts from, from reports/sweep/
 	$(BIN)/python -m benchmarks.prior reports/sweep/data/*.json > prior.json

@@ -11,6 +11,7 @@ from command_line import conrod, conrod_process
 
 from conrod.cli import VERBS, cli
 from conrod.cli.options import HEADING, SHARED
+from conrod.engines.registry import OPTIONAL
 
 LINES, COLUMNS = 24, 80
 CONTEXT = click.Context(cli)
@@ -82,10 +83,10 @@ def completed(*words: str) -> list[str]:
         (("validate", "geneva", "shear"), ["shear-press", "<file>"]),
         (("validate", "cata"), ["catalogue", "<file>"]),
         (("validate", "m.xml", "--scene", "watt"), ["watt-straight-line", "<file>"]),
-        (("validate", "--engine", ""), ["mujoco", "pymunk", "exudyn"]),
+        (("validate", "--engine", ""), ["mujoco", "pymunk", *OPTIONAL, "all"]),
         (("limits", "--preset", "h"), ["hardened"]),
         (("limits", "--axis", "steps-x-n"), ["steps-x-nearness"]),
-        (("sweep", "--grid", ""), ["coarse", "default", "fine"]),
+        (("sweep", "--grid", ""), ["coarse", "default", "fine", "presets"]),
         (("export", "geneva", "--format", ""), ["mjcf", "csv", "npz", "pack"]),
         (("nothing", "s"), ["show", "sweep"]),
     ],

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import runpy
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from subprocess import CompletedProcess
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -30,13 +32,23 @@ from conrod.engines.capabilities import (
     required,
 )
 from conrod.engines.free_run import Pace
-from conrod.engines.registry import _brought, engine_packages, line_style, look_of
+from conrod.engines.registry import (
+    OPTIONAL,
+    _brought,
+    engine_packages,
+    installed_extras,
+    line_style,
+    loadable_engines,
+    look_of,
+)
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import concatenate_pieces
 from conrod.scenes import SCENES
+from conrod.studies.frame.resolve_arguments import select_engines
 
 SOURCE = Path(package.__file__).parent
+DOCS = Path(__file__).parents[2] / "docs"
 SAW: Any = SCENES["saw-40rpm"]
 STEPS = 100
 
@@ -165,6 +177,78 @@ def test_one_that_cannot_be_loaded_is_named_and_breaks_nothing(tmp_path: Path, m
     assert (done.returncode, done.stderr) == (0, "")
     assert "engine 'broken' cannot be loaded from no_such_module:ENGINE" in done.stdout
     assert "mujoco" in done.stdout
+
+
+# -- what is wrong costs one line, and nothing else -------------------------------------------------------------------
+
+BROKEN = ("no_such_module:ENGINE", "broken")
+REASON = "engine 'broken' cannot be loaded from no_such_module:ENGINE"
+
+
+@pytest.fixture
+def careless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., CompletedProcess[str]]]:
+    """Gives commands as somebody who has a broken engine, two of one name, and one with a name of conrod's own."""
+    whole = "planted_engine:ENGINE"
+    for *point, name in ((*BROKEN, "a"), (whole, "twice", "b"), (whole, "twice", "c"), (whole, "pymunk", "d")):
+        monkeypatch.syspath_prepend(str(installed_in(tmp_path / name, *point, name)))
+    forget()
+    yield partial(conrod, cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
+    forget()
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("broken", f"conrod: {REASON}: ModuleNotFoundError"),
+        ("twice", "conrod: engine 'twice' is brought by c 1.0 and b 1.0: uninstall all but one of them"),
+        ("boken", "conrod: unknown engine 'boken': did you mean 'broken'?"),
+    ],
+)
+def test_a_bad_engine_that_is_named_is_refused_in_one_line(careless: Any, name: str, line: str) -> None:
+    for verb in ("validate", "sweep", "limits"):
+        done = careless(verb, "saw-40rpm", "--engine", name)
+        assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+        assert done.stderr.startswith(line)
+
+
+def test_bad_engines_that_nobody_named_are_left_out_with_a_line_each(careless: Any) -> None:
+    done = careless("validate", "saw-40rpm", "--steps-per-rev", "100", "--revolutions", "1")
+    assert done.returncode in (0, 1), done.stderr
+    assert "pymunk" in done.stdout
+    left_out = [line for line in done.stderr.splitlines() if line.startswith("conrod: left out: ")]
+    assert [line.partition("engine ")[2].split()[0] for line in left_out] == ["'twice'", "'broken'", "'pymunk'"]
+    assert left_out[2].endswith("'pymunk' of d 1.0 is left out: conrod's own has this name")
+
+
+def test_an_engine_that_cannot_be_timed_is_swept_without_costs(user: Any) -> None:
+    done = user("sweep", "saw-40rpm", "--engine", NAME, "--grid", "presets", "--out", "beside", "--json", "b.json")
+    assert done.returncode == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "cost unsupported:" in said
+    assert said.split("report: ")[0].endswith("1e-3: none (saw-40rpm); 1e-6: none (saw-40rpm); 1e-9: none (saw-40rpm) ")
+
+
+@pytest.mark.usefixtures("brought")
+def test_all_is_every_installed_engine() -> None:
+    found = [one.name for one in select_engines(["all"])]
+    assert found == [*ENGINES, NAME, *installed_extras()]
+    assert [one.name for one in select_engines([NAME, "pymunk", NAME])] == [NAME, "pymunk"]
+    assert [one.name for one in select_engines([])] == [*ENGINES, NAME]
+
+
+def test_the_documented_table_is_that_of_the_engines() -> None:
+    made: Any = SimpleNamespace(**runpy.run_path(str(DOCS / "capabilities.py")))
+    shown = made.PAGE.read_text(encoding="utf-8").split(made.BEGIN)[1].split(made.END)[0]
+    # Only what is installed can be asked: column by column.
+    installed = [one for one in loadable_engines(installed_extras())[0] if one.name in {**ENGINES, **OPTIONAL}]
+    assert columns(made.text_of(installed)).items() <= columns(shown).items(), "python docs/capabilities.py"
+    # Negative control: a capability more is noticed.
+    assert not columns(made.text_of(installed)).items() <= columns(shown.replace("unsupported", "yes", 1)).items()
+
+
+def columns(text: str) -> dict[str, tuple[str, ...]]:
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()]
+    return {head: tuple(cells) for head, *cells in zip(*rows, strict=True)}
 
 
 @pytest.mark.usefixtures("brought")

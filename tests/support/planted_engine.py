@@ -125,10 +125,12 @@ class LawfulEngine(PlantedEngine):
 ENGINE = PlantedEngine()
 
 
-def installed_in(folder: Path, value: str = "planted_engine:ENGINE", name: str = NAME) -> Path:
+def installed_in(
+    folder: Path, value: str = "planted_engine:ENGINE", name: str = NAME, distribution: str = "planted-engine"
+) -> Path:
     """A folder for `sys.path` in which a distribution brings the engine, as pip would leave it."""
-    info = folder / "planted_engine-1.0.dist-info"
+    info = folder / f"{distribution.replace('-', '_')}-1.0.dist-info"
     info.mkdir(parents=True)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: planted-engine\nVersion: 1.0\n")
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text(f"[conrod.engines]\n{name} = {value}\n")
     return folder

@@ -49,12 +49,12 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.report.ablate.report import KIND
     from conrod.studies.ablate.study import ablate_engine, ablation_study
     from conrod.studies.frame.case import pursue
-    from conrod.studies.frame.resolve_arguments import check_table, select_engines, select_scenes
+    from conrod.studies.frame.resolve_arguments import check_table, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
     from conrod.studies.frame.writing import naming
 
     chosen, steps = select_scenes(scenes, asked.assignments), asked.steps_per_rev
-    able = {one: capability(one, HasIngredients) for one in select_engines(asked.engine)}
+    able = {one: capability(one, HasIngredients) for one in options.chosen_engines(asked.engine)}
     unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, Lacking)}
     if steps is not None:
         for name in chosen:

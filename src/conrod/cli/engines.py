@@ -14,26 +14,10 @@ def engines() -> None:
     """
     from rich.text import Text
 
-    from conrod.engines import engine_named, engine_names
-    from conrod.engines.capabilities import MEANINGS, Lacking, capability
-    from conrod.engines.registry import OPTIONAL, origin_of
-    from conrod.errors import InvalidInput
-    from conrod.report.table import table
+    from conrod.engines.registry import OPTIONAL, loadable_engines
+    from conrod.report.engines.tables import capabilities_table
     from conrod.report.terminal import console, print_lines, print_table
 
-    found, broken = {}, []
-    for name in (*engine_names(), *OPTIONAL):
-        try:
-            found[name] = engine_named(name)
-        except InvalidInput as error:
-            broken.append(Text(f"{error} ({origin_of(name)})", "red"))
-    rows = [
-        ("version", *(one.version for one in found.values())),
-        ("from", *map(origin_of, found)),
-        ("presets", *(", ".join(one.presets) for one in found.values())),
-    ]
-    for kind, meaning in MEANINGS.items():
-        able = [not isinstance(capability(one, kind), Lacking) for one in found.values()]
-        rows.append((meaning, *("yes" if has else "unsupported" for has in able)))
-    print_table(console(), table(("", *found), rows))
-    print_lines(console(), broken)
+    found, left_out = loadable_engines(OPTIONAL)
+    print_table(console(), capabilities_table(found))
+    print_lines(console(), [Text(line, "red") for line in left_out])

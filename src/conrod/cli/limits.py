@@ -64,11 +64,11 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.report.limits.report import KIND
-    from conrod.studies.frame.resolve_arguments import select_engines, select_presets, select_scenes
+    from conrod.studies.frame.resolve_arguments import select_presets, select_scenes
     from conrod.studies.frame.writing import naming
     from conrod.studies.limits.plan import check_asked, plan_limits, pursue_plans
 
-    chosen, engines = select_scenes(scenes, asked.assignments), select_engines(asked.engine)
+    chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
     select_presets(engines, asked.preset)
     request = request_of(asked.axes, asked.span, asked.revolutions)
     files = outputs(KIND, chosen, asked)

@@ -8,13 +8,16 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial, wraps
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
 from conrod.cli import HEADING, Verb
 from conrod.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from conrod.engines import Engine
 
 CELL_TIMEOUT = 600.0  # [s]
 MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
@@ -77,9 +80,10 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--json": {"metavar": "FILE", "help": "Write the results as JSON."},
     "--html": {"metavar": "FILE", "help": "Write the report as one HTML file."},
     "--engine": {
+        "multiple": True,
         "metavar": "ENGINE",
-        "help": "One engine only; `conrod show` lists them.",
-        "shell_complete": completed(_engine_names),
+        "help": "This engine only, again for others; or all.",
+        "shell_complete": completed(lambda: (*_engine_names(), "all")),
     },
     "--preset": {
         "metavar": "PRESET",
@@ -96,8 +100,8 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
         "default": DEFAULT_GRID,
         "show_default": True,
         "metavar": "GRID",
-        "help": "coarse, default or fine.",
-        "shell_complete": completed(lambda: ("coarse", DEFAULT_GRID, "fine")),
+        "help": "coarse, default, fine or presets.",
+        "shell_complete": completed(lambda: ("coarse", DEFAULT_GRID, "fine", "presets")),
     },
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
     "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
@@ -117,6 +121,18 @@ def scene_argument(name: str = "scene", **attributes: Any) -> Callable[[Command]
 def engine_argument() -> Callable[[Command], Command]:
     """An argument that takes an engine."""
     return click.argument("engine", shell_complete=completed(_engine_names))
+
+
+def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:
+    """The engines that --engine names; one line on each that nobody named and that cannot be loaded.
+
+    Raises:
+        InvalidInput: there is no such engine, or it cannot be loaded.
+    """
+    from conrod.cli.say import say
+    from conrod.studies.frame.resolve_arguments import select_engines
+
+    return select_engines(names, left_out=lambda reason: say(f"conrod: left out: {reason}", err=True))
 
 
 def option(name: str, **attributes: Any) -> Any:
@@ -271,5 +287,5 @@ class ReportOptions:
 class StudyOptions(ReportOptions):
     """Options of a verb that studies engines on scenes."""
 
-    engine: str | None = option("--engine")
+    engine: tuple[str, ...] = option("--engine")
     assignments: tuple[str, ...] = option("--set")

@@ -57,13 +57,13 @@ def recommend(scene: str, asked: Asked) -> None:
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.precision import check_precision
-    from conrod.studies.frame.resolve_arguments import select_engines, select_scene
+    from conrod.studies.frame.resolve_arguments import select_scene
     from conrod.studies.frame.writing import naming, single, write_together
     from conrod.studies.sweep.prior import shipped
     from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
 
-    (name, chosen), engines = select_scene(scene, asked.assignments), select_engines(asked.engine)
+    (name, chosen), engines = select_scene(scene, asked.assignments), options.chosen_engines(asked.engine)
     allowed = check_tolerances({name: getattr(asked, name) for name in ("position", "velocity", "acceleration")})
     swept, thorough = grid_named(asked.grid), asked.thorough or asked.grid != options.DEFAULT_GRID
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})

@@ -105,8 +105,8 @@ def question_of(asked: Request) -> Question:
     Raises:
         InvalidInput: an option that does not go with --drive, or whose value is none.
     """
-    if asked.engine not in (None, "mujoco"):
-        raise InvalidInput(f"--engine {asked.engine}: unsupported, it is planar; machines in space run in mujoco")
+    if others := [name for name in asked.engine if name != "mujoco"]:
+        raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
     if other := next((name for name in as_given(asked) if name not in TAKEN), None):
         raise InvalidInput(f"{other} does not go with --drive, which takes {', '.join(TAKEN[1:])}")
     if asked.seconds is not None:

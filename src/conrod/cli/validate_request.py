@@ -114,7 +114,7 @@ class Request(PageOptions, CheckOptions, TableOptions, ModelOptions, MotionOptio
     scene: str | None = option(
         "--scene", metavar="SCENE", help="Machine that a FILE is judged against.", shell_complete=complete_scene
     )
-    engine: str | None = option("--engine")
+    engine: tuple[str, ...] = option("--engine")
     preset: str | None = option("--preset")
     quantity: str | None = option("--quantity", metavar="NAME,...", help="Forces instead: torque, reactions, contact.")
     steps_per_rev: int | None = option(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from conrod.cli import FAILED
 from conrod.cli.baseline import Holding, costs_of, holds
-from conrod.cli.options import refuse
+from conrod.cli.options import chosen_engines, refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.runner import Runner, processes_of
 from conrod.cli.validate_request import Request
@@ -28,7 +28,6 @@ from conrod.studies.frame.resolve_arguments import (
     MOST_STREAMED,
     make_plan,
     parse_tolerance,
-    select_engines,
     select_presets,
     select_scenes,
 )
@@ -102,7 +101,7 @@ def validate_scenes(asked: Request) -> None:
 
 def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
     """The measurement that was asked for; raises InvalidInput as `validate_scenes`."""
-    engines = select_engines(asked.engine)
+    engines = chosen_engines(asked.engine)
     chosen = Chosen(scenes, engines, select_presets(engines, asked.preset))
     if asked.motion is not None:
         return _free_motion(asked, chosen)

@@ -12,7 +12,7 @@ from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
 from conrod.engines.releases import Releases
-from conrod.engines.rule import Grid, Rule
+from conrod.engines.rule import PRESETS, Grid, Rule
 from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -233,9 +233,9 @@ def variations_of(engine: Engine[Any]) -> Variations[Any]:
 
 
 def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, ...]:
-    """The settings that a sweep varies: the engine's grid, or its presets where it has none."""
+    """The settings that a sweep varies: the engine's grid, or its presets where these are asked for or it has none."""
     swept = capability(engine, Swept)
-    if isinstance(swept, Lacking):
+    if grid == PRESETS or isinstance(swept, Lacking):
         return tuple(Rule(name, True, {"preset": name}, preset) for name, preset in engine.presets.items())
     return swept.grid(machine, grid)
 

@@ -9,7 +9,7 @@ A package adds an engine with an entry point of the group `conrod.engines`, whos
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -62,11 +62,31 @@ def engine_packages() -> tuple[str, ...]:
     return tuple(dict.fromkeys([*ENGINES, *loaded, *brought]))
 
 
+def installed_extras() -> tuple[str, ...]:
+    """Names of the extras that are installed."""
+    return tuple(name for name, look in OPTIONAL.items() if find_spec(look.module or name) is not None)
+
+
+def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], list[str]]:
+    """The engines that take part and some extras, and a line on each that is left out, with the reason."""
+    found, left_out = list[Engine[Any]](), list[str]()
+    for name in (*engine_names(), *extras):
+        try:
+            found.append(engine_named(name))
+        except InvalidInput as error:
+            left_out.append(f"{error} ({origin_of(name)})")
+    for point in entry_points(group=GROUP):
+        if point.name in {**ENGINES, **OPTIONAL}:
+            left_out.append(f"engine {point.name!r} of {_from(point)} is left out: conrod's own has this name")
+    return found, left_out
+
+
 def origin_of(name: str) -> str:
-    """Where an engine comes from: conrod, or the distribution that brings it."""
-    point = _brought().get(name)
-    if point is None:
-        return "conrod"
+    """Where an engine comes from: conrod, or the distributions that bring it."""
+    return " and ".join(map(_from, entry_points(group=GROUP, name=name))) if name in _brought() else "conrod"
+
+
+def _from(point: EntryPoint) -> str:
     return point.value if point.dist is None else f"{point.dist.name} {point.dist.version}"
 
 
@@ -75,9 +95,10 @@ def engine_named(name: str) -> Engine[Any]:
     """The engine of a name.
 
     Raises:
-        InvalidInput: there is none, with the choices; or it cannot be loaded, or is an extra that is not installed.
+        InvalidInput: there is none, with the choices; or it cannot be loaded, is an extra that is not installed, or
+            several packages bring one of this name.
     """
-    if name in OPTIONAL and find_spec(OPTIONAL[name].module or name) is None:
+    if name in OPTIONAL and name not in installed_extras():
         raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
     if name in ENGINES or name in OPTIONAL:
         shipped: Engine[Any] = import_module(f"conrod.engines.{name}.engine").ENGINE
@@ -85,6 +106,8 @@ def engine_named(name: str) -> Engine[Any]:
     if name not in _brought():
         raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL))
     point = _brought()[name]
+    if len(entry_points(group=GROUP, name=name)) > 1:
+        raise InvalidInput(f"engine {name!r} is brought by {origin_of(name)}: uninstall all but one of them")
     try:
         engine: Engine[Any] = point.load()
     except Exception as error:  # importing it runs code of another package

@@ -10,8 +10,9 @@ from conrod.engines.engine import Machine
 from conrod.errors import unknown_choice
 from conrod.runs.trajectory import Settings
 
-Grid = Literal["coarse", "default", "fine"]
-GRIDS: tuple[Grid, ...] = ("coarse", "default", "fine")
+Grid = Literal["coarse", "default", "fine", "presets"]
+GRIDS: tuple[Grid, ...] = ("coarse", "default", "fine")  # that engines have
+PRESETS: Grid = "presets"  # of every engine, and nothing else
 
 # Multiples of 20, so that all have samples at the same twenty angles of a turn.
 STEPS: Mapping[Grid, tuple[int, ...]] = {
@@ -41,7 +42,8 @@ class Rule:
 
 
 def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:
-    """Steps per revolution of a grid."""
+    """Steps per revolution of a grid; of the presets those of the default grid."""
+    grid = "default" if grid == PRESETS else grid
     return STEPS[grid] + (CONTACT_STEPS[grid] if contact else ())
 
 
@@ -51,10 +53,11 @@ def grid_named(name: str) -> Grid:
     Raises:
         InvalidInput: there is none; names the choices.
     """
-    for grid in GRIDS:
+    grids = (*GRIDS, PRESETS)
+    for grid in grids:
         if grid == name:
             return grid
-    raise unknown_choice("grid", name, GRIDS)
+    raise unknown_choice("grid", name, grids)
 
 
 def texts_of(knobs: Any) -> dict[str, str]:

@@ -6,9 +6,9 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from conrod.engines import engine_named, engine_names
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps
+from conrod.engines.registry import loadable_engines
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report import numbers
 from conrod.report.numbers import ROUNDING
@@ -40,7 +40,7 @@ def worth_meeting(scene: Scene) -> list[Tolerance]:
     """Tolerances, the loosest first: what is usable, what engines reach by their own laws, and rounding."""
     found = [Tolerance(SAFE_ERROR, None, None, "usable: what conrod calls safe", "by definition")]
     steps = default_steps(scene)
-    for engine in map(engine_named, engine_names()):
+    for engine in loadable_engines()[0]:
         for preset, rule in engine.presets.items():
             settings = rule(scene, steps)
             law = None if engine.refusal(scene, settings) else expected_error(engine, scene, settings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from conrod.report import numbers
@@ -50,10 +50,15 @@ def front_points(study: SweepStudy) -> list[tuple[SweptPoint, dict[str, None]]]:
     return sorted(named.values(), key=lambda entry: (order.index(entry[0].engine), entry[0].cost or 0.0))
 
 
+def within_all(points: Iterable[SweptPoint], allowed: Mapping[str, float]) -> list[SweptPoint]:
+    """The timed points whose errors are within all tolerances."""
+    timed = (p for p in points if p.completed and p.cost is not None)
+    return [p for p in timed if all((p.error(quantity) or 0.0) <= bar for quantity, bar in allowed.items())]
+
+
 def cheapest_within(points: Iterable[SweptPoint], quantity: str, allowed: float, engine: str) -> SweptPoint | None:
     """The cheapest point of an engine whose error of a quantity is within a tolerance; None where there is none."""
-    timed = [p for p in points if p.engine == engine and p.cost is not None and p.completed]
-    within = [p for p in timed if (p.error(quantity) or 0.0) <= allowed]
+    within = [p for p in within_all(points, {quantity: allowed}) if p.engine == engine]
     return min(within, key=lambda p: (p.cost or 0.0, p.error(quantity) or 0.0), default=None)
 
 

@@ -198,13 +198,13 @@ def failures_table(study: SweepStudy) -> Table:
         points = study.points_of(rule)
         failed = sum(not point.completed for point in points)
         if failed:
-            ends = [_span(list(group)) for _, group in groupby(points, lambda p: p.outcome)]
+            ends = [span_words(list(group)) for _, group in groupby(points, lambda p: p.outcome)]
             counted = f"{failed} of {len(points)}"
             rows.append([engine_title(rule.engine), rule.name, counted, "; ".join(filter(None, ends))])
     return table(["engine", "settings", "runs that did not complete", f"{STEPS}: how they ended"], rows)
 
 
-def _span(group: Sequence[SweptPoint]) -> str:
+def span_words(group: Sequence[SweptPoint]) -> str:
     """Neighbouring numbers of steps with one outcome: `20 to 100: diverged`; empty where the runs completed."""
     first, last = group[0], group[-1]
     if first.completed:

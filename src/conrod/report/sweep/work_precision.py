@@ -1,4 +1,7 @@
-"""The work-precision diagram: error against cost, every timed run of the grid in it."""
+"""The work-precision diagram: error against cost, every timed run of the grid in it.
+
+Of a grid of presets it has their curves and no names, over the cost of a simulated second, which engines share.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.engines.registry import look_of
+from conrod.engines.rule import PRESETS
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
@@ -45,10 +49,10 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
     Args:
         study: with timings.
     """
-    points = timed_points(study)
+    points, presets_alone = timed_points(study), study.grid == PRESETS
     height = TOP + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
     layout = Layout(WIDTH, height)
-    costs = on_log_grid(np.array([p.cost for p in points]))
+    costs = on_log_grid(np.array(list(_costs(study, points).values())))
     limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
     for k, quantity in enumerate(quantities):
         top = height - TOP - k * (PANEL_HEIGHT + GAP)
@@ -56,11 +60,17 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
         _cost_axis(axes, limits)
         _draw_panel(axes, study, points, quantity)
         if quantity == quantities[-1]:
-            axes.set_xlabel("CPU time of a simulated revolution", labelpad=2.0)
+            axes.set_xlabel(f"CPU time of a simulated {'second' if presets_alone else 'revolution'}", labelpad=2.0)
         else:
             axes.tick_params(axis="x", labelbottom=False)
-    layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
+    layout.legend(_legend(study), 4 if presets_alone else 3, 0.05, handlelength=3.4, columnspacing=3.0)
     return layout.figure
+
+
+def _costs(study: SweepStudy, points: Sequence[SweptPoint]) -> dict[str, float]:
+    """Costs [s] by label: of a revolution, or of a simulated second where engines are compared by their presets."""
+    share = 1.0 / study.period if study.grid == PRESETS else 1.0
+    return {p.label: share * (p.cost or 0.0) for p in points}
 
 
 # -- axes --------------------------------------------------------------------------------------------------------------
@@ -79,16 +89,17 @@ def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
 def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], quantity: str) -> None:
     whole_decades(axes, [_errors(points, quantity)])
     axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
-    costs = {p.label: p.cost or 0.0 for p in points}
+    costs = _costs(study, points)
     _plot(axes, study.front(quantity), costs, quantity, FRONT_OF_ALL)
-    for engine in study.engines:
+    for engine in study.engines if study.grid != PRESETS else ():
         others = [p for p in points if p.engine == engine and p.preset is None]
         _plot(axes, others, costs, quantity, _dot_style(engine))
         _plot(axes, study.front(quantity, engine), costs, quantity, _front_style(engine))
     for curve in preset_curves(study):
         of_preset = [p for p in curve.points if p.label in costs]
         _plot(axes, of_preset, costs, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
-    _name_points(axes, study, costs, quantity)
+    if study.grid != PRESETS:
+        _name_points(axes, study, costs, quantity)
 
 
 def _plot(
@@ -149,10 +160,11 @@ def _name_points(axes: Axes, study: SweepStudy, costs: Mapping[str, float], quan
 
 def _legend(study: SweepStudy) -> list[Line2D]:
     handles = preset_handles((curve.engine, curve.preset) for curve in preset_curves(study))
-    for engine in timed_engines(study):
+    engines = timed_engines(study) if study.grid != PRESETS else []
+    for engine in engines:
         style = _dot_style(engine) | {"alpha": 0.5, "markersize": 4.0}
         handles.append(Line2D([], [], label=f"{engine_title(engine)}, other settings", **style))
-    for engine in timed_engines(study):
+    for engine in engines:
         label = f"best of {engine_title(engine)} (Pareto front)"
         handles.append(Line2D([], [], label=label, **_front_style(engine)))
     handles.append(Line2D([], [], label="best of all engines", **FRONT_OF_ALL))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from conrod.engines import Engine, engine_named, engine_names
-from conrod.engines.capabilities import Lacking, capability, required
+from conrod.engines.registry import installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 from conrod.scenes import SCENES, Scene
@@ -16,6 +16,7 @@ from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 from conrod.studies.validation.plan import Plan
 
 MECHANISM_FILE = ".toml"
+ALL_ENGINES = "all"
 STEPS = (2, 10_000_000)
 REVOLUTIONS = (1, 1_000_000)
 # Of what is kept whole (forces, own models, tables, what is ablated), at about 3 kB a sample: this is 1.5 GB.
@@ -132,18 +133,22 @@ def _with_values(scene: Scene, values: Mapping[str, str]) -> Scene:
     return scene.with_parameters(**chosen) if chosen else scene
 
 
-def select_engines(name: str | None, *needed: type[Any]) -> list[Engine[Any]]:
-    """The engine of a name, or all that have the capabilities needed.
+def select_engines(names: Sequence[str], left_out: Callable[[str], None] = lambda reason: None) -> list[Engine[Any]]:
+    """The engines of some names; of `all` every installed one, of no name those that take part by themselves.
+
+    Args:
+        left_out: takes a line on each engine that nobody named and that cannot be loaded.
 
     Raises:
-        InvalidInput: there is no such engine, or it lacks a capability.
+        InvalidInput: there is no such engine, or one that was named cannot be loaded.
     """
-    if name is not None:
-        for kind in needed:
-            required(engine_named(name), kind)
-        return [engine_named(name)]
-    engines = [engine_named(n) for n in engine_names()]
-    return [e for e in engines if not any(isinstance(capability(e, kind), Lacking) for kind in needed)]
+    named = [engine_named(name) for name in dict.fromkeys(names) if name != ALL_ENGINES]
+    if named and ALL_ENGINES not in names:
+        return named
+    found, reasons = loadable_engines(installed_extras() if names else ())
+    for reason in reasons:
+        left_out(reason)
+    return found
 
 
 def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[str, tuple[str, ...]]:
@@ -154,7 +159,7 @@ def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[s
     """
     known = {name for engine in engines for name in engine.presets}
     if preset is not None and preset not in known:
-        others = [name for name in engine_names() if preset in engine_named(name).presets]
+        others = [name for name in engine_names() if preset in presets_of(name)]
         if others:
             chosen = ", ".join(engine.name for engine in engines)
             raise InvalidInput(

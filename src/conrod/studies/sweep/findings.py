@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from conrod.engines.engine import LINKAGE_STEPS
 from conrod.runs.convergence import ObservedOrder
 
 COMPLETED = "completed"
@@ -37,7 +38,8 @@ class SweptPoint:
         rule: name of its settings, the step apart.
         preset: the preset that these settings are, if they are one.
         errors: largest of each quantity over the run and the observed points, normalised; None unless it completed.
-        cost: CPU time of a revolution [s]; None where it was not timed.
+        cost: CPU time of a revolution [s], where the reference loop takes what it does in the median; None where it
+            was not timed.
         ratio: the same in steps of the engine's fixed reference loop.
     """
 
@@ -92,6 +94,8 @@ class SweepStudy:
         unsupported: engine -> why it cannot be swept.
         machine: that the costs were taken on.
         lengths: L of each observed point [m]; empty in reports of an earlier conrod.
+        usual_steps: per revolution, that `conrod validate` takes where nothing else is asked for.
+        reference_spread: engine -> slowest over fastest of the timings of its reference loop.
     """
 
     name: str
@@ -106,6 +110,13 @@ class SweepStudy:
     rules: tuple[SweptRule, ...]
     points: tuple[SweptPoint, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
+    usual_steps: int = LINKAGE_STEPS
+    reference_spread: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def period(self) -> float:
+        """Duration of a revolution [s]."""
+        return 2.0 * math.pi / abs(float(self.parameters["speed"]))
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
         """Points that no other one beats in both cost and error, cheapest first."""

@@ -12,7 +12,7 @@ from conrod.studies.frame.run import RunCase
 from conrod.studies.sweep.prior import USUAL_ORDER
 from conrod.studies.sweep.study import RulePlan
 
-# A step is tried at which the error should be this much below what is allowed.
+# A step is tried at which the error should be this much below what is allowed, so that other runs confirm it.
 AIMED_MARGIN = 1.25
 STEP_UNIT = 4  # steps per revolution are multiples of this
 WORTH = 0.92  # another run for a coarser step has to save this much
@@ -54,18 +54,27 @@ class Choice(Tried):
 
 @dataclass
 class StepSearch:
-    """Runs of one rule, by increasing steps; where to look first, and the expected order of its error."""
+    """Runs of one rule, by increasing steps.
+
+    Attributes:
+        start: steps to look at first.
+        order: expected of its error.
+        most: steps that are tried; those of the grid where it is 0.
+        margin: by which the error should be below what is allowed at a step that is tried.
+    """
 
     rule: RulePlan
     tried: list[Choice]
     start: int = 0
     order: float = USUAL_ORDER
+    most: int = 0
+    margin: float = AIMED_MARGIN
 
     @property
     def bounds(self) -> tuple[int, int]:
-        """Fewest and most steps of the grid."""
+        """Fewest and most steps that are tried."""
         first, last = self.rule.cases[0], self.rule.cases[-1]
-        return first.settings.steps_per_revolution, last.settings.steps_per_revolution
+        return first.settings.steps_per_revolution, self.most or last.settings.steps_per_revolution
 
     def within(self, allowed: Tolerances) -> list[Choice]:
         """Those within tolerance, the coarsest first."""
@@ -81,7 +90,7 @@ class StepSearch:
         coarse = below[-1] if below else None
         if finer is None:
             assert coarse is not None
-            order = self._order_measured(allowed)
+            order = self.order_measured(allowed)
             lost = sum(one.measurement.errors is None for one in self.tried)
             if lost >= STILL_TRIED or (len(self.tried) > STILL_TRIED and order < STILL):
                 return None
@@ -90,10 +99,10 @@ class StepSearch:
         if coarse is None:
             wanted = self._even(self._scaled(finer, allowed, self.order))
         else:
-            wanted = self._even(_between(coarse, finer, allowed))
+            wanted = self._even(_between(coarse, finer, allowed, self.margin))
         return wanted if wanted < WORTH * finer.steps else None
 
-    def _order_measured(self, allowed: Tolerances) -> float:
+    def order_measured(self, allowed: Tolerances) -> float:
         """Order between the two finest runs that completed, the expected one where there are none."""
         last = [(one.steps, x) for one in self.tried if (x := one.excess(allowed)) < math.inf][-2:]
         if len(last) < 2:
@@ -102,7 +111,7 @@ class StepSearch:
         return math.log(x / less) / math.log(more / n)
 
     def _scaled(self, one: Choice, allowed: Tolerances, order: float) -> float:
-        factor: float = (max(one.excess(allowed), 1e-30) * AIMED_MARGIN) ** (1.0 / order)
+        factor: float = (max(one.excess(allowed), 1e-30) * self.margin) ** (1.0 / order)
         return one.steps * min(max(factor, 1.0 / LONGEST), LONGEST)
 
     def _even(self, steps: float) -> int:
@@ -111,12 +120,12 @@ class StepSearch:
         return min(max(STEP_UNIT * math.ceil(steps / STEP_UNIT), least), most)
 
 
-def _between(coarse: Choice, fine: Choice, allowed: Tolerances) -> float:
+def _between(coarse: Choice, fine: Choice, allowed: Tolerances, margin: float) -> float:
     """The steps between the last run that is out and the first one within, at which the error should just do."""
     out, within = (one.excess(allowed) for one in (coarse, fine))
     # Where there is no error to go by: the middle.
     known = math.isfinite(out) and within > 0.0
-    share = math.log(out * AIMED_MARGIN) / math.log(out / within) if known else 0.5
+    share = math.log(out * margin) / math.log(out / within) if known else 0.5
     return float(coarse.steps * (fine.steps / coarse.steps) ** share)
 
 

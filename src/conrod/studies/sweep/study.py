@@ -10,8 +10,8 @@ from typing import Any
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, Swept, Timed, capability, rules_of
-from conrod.engines.engine import CUSTOM
-from conrod.engines.rule import Grid, Rule, step_counts
+from conrod.engines.engine import CUSTOM, default_steps
+from conrod.engines.rule import PRESETS, Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
@@ -32,11 +32,22 @@ Clock = Callable[[list[RunCase]], Timings]
 
 @dataclass(frozen=True)
 class RulePlan:
-    """A rule of an engine's grid on one scene, with its cases at increasing numbers of steps."""
+    """A rule of an engine's grid on one scene.
+
+    Attributes:
+        cases: at increasing numbers of steps, from which orders are.
+        refined: those with others in between; `cases` where there are none.
+    """
 
     engine: Engine[Any]
     rule: Rule
     cases: tuple[RunCase, ...]
+    refined: tuple[RunCase, ...] = ()
+
+    @property
+    def runs(self) -> tuple[RunCase, ...]:
+        """All cases."""
+        return self.refined or self.cases
 
 
 @dataclass(frozen=True)
@@ -67,7 +78,8 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
         for engine in engines
         for rule in rules_of(engine, scene, grid)
     ]
-    lacking = {e.name: [c.reason for kind in NEEDED if isinstance(c := capability(e, kind), Lacking)] for e in engines}
+    needed = (Timed,) if grid == PRESETS else NEEDED
+    lacking = {e.name: [c.reason for kind in needed if isinstance(c := capability(e, kind), Lacking)] for e in engines}
     unsupported = {name: ", ".join(reasons) for name, reasons in lacking.items() if reasons}
     return SweepPlan(name, scene, grid, tuple(rules), unsupported)
 
@@ -95,8 +107,9 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
     """
     engines = {rule.engine.name: rule.engine.version for rule in plan.rules}
     references: dict[str, list[float]] = {engine: [] for engine in engines}
-    for rule, case in ((one, case) for one in plan.rules for case in one.cases if case.key in timings):
+    for rule, case in ((one, case) for one in plan.rules for case in one.runs if case.key in timings):
         references[rule.engine.name].append(timings[case.key].reference_seconds)
+    medians = {engine: median(seconds) for engine, seconds in references.items() if seconds}
     return SweepStudy(
         name=plan.name,
         title=plan.scene.title,
@@ -104,7 +117,8 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
         one_pass=plan.scene.kinematics.mechanism.driver.span is not None,
         grid=plan.grid,
         engines=engines,
-        reference_seconds={engine: median(seconds) for engine, seconds in references.items() if seconds},
+        reference_seconds=medians,
+        reference_spread={engine: max(references[engine]) / min(references[engine]) for engine in medians},
         unsupported=dict(plan.unsupported),
         machine=fingerprint(),
         rules=tuple(
@@ -117,8 +131,9 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
             )
             for rule in plan.rules
         ),
-        points=tuple(_points(plan, measurements, timings)),
+        points=tuple(_points(plan, measurements, timings, medians)),
         lengths=dict(plan.scene.lengths),
+        usual_steps=default_steps(plan.scene),
     )
 
 
@@ -136,9 +151,12 @@ def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, O
     return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
 
 
-def _points(plan: SweepPlan, measurements: Results, timings: Timings) -> Iterator[SweptPoint]:
+def _points(
+    plan: SweepPlan, measurements: Results, timings: Timings, references: Mapping[str, float]
+) -> Iterator[SweptPoint]:
+    """All points; a cost is that at the usual speed of the reference loop, whatever else the machine was doing."""
     counts = Counter[str]()
-    for rule, case in ((one, case) for one in plan.rules for case in one.cases):
+    for rule, case in ((one, case) for one in plan.rules for case in one.runs):
         engine, found, timing = rule.engine.name, measurements[case.key], timings.get(case.key)
         counts[engine] += 1
         yield SweptPoint(
@@ -151,6 +169,6 @@ def _points(plan: SweepPlan, measurements: Results, timings: Timings) -> Iterato
             outcome=found.outcome,
             reason=found.reason,
             errors=None if found.errors is None else {q: found.largest(q) or 0.0 for q in QUANTITIES},
-            cost=None if timing is None else timing.seconds_per_revolution,
+            cost=None if timing is None else timing.ratio * references[engine],
             ratio=None if timing is None else timing.ratio,
         )

@@ -1,0 +1,143 @@
+"""Tables of engines beside each other: what each can do, and what its presets cost at equal error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import Any
+
+from conrod.engines import Engine
+from conrod.engines.capabilities import MEANINGS, Lacking, capability
+from conrod.engines.registry import origin_of
+from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
+from conrod.report.sweep.points import tolerance, within_all
+from conrod.report.sweep.tables import span_words
+from conrod.report.table import Table, table
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.sweep.equal_error import BARS, KEPT
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
+
+KEPT_HEADS = ("position", "position and velocity", "position, velocity and acceleration")
+ALL = KEPT[-1]
+WINNERS_HEAD = ("every error below", *KEPT_HEADS)
+PRESETS_HEAD = ("engine", "preset", "steps", *QUANTITIES, "order", *(f"below {tolerance(b)}" for b in BARS), "outcome")
+
+
+def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
+    """Version, origin and presets of engines, and which capabilities each has."""
+    rows = [
+        ("version", *(one.version for one in engines)),
+        ("from", *(origin_of(one.name) for one in engines)),
+        ("presets", *(", ".join(one.presets) for one in engines)),
+    ]
+    for kind, meaning in MEANINGS.items():
+        able = (not isinstance(capability(one, kind), Lacking) for one in engines)
+        rows.append((meaning, *("yes" if has else "unsupported" for has in able)))
+    return table(("", *(one.name for one in engines)), rows)
+
+
+# -- the cheapest ------------------------------------------------------------------------------------------------------
+
+
+def cheapest(study: SweepStudy, kept: Sequence[str], bar: float) -> SweptPoint | None:
+    """The cheapest run of any engine whose errors of some quantities are all below a bar; None where there is none."""
+    within = within_all(study.points, dict.fromkeys(kept, bar))
+    return min(within, key=lambda point: point.cost or math.inf, default=None)
+
+
+def cost_words(study: SweepStudy, point: SweptPoint) -> str:
+    """CPU seconds per simulated second, and the steps of a revolution: `0.0063 (20)`."""
+    return f"{numbers.measured((point.cost or 0.0) / study.period)} ({point.steps_per_revolution})"
+
+
+def winners_table(studies: Sequence[SweepStudy]) -> Table:
+    """For each machine and bar the engine and preset that keeps it at the least cost."""
+    rows = [(s, [tolerance(bar), *(_winner(s, kept, bar) for kept in KEPT)]) for s in studies for bar in BARS]
+    return _of_machines(WINNERS_HEAD, rows)
+
+
+def _of_machines(head: Sequence[str], rows: Sequence[tuple[SweepStudy, Sequence[str]]]) -> Table:
+    """A table whose rows name their machines, where there are several."""
+    if len({study.name for study, _ in rows}) == 1:
+        return table(head, [row for _, row in rows])
+    return table(("machine", *head), [(study.name, *row) for study, row in rows], names=2)
+
+
+def _winner(study: SweepStudy, kept: Sequence[str], bar: float) -> str:
+    best = cheapest(study, kept, bar)
+    if best is not None:
+        return f"{engine_title(best.engine)} `{best.preset}`: {cost_words(study, best)}"
+    worst = (max(point.error(q) or 0.0 for q in kept) for point in study.points if point.completed)
+    return f"none; the least is {numbers.measured(min(worst, default=None))}"
+
+
+def winners_lines(studies: Sequence[SweepStudy]) -> list[str]:
+    """For each bar the engines that keep it in all quantities at the least cost, that of most machines first."""
+    return [f"{tolerance(bar)}: {', '.join(_won(studies, bar)) or 'none'}" for bar in BARS]
+
+
+def _won(studies: Sequence[SweepStudy], bar: float) -> Iterator[str]:
+    machines: dict[str, list[str]] = {}
+    for study in studies:
+        best = cheapest(study, ALL, bar)
+        machines.setdefault("" if best is None else best.engine, []).append(study.name)
+    for engine, names in sorted(machines.items(), key=lambda item: (item[0] == "", -len(item[1]))):
+        where = f"{len(names)} of {len(studies)}" if len(names) > 2 else " and ".join(names)
+        yield f"{engine_title(engine) if engine else 'none'} ({where})"
+
+
+# -- presets -----------------------------------------------------------------------------------------------------------
+
+
+def presets_table(studies: Sequence[SweepStudy]) -> Table:
+    """Every engine and preset on every machine: error, order, cost at equal error of all quantities, outcome."""
+    return _of_machines(PRESETS_HEAD, [(study, row) for study in studies for row in _rows(study)])
+
+
+def _rows(study: SweepStudy) -> Iterator[list[str]]:
+    for rule in study.rules:
+        points = study.points_of(rule)
+        usual = min(points, key=lambda p: abs(math.log(p.steps_per_revolution / study.usual_steps)))
+        errors = [numbers.measured(usual.error(quantity)) for quantity in QUANTITIES]
+        yield [
+            engine_title(rule.engine),
+            f"`{rule.name}`",
+            str(usual.steps_per_revolution),
+            *errors,
+            ", ".join(_order(rule, usual, quantity) for quantity in QUANTITIES),
+            *(_cost(study, points, bar) for bar in BARS),
+            outcome_words(points, study.unsupported.get(rule.engine)),
+        ]
+
+
+def _order(rule: SweptRule, usual: SweptPoint, quantity: str) -> str:
+    """The order that is claimed; `exact` where the run at the usual steps is off by rounding alone."""
+    found, error = rule.orders[quantity], usual.error(quantity)
+    if error is not None and error < numbers.ROUNDING:
+        return "exact"
+    if found.claimed is None:
+        return "-" if found.plateau is None else f"plateau {numbers.measured(found.plateau)}"
+    return numbers.order(found.claimed)
+
+
+def _cost(study: SweepStudy, points: Sequence[SweptPoint], bar: float) -> str:
+    within = within_all(points, dict.fromkeys(ALL, bar))
+    return cost_words(study, within[0]) if within else "no"
+
+
+def outcome_words(points: Sequence[SweptPoint], unsupported: str | None) -> str:
+    """How runs at increasing steps ended: `completed`, or which did not; and why there are no costs."""
+    ends = [words for _, group in groupby(points, lambda p: p.outcome) if (words := span_words(list(group)))]
+    costs = [f"cost unsupported: {unsupported}"] if unsupported else []
+    return "; ".join([*(ends or ["completed"]), *costs])
+
+
+def reference_words(study: SweepStudy) -> str:
+    """The usual time of a step of each engine's reference loop, and by how much its timings differ."""
+    return ", ".join(
+        f"{engine_title(name)} {numbers.duration(seconds)} (slowest over fastest {spread:.2f})"
+        for name, seconds in study.reference_seconds.items()
+        for spread in [study.reference_spread[name]]
+    )
