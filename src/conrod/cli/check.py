@@ -132,8 +132,8 @@ def check(
 
     Args:
         subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
-            in memory), or a table (the path of a file, a data frame, or a mapping of numpy arrays (T,), with `C` of
-            shape (T, 2) for `C.x` and `C.y`).
+            in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
+            arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
         scene: the machine that a model or a table is to be, as a name, a mechanism file, or a `Scene`; none for a model
             whose joints are driven by laws, `drive={"hip": "60rpm"}` (docs/closed-loops.md).
         baseline: file of an earlier run that this one is compared with, written where there is none; `accept` writes it

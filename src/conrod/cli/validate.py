@@ -7,26 +7,27 @@ from pathlib import Path
 
 from conrod.cli import options
 from conrod.cli.options import RunOptions, refuse
-from conrod.cli.validate_request import MODELS, TABLES, ModelOptions, MotionOptions, Request, TableOptions
+from conrod.cli.validate_request import FMUS, MODELS, TABLES, ModelOptions, MotionOptions, Request, TableOptions
 from conrod.errors import InvalidInput
 from conrod.own.files import check_readable
 
 MECHANISMS = ".toml"
+FILES = MODELS + TABLES + FMUS
 
 
 @options.verb()
 @options.scene_argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
 @options.gathered("asked", Request)
 def validate(asked: Request) -> None:
-    """Compare engines with the exact motion of SCENEs, or judge a model or table.
+    """Compare engines with the exact motion of SCENEs, or judge a FILE.
 
     All scenes that have a closed form are compared where none is named. A SCENE is one that `conrod show` lists, or a
     mechanism file of one's own (.toml); the word `catalogue` stands for all machines of the catalogue. Results are kept
     in the ledger: the same command goes on where it stopped, and asked again it runs nothing.
 
-    A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), or the trajectory of
-    any tool as a table (.csv, .parquet, .npz). A MuJoCo model with closed loops needs no --scene: with --drive its own
-    exact motion is what it is held to. So are machines in space, by name; the word `spatial` stands for all of them.
+    A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), an FMU, which is run
+    (.fmu), or a table of any tool (.csv, .parquet, .npz). A MuJoCo model with closed loops needs no --scene: with
+    --drive its own exact motion is what it is held to. So are machines in space, by name, or all as `spatial`.
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
@@ -40,7 +41,7 @@ def validate(asked: Request) -> None:
 
         validate_loops(asked)
         return
-    files = [name for name in asked.subjects if name.lower().endswith(MODELS + TABLES)]
+    files = [name for name in asked.subjects if name.lower().endswith(FILES)]
     if files:
         _validate_file(files[0], asked)
         return
@@ -73,7 +74,8 @@ def _validate_file(file: str, asked: Request) -> None:
     if asked.scene is None:
         raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
     refuse(asked, "--scene: it is for a model that is its own reference", "drives")
-    refuse(asked, "a file: it is for scenes", MotionOptions, RunOptions, "quantity", "figures")
+    limited = ("ledger", "fresh", "jobs", "cluster", "cell_memory") if file.lower().endswith(FMUS) else (RunOptions,)
+    refuse(asked, "a file: it is for scenes", MotionOptions, *limited, "quantity", "figures")
     from conrod.cli.validate_file import validate_file
 
     validate_file(Path(file), asked.scene, asked)
@@ -102,13 +104,11 @@ def _check_endings(subjects: Sequence[str], scene: str | None) -> None:
 
 
 def _unknown_ending(name: str) -> InvalidInput:
-    return InvalidInput(
-        f"{name}: a file is known by its ending, one of {', '.join(MODELS + TABLES)}; save a sheet as CSV"
-    )
+    return InvalidInput(f"{name}: a file is known by its ending, one of {', '.join(FILES)}; save a sheet as CSV")
 
 
 def check_file(path: Path) -> None:
     """Refuse what is no file that can be judged; raises InvalidInput, which says why."""
     check_readable(path)
-    if not path.name.lower().endswith(MODELS + TABLES):
+    if not path.name.lower().endswith(FILES):
         raise _unknown_ending(str(path))

@@ -1,4 +1,4 @@
-"""`conrod validate` of a user's own file: a MuJoCo model, or the trajectory of any tool as a table."""
+"""`conrod validate` of a user's own file: a MuJoCo model, an FMU, or the trajectory of any tool as a table."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.say import waiting
-from conrod.cli.validate_request import MODELS, ModelOptions, Request, TableOptions
+from conrod.cli.validate_fmu import judge_fmu
+from conrod.cli.validate_request import DEFAULT_REVOLUTIONS, FMUS, MODELS, ModelOptions, Request, TableOptions
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -43,7 +44,6 @@ from conrod.studies.frame.resolve_arguments import (
 from conrod.studies.frame.writing import naming
 
 Judge = Callable[[Path, str | Scene, Request], Any]
-DEFAULT_REVOLUTIONS = 2
 # A table of the most rows that are kept is read in a tenth of it.
 READING = 300.0  # [s]
 
@@ -51,10 +51,13 @@ READING = 300.0  # [s]
 def validate_file(path: Path, scene: str, asked: Request) -> None:
     """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
     subject = subject_of(path)
-    part, given = subject.part(path), as_outputs_must_not_be(path) if subject is MODEL else {"the table": path}
+    part, given = (
+        subject.part(path),
+        as_outputs_must_not_be(path) if subject is MODEL else {"the table" if subject is TABLE else "the FMU": path},
+    )
     holding = Holding.of(asked, dict([select_scene(scene, asked.assignments)]))
     files = outputs(subject.kind, [part], asked, given)
-    with waiting(path, subject.timeout):
+    with waiting(path, asked.timeout if subject is FMU else subject.timeout):
         found = subject.judge(path, scene, asked)
         baseline = held_file(holding, subject.judge, path, asked, found)
     with naming("standard output"):
@@ -199,6 +202,7 @@ def print_table_study(study: TableStudy) -> None:
     if study.errors:
         print_lines(out, ["errors over the run, normalised by L, ω L, ω² L"])
         print_table(out, trajectory.errors_table(study))
+    print_table(out, trajectory.runs_table(study))
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [
         trajectory.figure_line(study),
@@ -224,13 +228,15 @@ class Subject(NamedTuple):
 
     def part(self, path: Path) -> str:
         """The part of the report that a file is."""
-        return trajectory.PART if self is TABLE else path.stem
+        return path.stem if self is MODEL else trajectory.PART
 
 
 MODEL = Subject(user_model.KIND, judge_model, print_model_study, user_model.verdict, isolation.FILE_TIMEOUT)
+FMU = Subject(trajectory.KIND, judge_fmu, print_table_study, trajectory.verdict_text, isolation.FILE_TIMEOUT)
 TABLE = Subject(trajectory.KIND, judge_table, print_table_study, trajectory.verdict_text, READING)
 
 
 def subject_of(path: Path) -> Subject:
     """What a file is, by its ending."""
-    return MODEL if path.name.lower().endswith(MODELS) else TABLE
+    name = path.name.lower()
+    return MODEL if name.endswith(MODELS) else FMU if name.endswith(FMUS) else TABLE

@@ -8,6 +8,8 @@ from typing import ClassVar
 from conrod.cli.options import ReportOptions, RunOptions, complete_scene, option
 
 MODELS = (".xml", ".mjcf", ".mjb")
+FMUS = (".fmu",)
+DEFAULT_REVOLUTIONS = 2  # of a file's own runs
 TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
 
 
@@ -32,7 +34,7 @@ class MotionOptions:
 class TableOptions:
     """Options on the columns and units of a table of any tool; None or empty where nothing was given."""
 
-    heading: ClassVar[str] = "Of a table (FILE.csv and the like)"
+    heading: ClassVar[str] = "Of a table (FILE.csv and the like) or an FMU"
 
     columns: tuple[str, ...] = option("--column", multiple=True, metavar="Q=NAME", help="Column of a quantity, C.x=px.")
     units: tuple[str, ...] = option(
@@ -47,7 +49,7 @@ class TableOptions:
 class ModelOptions:
     """Options on the joints, points and frame of a user's own model; None or empty where nothing was given."""
 
-    heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like)"
+    heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like); the crank and points of an FMU, too"
 
     drives: tuple[str, ...] = option(
         "--drive",
@@ -55,12 +57,14 @@ class ModelOptions:
         metavar="JOINT=LAW",
         help="No --scene: law of a driven joint: `60rpm`, `sine:20deg,1Hz`, `move:0deg,90deg,2s`, `table:FILE.csv`.",
     )
-    crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
+    crank: str | None = option(
+        "--crank", metavar="JOINT | VARIABLE", help="The hinge that is driven; of an FMU, the crank's angle."
+    )
     points: tuple[str, ...] = option(
         "--point",
         multiple=True,
-        metavar="NAME=site:SITE",
-        help="Place of an observed point (site:, body: or geom:); may be given again.",
+        metavar="NAME=site:SITE | NAME=X,Y",
+        help="Place of an observed point (site:, body: or geom:), or its variables of an FMU; may be given again.",
     )
     plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. xz or -xz [found].")
     rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis in the plane [found].")

@@ -114,6 +114,15 @@ def columns_table(study: TableStudy) -> Table:
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 
+def runs_table(study: TableStudy) -> Table:
+    """Largest errors of an FMU's runs, the judged one first, and their orders; no row for a table."""
+    names = tuple(study.runs[0].sizes) if study.runs else ()
+    rows = [(run.setting, *(numbers.measured(run.sizes.get(n)) for n in names), run.ended) for run in study.runs]
+    if any(found := tuple(study.orders.values())):
+        rows.append(("order in the step", *("" if order is None else f"{order:.1f}" for order in found), ""))
+    return table(("run", *names, "ended by"), rows, names, "largest errors of each run, normalised by L, ω L, ω² L")
+
+
 def errors_table(study: TableStudy) -> Table:
     """Errors over the run by point."""
     rows = []
@@ -161,7 +170,7 @@ def _page(part: Part[TableStudy]) -> Page:
         "trajectory", study=study, command=part.command, verdict=verdict_text(study), summary=summary_line(study),
         counts=figure_line(study), figures=figures, errors=errors_table(study), crank=crank_text(study),
         causes=_causes_table(study), estimates=estimates_table(study.estimation), columns=columns_table(study),
-        estimation=estimation_lines(study), parameters=parameters_table(study.scene),
+        estimation=estimation_lines(study), runs=runs_table(study), parameters=parameters_table(study.scene),
     )  # fmt: skip
     return Page(text, figures)
 

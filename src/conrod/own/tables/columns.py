@@ -92,7 +92,7 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
     named = named_values(columns, "--column", form.format("--column"), "quantity", known)
     own = named_values([u for u in units if "=" in u], "--unit", form.format("--unit"), "quantity", known)
     for name, unit in own.items():
-        _factor_of(unit, known[name], f"--unit {name}={unit}")
+        factor_of(unit, known[name], f"--unit {name}={unit}")
     general = tuple(unit.strip() for unit in units if "=" not in unit)
     for unit in general:
         if not is_unit(unit):
@@ -120,17 +120,22 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
     columns = []
     for target in known:
         if (place := places.get(target.name)) is not None:
-            unit, unit_from = _unit_of(target, headings[place], row_units[place] if row_units else "", asked)
-            scale = _factor_of(unit, target, f"column {headings[place]!r}")
+            unit, unit_from = unit_of(target, headings[place], row_units[place] if row_units else "", asked)
+            scale = factor_of(unit, target, f"column {headings[place]!r}")
             columns.append(Column(target, place, headings[place], unit, scale, unit_from))
     _check_units(columns)
+    check_units_used(columns, asked)
+    return columns
+
+
+def check_units_used(columns: Sequence[Column], asked: Request) -> None:
+    """Refuse a unit that was named for nothing; raises InvalidInput."""
     named = {(c.target.name, c.unit) for c in columns if c.unit_from == "--unit"}
     general = {unit for name, unit in named if name not in asked.units}
     unused = [f"{name}={unit}" for name, unit in asked.units.items() if (name, unit) not in named]
     unused += [unit for unit in asked.default_units if not general & set(_ways(unit))]
     if unused:
         raise InvalidInput(f"--unit {unused[0]}: no column of the table takes its unit from it")
-    return columns
 
 
 def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) -> dict[str, int]:
@@ -176,8 +181,8 @@ def _missing(what: str, example: str, headings: Sequence[str]) -> InvalidInput:
 # -- units -----------------------------------------------------------------------------------------------------------
 
 
-def _unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tuple[str, str]:
-    """The unit of a column, and where it is from."""
+def unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tuple[str, str]:
+    """The unit of a column, and where it is from; raises InvalidInput where two are stated."""
     if target.name in asked.units:
         return asked.units[target.name], "--unit"
     under = bare_unit(row_unit) or ""
@@ -203,7 +208,8 @@ def _ways(unit: str) -> tuple[str, str, str]:
     return unit, f"{unit}/s", f"{unit}/s^2"
 
 
-def _factor_of(unit: str, target: Target, where: str) -> float:
+def factor_of(unit: str, target: Target, where: str) -> float:
+    """Factor of a unit to SI; raises InvalidInput where it is no unit of what the target is."""
     scale = factor(unit, target.unit)
     if scale is None:
         kind = DIMENSIONS[target.unit]

@@ -70,14 +70,28 @@ def _reading(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     source = openers.get(path.suffix.lower(), open_text)(path)
     columns = choose(source.headings, source.units, points, asked)
     values, numbers = source.read(columns, MOST_ROWS)
+    used = {column.index for column in columns}
+    unused = tuple(heading for k, heading in enumerate(source.headings) if k not in used)
+    return reading_of(columns, values, numbers, unused, source.form)
+
+
+def reading_of(
+    columns: Sequence[Column], values: Array, numbers: NDArray[np.int64], unused: tuple[str, ...], form: str
+) -> Reading:
+    """Values (T, columns) in the units of their columns, checked; further arguments as of `Reading`.
+
+    Args:
+        numbers: of the rows (T,), for messages.
+
+    Raises:
+        InvalidInput: a value is no number, or times are not in order; says in which row.
+    """
     _check_values(columns, values, numbers)
     count = len(values)
     values, numbers = _without_repeated(values, numbers, [column.target.name for column in columns].index(TIME))
     by_name = {column.target.name: values[:, k] * column.factor for k, column in enumerate(columns)}
     _check_times(by_name[TIME], numbers)
-    used = {column.index for column in columns}
-    unused = tuple(heading for k, heading in enumerate(source.headings) if k not in used)
-    return Reading(_observed(columns, by_name), tuple(columns), unused, source.form, count - len(values))
+    return Reading(_observed(columns, by_name), tuple(columns), unused, form, count - len(values))
 
 
 def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:

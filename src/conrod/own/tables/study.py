@@ -24,6 +24,7 @@ from conrod.own.tables.samples import (
     Observed,
     largest,
 )
+from conrod.runs.convergence import claimed_order
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
@@ -41,8 +42,25 @@ RMS = "velocity_rms"
 
 
 @dataclass(frozen=True)
+class ToolRun:
+    """A run of the tool that a table is of, where conrod made it.
+
+    Attributes:
+        setting: in words.
+        steps: per revolution; None where the tool chooses its own.
+        sizes: largest error by name in `ERRORS`; empty where it did not complete.
+        ended: what ended it then.
+    """
+
+    setting: str
+    steps: int | None
+    sizes: Mapping[str, float | None]
+    ended: str = ""
+
+
+@dataclass(frozen=True)
 class TableStudy:
-    """The result of `conrod validate TABLE --scene SCENE`.
+    """The result of `conrod validate TABLE --scene SCENE`, or of an FMU, whose finest run is the table.
 
     Attributes:
         file: name of the table.
@@ -57,6 +75,7 @@ class TableStudy:
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
         notes: what is not judged, or not as one might think, a sentence each.
+        runs: of an FMU, the one that is judged first, then coarser ones; empty for a table.
     """
 
     file: str
@@ -73,6 +92,14 @@ class TableStudy:
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
     notes: tuple[str, ...]
+    runs: tuple[ToolRun, ...] = ()
+
+    @property
+    def orders(self) -> dict[str, float | None]:
+        """Order of each error in the step; None where none can be claimed, and empty where no step was given."""
+        stepped = [(run.steps, run) for run in reversed(self.runs) if run.steps is not None]
+        names = self.runs[0].sizes if stepped else ()
+        return {name: claimed_order([(steps, run.sizes.get(name)) for steps, run in stepped]) for name in names}
 
     @property
     def revolutions(self) -> float:
