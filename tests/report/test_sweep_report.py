@@ -15,7 +15,6 @@ from handmade import STEPS, errors_of, handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.kind import Reproduction
@@ -30,7 +29,7 @@ from conrod.report.sweep.tables import (
     knobs_table,
     orders_table,
 )
-from conrod.report.sweep.work_precision import name_offsets, work_precision_figure
+from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
 from conrod.runs.convergence import observed_order
@@ -104,15 +103,39 @@ def beats(one: SweptPoint, other: SweptPoint, quantity: str) -> bool:
     return costs[0] != costs[1] and all(a <= b for a, b in zip(*costs, strict=True))
 
 
-def test_every_point_that_is_named_is_in_the_table_and_those_on_fronts_in_theirs(
-    study: SweepStudy, figure: Figure
-) -> None:
-    names = {text for axes in figure.axes for text in texts(axes) if LABEL.fullmatch(text)}
-    assert names == {
-        found for text in column(cheapest_table(study), "cheapest settings") for found in LABEL.findall(text)
-    }
+def test_the_cheapest_points_are_on_fronts_and_these_in_their_table(study: SweepStudy, figure: Figure) -> None:
+    named = {found for text in column(cheapest_table(study), "cheapest settings") for found in LABEL.findall(text)}
     fronts = {p.label for q in QUANTITIES for e in study.engines for p in study.front(q, e)}
-    assert names <= fronts == set(column(fronts_table(study), "point"))
+    assert named <= fronts == set(column(fronts_table(study), "point"))
+    assert not [text for axes in figure.axes for text in texts(axes) if LABEL.fullmatch(text)]
+
+
+def of_presets(study: SweepStudy) -> SweepStudy:
+    """The same with the presets alone."""
+    points = tuple(p for p in study.points if p.preset)
+    rules = tuple(rule for rule in study.rules if rule.name in {p.rule for p in points})
+    spread = dict.fromkeys(study.reference_seconds, 1.1)
+    return replace(study, grid="presets", points=points, rules=rules, reference_spread=spread)
+
+
+def test_of_presets_the_figure_has_their_curves_alone_over_the_cost_of_a_second(study: SweepStudy) -> None:
+    presets = of_presets(study)
+    (axes,) = [a for a in drawn(presets).axes if a.get_ylabel().startswith("velocity")]
+    assert len(axes.lines) == 1 + len({(p.engine, p.preset) for p in presets.points})
+    cheapest = min(p.cost or 0.0 for p in presets.points if p.completed)
+    assert min(x for line in axes.lines for x in line.get_xdata()) == pytest.approx(cheapest / study.period, rel=0.02)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_pages_of_presets_end_with_the_engine_that_wins(study: SweepStudy, tmp_path: Path) -> None:
+    presets = of_presets(study)
+    pages = report_batch(KIND, {"saw-500rpm": presets}, tmp_path, COMMAND).files
+    wins = "1e-3: pymunk (saw-500rpm); 1e-6: MuJoCo (saw-500rpm); 1e-9: MuJoCo (saw-500rpm)."
+    for page in ("README.md", "saw-500rpm.md"):
+        assert str(pages[page]).rstrip().splitlines()[-1].endswith(wins)
+    # A folder that has a sweep of settings too has the index of sweeps.
+    both = report_batch(KIND, {"saw-500rpm": presets, "other": replace(study, name="other")}, tmp_path, COMMAND).files
+    assert "Speed against accuracy" in str(both["README.md"])
 
 
 def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, figure: Figure) -> None:
@@ -129,21 +152,6 @@ def test_without_timings_there_is_no_diagram_and_no_sentence_about_cost(study: S
     assert "No run was timed" in str(batch.files["saw-500rpm.md"])
     assert not findings(untimed(study))
     assert findings(study)
-
-
-@pytest.mark.parametrize("count", [2, 10])
-def test_names_of_points_do_not_overlap(count: int) -> None:
-    at = [(60.0 + 9.0 * k, 320.0 - 9.0 * k) for k in range(count)]
-    offsets = name_offsets(["M123"] * count, at)
-    assert not overlapping(np.add(at, offsets))
-    # Negative control: at one fixed place beside each of close points, they would.
-    assert overlapping(np.array([(50.0, 50.0 + 2.0 * k) for k in range(count)]))
-
-
-def overlapping(centres: Array) -> bool:
-    """Whether two names of 17 by 7.8 points overlap."""
-    apart = np.abs(centres[:, None] - centres[None]) >= (17.0, 7.8)
-    return bool((~apart.any(axis=2)).sum() > len(centres))
 
 
 # -- findings ----------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from measured import FAILED, measured
 
 from conrod.engines import engine_named
 from conrod.engines.rule import PRESETS
-from conrod.report.engines.tables import capabilities_table, cheapest, presets_table, winners_lines, winners_table
+from conrod.report.sweep.equal_error import cheapest, presets_table, winners_lines, winners_table
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
@@ -148,9 +148,3 @@ def test_tables_name_the_machine_where_there_are_several(study: SweepStudy) -> N
     both = [study, replace(study, name="another")]
     assert {row[0] for row in winners_table(both).rows} == {"saw-500rpm", "another"}
     assert winners_lines(both)[0] == "1e-3: pymunk (saw-500rpm and another)"
-
-
-def test_capabilities_are_those_that_an_engine_has() -> None:
-    rows = {row[0]: row[1:] for row in capabilities_table([engine_named("mujoco"), engine_named("pymunk")]).rows}
-    assert rows["kinematic mode"] == ("yes", "yes")
-    assert rows["file of a model"] == ("yes", "unsupported")

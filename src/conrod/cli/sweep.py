@@ -35,7 +35,6 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.engines.rule import PRESETS, grid_named
-    from conrod.report.engines.report import KIND as ENGINES
     from conrod.report.sweep.report import KIND
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import select_scenes
@@ -45,10 +44,8 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
 
     chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
     swept = grid_named(asked.grid)
-    kind, of_scene, show = (
-        (ENGINES, sweep_presets, print_winners) if swept == PRESETS else (KIND, sweep_scene, print_fronts)
-    )
-    files = outputs(kind, chosen, asked)
+    of_scene, show = (sweep_presets, print_winners) if swept == PRESETS else (sweep_scene, print_fronts)
+    files = outputs(KIND, chosen, asked)
     plans = [plan_sweep(name, scene, engines, swept) for name, scene in chosen.items()]
     with Runner.of(asked) as runner, runner.answering() as run:
         studies = pursue([of_scene(plan, runner.time) for plan in plans], run)
@@ -59,7 +56,7 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
 
 def print_winners(studies: Sequence[SweepStudy]) -> None:
     """The presets of all engines at equal error, the cheapest, and in the last line the engine that wins each bar."""
-    from conrod.report.engines.tables import presets_table, winners_lines, winners_table
+    from conrod.report.sweep.equal_error import presets_table, winners_lines, winners_table
     from conrod.report.terminal import console, print_lines, print_table
 
     print_table(console(), presets_table(studies))

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+from conrod.engines.rule import PRESETS
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.sweep import tables
+from conrod.report.sweep import equal_error, tables
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import table
@@ -22,8 +23,9 @@ FEW_TOLERANCES = (1e-3, 1e-6, 1e-9)
 def _page(part: Part[SweepStudy]) -> Page:
     study, diagram = part.findings, _diagram(part.findings)
     text = rendered(
-        "sweep",
+        "sweep-presets" if study.grid == PRESETS else "sweep",
         study=study,
+        equal_error=equal_error,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
         findings=tables.findings(study),
         diagram=diagram,
@@ -63,8 +65,10 @@ def _index(index: Index[SweepStudy]) -> Page:
     head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
     figure = _first_figure(studies)
     text = rendered(
-        "sweep-index",
+        "sweep-presets-index" if _of_presets(studies) else "sweep-index",
         entries=index.entries,
+        studies=studies,
+        equal_error=equal_error,
         cheapest=table(head, rows, right=head[4:]),
         figure=figure,
         one_pass=any(study.one_pass for study in studies),
@@ -75,12 +79,17 @@ def _index(index: Index[SweepStudy]) -> Page:
 
 
 def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
-    """The diagram of position alone, of the study with most points; None where none was timed."""
+    """The diagram of one quantity, of the study with most points; None where none was timed."""
     study = max((study for study in studies if timed_points(study)), key=lambda s: len(s.points), default=None)
     if study is None:
         return None
-    alt = f"Position error against cost of every run, {study.name}"
-    return Figure("position", alt, partial(work_precision_figure, study, ("position",)))
+    quantity = "acceleration" if _of_presets(studies) else "position"
+    alt = f"{quantity.capitalize()} error against cost of every run, {study.name}"
+    return Figure(quantity, alt, partial(work_precision_figure, study, (quantity,)))
+
+
+def _of_presets(studies: Sequence[SweepStudy]) -> bool:
+    return all(study.grid == PRESETS for study in studies)
 
 
 KIND = Kind(

@@ -1,6 +1,6 @@
 """The work-precision diagram: error against cost, every timed run of the grid in it.
 
-Of a grid of presets it has their curves and no names, over the cost of a simulated second, which engines share.
+Of a grid of presets it has their curves alone, over the cost of a simulated second, which engines share.
 """
 
 from __future__ import annotations
@@ -18,29 +18,15 @@ from conrod.engines.rule import PRESETS
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
-from conrod.report.sweep.points import (
-    TOLERANCES,
-    cheapest_within,
-    preset_curves,
-    timed_engines,
-    timed_points,
-)
+from conrod.report.sweep.points import preset_curves, timed_engines, timed_points
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
-
-Place = tuple[float, float]  # in a panel [pt]
 
 FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
 
 WIDTH, PANEL_HEIGHT = 10.5, 4.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 0.5  # margins [inch]
 PANEL_WIDTH = WIDTH - LEFT - RIGHT
-POINTS = 72.0  # in an inch
-NAME_SIZE = 7.0  # [pt]
-MARKED = 4.5  # half the side of a marked point [pt]
-# From a point to its name, best first: a front has nothing of its own below it and to its left.
-DIRECTIONS = ((-0.8, -0.6), (-1.0, 0.0), (-0.3, -1.0), (-0.9, 0.45), (0.3, -1.0), (0.9, -0.45), (0.0, 1.0), (0.9, 0.45))
-DISTANCES = (16.0, 22.0, 30.0, 40.0, 52.0)  # [pt]
 
 
 def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Figure:
@@ -98,8 +84,6 @@ def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], qua
     for curve in preset_curves(study):
         of_preset = [p for p in curve.points if p.label in costs]
         _plot(axes, of_preset, costs, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
-    if study.grid != PRESETS:
-        _name_points(axes, study, costs, quantity)
 
 
 def _plot(
@@ -123,39 +107,6 @@ def _front_style(engine: str) -> dict[str, Any]:
     line = {"color": colour(engine), "linewidth": 2.2, "alpha": 0.9, "zorder": 6, "linestyle": "-"}
     dots = {"marker": look_of(engine).dot, "markersize": 4.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
     return {**line, **dots}
-
-
-# -- names -------------------------------------------------------------------------------------------------------------
-
-
-def name_offsets(texts: Sequence[str], at: Sequence[Place]) -> list[Place]:
-    """Offset [pt] of the centre of each name from its point [pt], where it covers no name before it and no point."""
-    half = 0.5 * np.array([0.75 * NAME_SIZE * max(map(len, texts), default=0), 1.3 * NAME_SIZE])
-    taken, offsets = [(np.asarray(point), half + MARKED) for point in at], []
-    for point in at:
-        tries = [np.multiply(distance, direction) for distance in DISTANCES for direction in DIRECTIONS]
-        free = [one for one in tries if all((abs(point + one - place) >= r).any() for place, r in taken)]
-        best = (free or tries)[0]
-        taken.append((point + best, 2.0 * half))
-        offsets.append((float(best[0]), float(best[1])))
-    return offsets
-
-
-def _name_points(axes: Axes, study: SweepStudy, costs: Mapping[str, float], quantity: str) -> None:
-    """The labels of the cheapest points within some tolerances, which a table explains."""
-    chosen = [cheapest_within(study.points, quantity, e, engine) for engine in study.engines for e in TOLERANCES]
-    points = list({point.label: point for point in chosen if point is not None}.values())
-    places = [(float(on_log_grid(np.array(costs[p.label]))), float(_errors([p], quantity)[0])) for p in points]
-    ends = np.log10([axes.get_xlim(), axes.get_ylim()])
-    size = np.array([PANEL_WIDTH, PANEL_HEIGHT]) * POINTS
-    at = [tuple((np.log10(place) - ends[:, 0]) / np.ptp(ends, axis=1) * size) for place in places]
-    for point, place, offset in zip(points, places, name_offsets([p.label for p in points], at), strict=True):
-        line = {"arrowstyle": "-", "color": colour(point.engine), "linewidth": 0.4, "shrinkB": 2.0}
-        axes.annotate(
-            point.label, place, xytext=offset, textcoords="offset points", fontsize=NAME_SIZE, ha="center",
-            va="center", zorder=8, color=colour(point.engine), arrowprops=line,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
-        )  # fmt: skip
 
 
 def _legend(study: SweepStudy) -> list[Line2D]:

@@ -151,6 +151,13 @@ def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, O
     return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
 
 
+def _initial(engine: str, engines: Sequence[str]) -> str:
+    """The shortest beginning of an engine's name that no other one has, as capitals."""
+    others = [other for other in engines if other != engine]
+    ends = range(1, len(engine) + 1)
+    return next((engine[:k] for k in ends if not any(o.startswith(engine[:k]) for o in others)), engine).upper()
+
+
 def _points(
     plan: SweepPlan, measurements: Results, timings: Timings, references: Mapping[str, float]
 ) -> Iterator[SweptPoint]:
@@ -160,7 +167,7 @@ def _points(
         engine, found, timing = rule.engine.name, measurements[case.key], timings.get(case.key)
         counts[engine] += 1
         yield SweptPoint(
-            label=f"{engine[0].upper()}{counts[engine]}",
+            label=f"{_initial(engine, [one.engine.name for one in plan.rules])}{counts[engine]}",
             key=case.key,
             engine=engine,
             rule=rule.rule.name,

@@ -1,15 +1,11 @@
-"""Tables of engines beside each other: what each can do, and what its presets cost at equal error."""
+"""Tables of engines beside each other: what their presets cost at equal error, and which is the cheapest."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
 from itertools import groupby
-from typing import Any
 
-from conrod.engines import Engine
-from conrod.engines.capabilities import MEANINGS, Lacking, capability
-from conrod.engines.registry import origin_of
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.points import tolerance, within_all
@@ -23,19 +19,6 @@ KEPT_HEADS = ("position", "position and velocity", "position, velocity and accel
 ALL = KEPT[-1]
 WINNERS_HEAD = ("every error below", *KEPT_HEADS)
 PRESETS_HEAD = ("engine", "preset", "steps", *QUANTITIES, "order", *(f"below {tolerance(b)}" for b in BARS), "outcome")
-
-
-def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
-    """Version, origin and presets of engines, and which capabilities each has."""
-    rows = [
-        ("version", *(one.version for one in engines)),
-        ("from", *(origin_of(one.name) for one in engines)),
-        ("presets", *(", ".join(one.presets) for one in engines)),
-    ]
-    for kind, meaning in MEANINGS.items():
-        able = (not isinstance(capability(one, kind), Lacking) for one in engines)
-        rows.append((meaning, *("yes" if has else "unsupported" for has in able)))
-    return table(("", *(one.name for one in engines)), rows)
 
 
 # -- the cheapest ------------------------------------------------------------------------------------------------------
