@@ -25,7 +25,8 @@ RIVALS = {
     "[mm]": r"\((mm|mm/s|m|m/s|m/s²|deg|rad|rad/s|rpm|N|N m|kg|s|ms)\)",
     "angles in deg": r"(phase|angle)[^|.]{0,40} \[rad\]|(\d|\}) rad\b(?!/)",
 }
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src/conrod/report").rglob("*.jinja")]
+TEMPLATES = [p for p in (ROOT / "src/conrod/report").rglob("*.jinja") if ".xml" not in p.suffixes]  # XML is for tools
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *TEMPLATES]
 # Pages and figures, whose texts stand in them as comments; but for audits, which quote what documents print.
 REPORTS = [
     p

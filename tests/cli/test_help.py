@@ -87,7 +87,7 @@ def completed(*words: str) -> list[str]:
         (("limits", "--preset", "h"), ["hardened"]),
         (("limits", "--axis", "steps-x-n"), ["steps-x-nearness"]),
         (("sweep", "--grid", ""), ["coarse", "default", "fine", "presets"]),
-        (("export", "geneva", "--format", ""), ["mjcf", "csv", "npz", "pack"]),
+        (("export", "geneva", "--format", ""), ["mjcf", "csv", "npz", "pack", "fmu"]),
         (("nothing", "s"), ["show", "sweep"]),
     ],
 )

@@ -190,7 +190,7 @@ def test_the_trajectory_of_a_pack_is_as_long_as_asked_for(tmp_path: Path) -> Non
         (("--format", "pack"), "name it with -o DIR or -o FILE.zip"),
         (("--format", "pack", "-o", "mine"), "it holds a README.md that is not of a pack"),
         (("--format", "pack", "-o", "p", "--steps-per-rev", "0"), "--steps-per-rev = 0 is out of range"),
-        (("--format", "pakc"), "unknown format 'pakc': did you mean 'pack'? choose from csv, mjcf, npz, pack"),
+        (("--format", "pakc"), "unknown format 'pakc': did you mean 'pack'? choose from csv, fmu, mjcf, npz, pack"),
     ],
 )
 def test_a_pack_that_cannot_be_written_writes_nothing(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:

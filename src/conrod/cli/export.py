@@ -10,7 +10,8 @@ from conrod.cli import options
 from conrod.cli.say import say
 from conrod.errors import InvalidInput
 
-FORMATS = ("mjcf", "csv", "npz", "pack")
+FORMATS = ("mjcf", "csv", "npz", "pack", "fmu")
+MODELS = ("mjcf", "fmu")
 CSV_SAMPLES = 360  # a revolution
 PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
@@ -20,9 +21,9 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 @click.option(
     "--format",
     "kind",
-    metavar="mjcf|csv|npz|pack",
+    metavar="mjcf|csv|npz|pack|fmu",
     shell_complete=options.completed(lambda: FORMATS),
-    help="Model, exact trajectory, or a pack for others to solve.",
+    help="Model, exact trajectory, a pack for others to solve, or an FMU 3.0.",
 )
 @click.option("-o", "--output", metavar="FILE", help="File to write [standard output]; of a pack a folder or a .zip.")
 @options.assignments
@@ -36,7 +37,7 @@ def export(
     steps_per_rev: int | None,
     revolutions: int | None,
 ) -> None:
-    """Write the MJCF model of SCENE, its exact trajectory as a table with units, or a pack for other tools to solve."""
+    """Write the MJCF model of SCENE, or its exact motion: as a table with units, a pack for others to solve, an FMU."""
     from conrod.errors import unknown_choice
     from conrod.scenes.space import MACHINES
     from conrod.studies.frame.files import file_to_write
@@ -49,11 +50,11 @@ def export(
     name, chosen = select_scene(scene, assignments)
     if kind is None:
         raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
-    if kind == "mjcf":
-        check_model(steps_per_rev, revolutions)
+    if kind in MODELS:
+        check_model(kind, steps_per_rev, revolutions)
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
     turns = revolutions if revolutions is not None else PACK_REVOLUTIONS if kind == "pack" else 1
-    if kind != "mjcf":
+    if kind not in MODELS:
         check_table(name, samples, turns)
     if kind == "pack":
         from conrod.report.pack.contents import pack_batch, pack_files, pack_to_write
@@ -63,11 +64,19 @@ def export(
         say(f"pack: {place}")
         return
     file = None if output is None else file_to_write(output, "-o")
+    if kind in ("npz", "fmu") and file is None:
+        raise InvalidInput(f"--format {kind} is not text: give a file with -o")
     content: str | bytes
     if kind == "mjcf":
         from conrod.engines.mujoco.standalone import standalone_mjcf
 
         content = standalone_mjcf(name, chosen, steps_per_rev)
+    elif kind == "fmu":
+        from conrod.report.fmu.archive import fmu
+
+        content, why_no_binary = fmu(name, chosen)
+        if why_no_binary is not None:
+            say(f"{name}: the FMU holds sources alone: {why_no_binary}", err=True)
     elif kind in ("csv", "npz"):
         from conrod.report.pack.export import as_csv, as_npz, exact_columns
 
@@ -75,8 +84,6 @@ def export(
         content = as_csv(columns) if kind == "csv" else as_npz(columns)
     else:
         raise unknown_choice("format", kind, FORMATS)
-    if isinstance(content, bytes) and file is None:
-        raise InvalidInput(f"--format {kind} is not text: give a file with -o")
     _write(content, file)
 
 

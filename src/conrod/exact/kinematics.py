@@ -146,6 +146,14 @@ class Kinematics:
     @cached_property
     def break_angles(self) -> tuple[float, ...]:
         """Angles [rad] in [0, 2 pi) where a roller passes a joint of its cam's arcs or laws that jerks it."""
+        return self._arc_ends(jumps_only=True)
+
+    @cached_property
+    def arc_ends(self) -> tuple[float, ...]:
+        """Angles [rad] in [0, 2 pi) where a roller passes any joint of its cam's arcs or laws."""
+        return self._arc_ends(jumps_only=False)
+
+    def _arc_ends(self, jumps_only: bool) -> tuple[float, ...]:
         found: list[float] = []
         angles = np.linspace(*self.span, SAMPLES + 1)
         if self.mechanism.driver.span is None:
@@ -155,7 +163,7 @@ class Kinematics:
             passed = [
                 left
                 for left in np.flatnonzero(arcs[:-1] != arcs[1:])
-                if contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
+                if not jumps_only or contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
             ]
             if passed:
                 found += [float(angle) for angle in self._bisect(angles[passed], angles[np.array(passed) + 1], k)]

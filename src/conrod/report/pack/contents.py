@@ -61,12 +61,12 @@ def pack_files(
     }
 
 
-def zipped(files: Mapping[str, str | bytes], folder: str) -> bytes:
-    """The files in one archive, in a folder of their own; the same files give the same bytes."""
+def zipped(files: Mapping[str, str | bytes]) -> bytes:
+    """The files in one archive; the same files give the same bytes."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            entry = zipfile.ZipInfo(f"{folder}/{name}", LONG_AGO)
+            entry = zipfile.ZipInfo(name, LONG_AGO)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = READABLE
             archive.writestr(entry, content)
@@ -144,5 +144,6 @@ def pack_to_write(text: str | None) -> Path:
 def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
     """All files in the folder, or in one archive."""
     if place.name.lower().endswith(ARCHIVE):
-        return single(place, zipped(files, place.name[: -len(ARCHIVE)]))
+        folder = place.name[: -len(ARCHIVE)]
+        return single(place, zipped({f"{folder}/{name}": content for name, content in files.items()}))
     return Batch(place, files)

@@ -1,0 +1,70 @@
+"""The exact motion as polynomials in the crank angle, which agree with it to 1e-12 of L everywhere or are refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from conrod import InvalidInput
+from conrod.exact.motion_table import TOLERANCE, TURN, MotionTable, _errors, motion_table
+from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_names, scene_named
+
+
+@cache
+def tabulated(name: str) -> MotionTable:
+    return motion_table(scene_named(name))
+
+
+# In closed form, a cam by arcs, a law whose fourth derivative jumps, one pass, three turns until wheels stand alike.
+@pytest.mark.parametrize("name", ["saw-500rpm", "cam-follower", "cam-4-5-6-7", "double-rocker", "rolling-on-concave"])
+def test_polynomials_are_the_exact_motion_between_their_knots(name: str) -> None:
+    scene, table = scene_named(name), tabulated(name)
+    angle = np.linspace(*scene.kinematics.span, 1009)
+    angle = angle if table.turns == 0 else np.concatenate([angle, angle + 5.0 * TURN, angle - 7.0 * TURN])
+    assert _errors(scene, table.evaluate(angle), angle, table.scales).max() < TOLERANCE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
+def test_every_machine_is_tabulated(name: str) -> None:
+    assert len(tabulated(name).knots) - 1 <= 84
+
+
+@pytest.mark.parametrize(
+    ("name", "turns"), [("saw-500rpm", 1), ("double-rocker", 0), ("rolling-on-concave", 3), ("planetary-gear", 21)]
+)
+def test_a_table_holds_the_turns_after_which_motion_repeats(name: str, turns: int) -> None:
+    assert tabulated(name).turns == turns
+
+
+@pytest.mark.parametrize("term", [0, 1, 2])
+def test_a_number_that_is_off_by_a_billionth_is_found(term: int) -> None:
+    scene, table = SCENES["saw-500rpm"], tabulated("saw-500rpm")
+    table.check(scene)
+    coefficients = table.coefficients.copy()
+    coefficients[3, table.names.index("C.x"), term] += 1e-9 * scene.lengths["C"]
+    with pytest.raises(InvalidInput, match=r"of C\.x at crank angle .* differ by .*e-09; 1e-12 is allowed"):
+        replace(table, coefficients=coefficients).check(scene)
+
+
+def test_a_knot_that_is_off_and_a_gain_that_is_off_are_found() -> None:
+    scene, table = SCENES["saw-500rpm"], tabulated("saw-500rpm")
+    knots, gains = table.knots.copy(), table.gains.copy()
+    knots[3] += 1e-9
+    gains[2] += 1e-9
+    for wrong in (replace(table, knots=knots), replace(table, gains=gains)):
+        with pytest.raises(InvalidInput, match="1e-12 is allowed"):
+            wrong.check(scene)
+
+
+def test_motion_that_does_not_repeat_is_refused() -> None:
+    radii = {"sun-mesh": (0.0201, 0.0149), "ring-mesh": (0.0149, 0.0499)}  # [m]; 700 turns of the sun to 201 of the arm
+    gear = scene_named("planetary-gear").with_parameters(
+        **{f"joints.{mesh}.radii.{k}": radius for mesh, pair in radii.items() for k, radius in enumerate(pair)}
+    )
+    with pytest.raises(InvalidInput, match="does not repeat within 60 turns"):
+        motion_table(gear)

@@ -1,0 +1,225 @@
+"""The exact motion as an FMU: what a tool that knows nothing of conrod computes with it is the exact motion."""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+import sys
+import zipfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod.exact.motion import Array
+from conrod.report.fmu import archive
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.catalogue import catalogue_names, scene_named
+
+fmpy = pytest.importorskip("fmpy", reason="FMPy, of the extra fmi, is not installed")
+compiled = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+
+MODES = ("CoSimulation", "ModelExchange")
+QUANTITIES = (("", "position", 0), ("v", "velocity", 1), ("a", "acceleration", 2))
+
+
+@cache
+def exported(name: str, speed: float = 1.0) -> tuple[Scene, bytes]:
+    """A scene at so many times its speed, and its FMU."""
+    scene = scene_named(name)
+    scene = scene.with_parameters(speed=speed * scene.speed)
+    return scene, archive.fmu(name, scene)[0]
+
+
+def simulated(content: bytes, folder: Path, **options: Any) -> Any:
+    (folder / "unit.fmu").write_bytes(content)
+    outputs = [
+        v.name for v in fmpy.read_model_description(folder / "unit.fmu").modelVariables if "o" in v.causality[:1]
+    ]
+    return fmpy.simulate_fmu(str(folder / "unit.fmu"), output=outputs, **options)
+
+
+def loaded(folder: Path, **options: Any) -> Any:
+    (folder / "unit.fmu").write_bytes(exported("saw-500rpm")[1])
+    described = fmpy.read_model_description(folder / "unit.fmu")
+    place = fmpy.extract(str(folder / "unit.fmu"), unzipdir=str(folder / "unit"))
+    given = {"guid": described.guid, "modelIdentifier": described.coSimulation.modelIdentifier, **options}
+    return fmpy.fmi3.FMU3Slave(unzipDirectory=place, instanceName="one", **given)
+
+
+def largest_error(scene: Scene, result: Any) -> float:
+    """Of all quantities of all points, over L, omega L and omega^2 L."""
+    span = scene.mechanism().driver.span
+    angle: Array = np.clip(result["crank_angle"], *span) if span else result["crank_angle"]
+    exact = scene.motion(angle, scene.speed, side="right" if scene.speed > 0.0 else "left")
+    return max(
+        float(np.abs(result[f"{point}.{letter}{axis}"] - getattr(motion, quantity)[:, k]).max())
+        / (scene.lengths[point] * abs(scene.speed) ** order)
+        for point, motion in exact.points.items()
+        for letter, quantity, order in QUANTITIES
+        for k, axis in enumerate("xy")
+    )
+
+
+@compiled
+@pytest.mark.parametrize("mode", MODES)
+# A closed form turning backwards, a cam with jumps of its acceleration, one pass in both senses, wheels of 21 turns.
+@pytest.mark.parametrize(
+    ("name", "speed"),
+    [("saw-500rpm", -1.0), ("cam-follower", 1.0), ("geneva", 1.0), ("geneva", -1.0), ("planetary-gear", 1.0)],
+)
+def test_what_fmpy_computes_is_the_exact_motion(name: str, speed: float, mode: str, tmp_path: Path) -> None:
+    scene, content = exported(name, speed)
+    turns = 1.0 if scene.mechanism().driver.span else 30.0
+    run = fmpy.read_model_description(io.BytesIO(content)).defaultExperiment
+    stop = turns * float(run.stopTime)
+    result = simulated(
+        content, tmp_path, fmi_type=mode, stop_time=stop, output_interval=(stop - float(run.startTime)) / 300
+    )
+    assert len(result) > 300
+    assert largest_error(scene, result) < 1e-12
+
+
+@compiled
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
+def test_every_machine_is_an_fmu_without_problems(name: str, tmp_path: Path) -> None:
+    from fmpy.validation import validate_fmu
+
+    scene, content = exported(name)
+    result = simulated(content, tmp_path)
+    assert validate_fmu(str(tmp_path / "unit.fmu")) == []
+    # Near its change points the parallelogram's own exact accelerations are rounded more.
+    assert largest_error(scene, result) < (1e-11 if name == "parallelogram" else 1e-12)
+
+
+@compiled
+def test_bodies_are_where_the_generic_solver_has_them(tmp_path: Path) -> None:
+    scene, content = exported("geneva")
+    result = simulated(content, tmp_path)
+    angle = np.clip(result["crank_angle"], *scene.kinematics.span)
+    columns = [f"{body.name}.{axis}" for body in scene.mechanism().bodies for axis in ("x", "y", "angle")]
+    poses, rates, seconds = scene.kinematics.derivatives(angle, 2)
+    assert np.stack([result[name] for name in columns], axis=1) == pytest.approx(poses, abs=1e-12)
+    turned = np.stack([result[name.replace("angle", "rate")] for name in columns if "angle" in name], axis=1)
+    assert turned == pytest.approx(rates[:, 2::3] * scene.speed, abs=1e-12 * abs(scene.speed))
+    faster = np.stack([result[name.replace("angle", "acceleration")] for name in columns if "angle" in name], axis=1)
+    assert faster == pytest.approx(seconds[:, 2::3] * scene.speed**2, abs=1e-12 * scene.speed**2)
+
+
+@compiled
+def test_speed_and_start_angle_are_parameters_and_nothing_else_is(tmp_path: Path) -> None:
+    scene, content = exported("cam-follower")
+    slow = scene.with_parameters(speed=-1.25)
+    result = simulated(content, tmp_path, start_values={"speed": -1.25, "start_angle": 40.0}, stop_time=9.0)
+    assert result["crank_angle"] == pytest.approx(40.0 - 1.25 * result["time"], abs=1e-13)
+    assert largest_error(slow, result) < 1e-12
+    unit = loaded(tmp_path)
+    unit.instantiate()
+    with pytest.raises(fmpy.fmi1.FMICallException, match="SetFloat64"):
+        unit.setFloat64([4], [0.0])
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    with pytest.raises(fmpy.fmi1.FMICallException, match="SetFloat64"):
+        unit.setFloat64([1], [2.0])
+
+
+@compiled
+def test_a_pass_ends_with_its_reason(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        simulated(exported("geneva")[1], tmp_path, stop_time=exported("geneva")[0].period)
+    assert re.search(
+        r"crank angle 0\.[78]\d+ rad is out of range, -0\.785398163 to 0\.785398163 rad", capfd.readouterr()[0]
+    )
+
+
+@compiled
+def test_a_state_is_put_back(tmp_path: Path) -> None:
+    unit, x = loaded(tmp_path), [4]
+    unit.instantiate()
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    state, start = unit.getFMUState(), unit.getFloat64(x)
+    unit.doStep(0.0, 0.01)
+    assert unit.getFloat64([0]) == [0.01]
+    unit.setFMUState(state)
+    assert (unit.getFloat64([0]), unit.getFloat64(x)) == ([0.0], start)
+    unit.freeFMUState(state)
+    unit.freeInstance()
+
+
+@compiled
+def test_the_token_of_another_unit_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Exception, match="instantiate"):
+        loaded(tmp_path, guid="{another}").instantiate()
+
+
+def test_the_same_scene_gives_the_same_bytes() -> None:
+    scene, content = exported("cam-follower")
+    assert archive.fmu("cam-follower", scene)[0] == content
+    assert archive.fmu("cam-follower", scene.with_parameters(speed=2.0 * scene.speed))[0] != content
+
+
+def test_names_are_names_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
+    name = "1 <b> & \"c' ]]>"
+    described = fmpy.read_model_description(io.BytesIO(archive.fmu(name, SCENES["saw-40rpm"])[0]))
+    assert (described.modelName, described.coSimulation.modelIdentifier) == (name, "_1__b_____c_____")
+
+
+# -- without a compiler ------------------------------------------------------------------------------------------------
+
+
+def test_without_a_compiler_the_fmu_holds_sources_and_one_line_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
+    done = conrod("export", "saw-40rpm", "--format", "fmu", "-o", "saw.fmu", cwd=tmp_path)
+    reason = "saw-40rpm: the FMU holds sources alone: there is no C compiler (no-such-compiler) here\n"
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", reason)
+    names = zipfile.ZipFile(tmp_path / "saw.fmu").namelist()
+    assert [name for name in names if "binaries" in name] == []
+    assert {"sources/motion.c", "sources/motion_table.h", "sources/buildDescription.xml"} < set(names)
+
+
+def test_a_compiler_that_fails_is_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(archive, "COMPILER", sys.executable)
+    assert "returned non-zero exit status" in str(archive.fmu("saw-40rpm", SCENES["saw-40rpm"])[1])
+
+
+@compiled
+@pytest.mark.slow
+def test_what_fmpy_builds_of_the_sources_is_the_exact_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fmpy.build import build_platform_binary
+
+    monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
+    (tmp_path / "unit.fmu").write_bytes(archive.fmu("saw-40rpm", SCENES["saw-40rpm"])[0])
+    folder = fmpy.extract(str(tmp_path / "unit.fmu"), unzipdir=str(tmp_path / "unit"))
+    build_platform_binary(folder)
+    outputs = ["crank_angle", *(f"{p}.{q}{a}" for p in "CM" for q, *_ in QUANTITIES for a in "xy")]
+    assert largest_error(SCENES["saw-40rpm"], fmpy.simulate_fmu(folder, output=outputs)) < 1e-12
+
+
+# -- mistakes ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (("saw-40rpm",), "--format fmu is not text: give a file with -o"),
+        (("saw-40rpm", "-o", "none/saw.fmu"), "there is no folder none"),
+        (("saw-40rpm", "-o", "."), "it is a folder"),
+        (("saw-40rpm", "-o", "saw.fmu", "--steps-per-rev", "10"), "--steps-per-rev does not go with --format fmu"),
+        (("saw-40rpm", "-o", "saw.fmu", "--revolutions", "2"), "--revolutions does not go with --format fmu"),
+        (("bennett", "-o", "bennett.fmu"), "bennett is a machine in space"),
+    ],
+)
+def test_a_slip_is_one_line_and_nothing_is_written(arguments: tuple[str, ...], expected: str, tmp_path: Path) -> None:
+    done = conrod("export", *arguments, "--format", "fmu", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert expected in done.stderr
+    assert list(tmp_path.iterdir()) == []
