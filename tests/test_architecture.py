@@ -44,6 +44,7 @@ FORBIDDEN = [
     ("conrod.engines.mujoco.settings", "mujoco", "settings are plain values"),
     ("conrod.engines.pymunk.settings", "pymunk", "settings are plain values"),
     ("conrod.engines.exudyn.settings", "exudyn", "settings are plain values"),
+    ("conrod.engines.box2d.settings", "Box2D", "settings are plain values"),
     ("conrod.engines.mujoco", "conrod.engines.pymunk", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
@@ -138,7 +139,8 @@ def test_no_module_waits_for_itself() -> None:
 
 @pytest.mark.parametrize(
     ("engine", "rooms"),
-    [("mujoco", ("engines.mujoco", "own", "mjcf")), ("pymunk", ("engines.pymunk",)), ("exudyn", ("engines.exudyn",))],
+    [("mujoco", ("engines.mujoco", "own", "mjcf")), ("pymunk", ("engines.pymunk",)), ("exudyn", ("engines.exudyn",)),
+     ("Box2D", ("engines.box2d",))],
 )
 def test_only_an_engines_own_package_imports_it(engine: str, rooms: tuple[str, ...]) -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, engine) for name in names)}

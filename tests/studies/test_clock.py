@@ -16,10 +16,10 @@ from catalogue import CAM, SAW
 
 from conrod import MuJoCoSettings, PymunkSettings, run
 from conrod.engines import ENGINES, engine_named
+from conrod.engines.centres import body_states
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk import stepping
 from conrod.engines.pymunk import timing as bare
-from conrod.engines.pymunk.points import body_states
 from conrod.engines.pymunk.timing import reference_loop as pymunk_reference
 from conrod.exact.motion import Array
 from conrod.scenes.catalogue import scene_named

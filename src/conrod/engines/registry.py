@@ -46,7 +46,10 @@ class Look:
 # the engine, and `settings.PRESETS`, which do not. Okabe and Ito's colours, distinguishable by colour-blind readers.
 ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk": Look("pymunk", "#D55E00", "D")}
 # Engines that ship and are extras to install, laid out alike. They take part where they are asked for by name.
-OPTIONAL: Mapping[str, Look] = {"exudyn": Look("Exudyn", "#009E73", "^")}
+OPTIONAL: Mapping[str, Look] = {
+    "exudyn": Look("Exudyn", "#009E73", "^"),
+    "box2d": Look("Box2D", "#CC79A7", "v", module="Box2D", distribution="Box2D"),
+}
 OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import exudyn
 
 from conrod.engines.engine import Engine
-from conrod.engines.exudyn import dynamics, kinematic, model, stepping, timing
+from conrod.engines.exudyn import dynamics, kinematic, model, stepping
 from conrod.engines.exudyn.settings import PRESETS, ExudynSettings
 
 
@@ -19,7 +19,7 @@ class Exudyn(Engine[ExudynSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(kinematic.solve_kinematics)
     stepper = staticmethod(stepping.stepper)
-    reference_loop = staticmethod(timing.reference_loop)
+    reference_loop = staticmethod(stepping.reference_loop)
 
 
 ENGINE = Exudyn()

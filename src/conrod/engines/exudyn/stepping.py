@@ -12,6 +12,7 @@ import numpy as np
 from conrod.engines.engine import Machine, run_of
 from conrod.engines.exudyn.model import build, silent
 from conrod.engines.exudyn.settings import TRAPEZOIDAL, ExudynSettings
+from conrod.engines.reference_loop import REFERENCE
 from conrod.exact.motion import Array
 
 # The solver begins again after so many steps, with a new Jacobian: always the same ones, however a run is cut. A power
@@ -77,6 +78,11 @@ class Stepper:
 def stepper(machine: Machine, settings: ExudynSettings) -> Stepper:
     """A machine in the exact state of its start, with nothing recorded."""
     return Stepper(machine, settings, run_of(machine, 1, 1.0)[0])
+
+
+def reference_loop() -> Stepper:
+    """The slider-crank at its start, 1000 steps a turn."""
+    return Stepper(REFERENCE, ExudynSettings.stock(REFERENCE, 1000), 0.0)
 
 
 def _simulation(settings: ExudynSettings) -> Any:

@@ -7,9 +7,10 @@ from importlib.metadata import version
 
 import pymunk
 
+from conrod.engines.centres import centre_state
 from conrod.engines.massless_rod import ModelForm
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, to_world
+from conrod.mechanism.mechanism import GROUND, Mechanism, Point
 
 VERSION = version("pymunk")  # what 7.0.0 says of itself is 2.0.0
 Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
@@ -40,12 +41,10 @@ class Build:
         """Put the bodies into poses (3 n,) with rates (3 n,) of all links."""
         poses, rates = self.form.kept(poses), self.form.kept(rates)
         for i, (link, body) in enumerate(zip(self.mechanism.bodies, self.bodies, strict=True)):
-            x, y, phi = poses[3 * i : 3 * i + 3]
-            vx, vy, spin = rates[3 * i : 3 * i + 3]
-            gx, gy = to_world((x, y, phi), link.centre_of_gravity)
-            body.position, body.angle = (gx, gy), float(phi)
-            body.velocity = (vx - spin * (gy - y), vy + spin * (gx - x))
-            body.angular_velocity = float(spin)
+            own = slice(3 * i, 3 * i + 3)
+            gx, gy, turn, vx, vy, spin = centre_state(link, poses[own], rates[own])
+            body.position, body.angle = (gx, gy), turn
+            body.velocity, body.angular_velocity = (vx, vy), spin
         self.space.reindex_shapes_for_body(self.space.static_body)
 
     def hold(self, name: str, constraint: pymunk.Constraint) -> None:

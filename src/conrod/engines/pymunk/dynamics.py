@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from conrod.engines.centres import body_states
 from conrod.engines.engine import PIECE, Machine
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.pymunk.built import VERSION, Build
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import Staggered, body_states, point_tracks, staggered
+from conrod.engines.pymunk.points import Staggered, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state

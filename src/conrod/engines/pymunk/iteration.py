@@ -22,6 +22,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from conrod.engines.centres import by_centres, one_iteration
 from conrod.engines.numerics import MEETING
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
@@ -51,7 +52,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     forces -= load_forces(mechanism, poses, rates, angle / speed)
     inverse = _inverse_masses(mechanism)
     free = np.flatnonzero(inverse)
-    of_centres = _by_centres(mechanism, poses)[:, :, free]
+    of_centres = by_centres(mechanism, poses)[:, :, free]
     begun = 1.5 * inverse[free] * (np.swapaxes(of_centres, 1, 2) @ forces[:, :, None])[:, :, 0]
 
     def size(of: list[Array], order: int) -> float:
@@ -67,7 +68,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     step = 2.0 * np.pi / FINEST
     allowed = SHARE * 5.0 / 12.0 * step**2 * size(derivatives, 4) * speed**2
     jacobian = kinematics.jacobian(poses) @ of_centres
-    return _iterations(_one_iteration(kinematics, jacobian, inverse[free]), begun, left, allowed)
+    return _iterations(one_iteration(jacobian, inverse[free], _constraints(kinematics)), begun, left, allowed)
 
 
 def _iterations(once: Array, begun: Array, left: Callable[[Array], float], allowed: float) -> int:
@@ -80,16 +81,6 @@ def _iterations(once: Array, begun: Array, left: Callable[[Array], float], allow
         if left(after[:, :, 0]) > allowed:
             before, count = after, count + 2**k
     return min(max(LEAST, count), MOST)
-
-
-def _one_iteration(kinematics: Kinematics, jacobian: Array, inverse: Array) -> Array:
-    """T (S, n, n) from all joint equations by the free coordinates (S, 3 n, n)."""
-    product = np.broadcast_to(np.eye(len(inverse)), (len(jacobian), len(inverse), len(inverse)))
-    for rows in _constraints(kinematics):
-        along = jacobian[:, rows]
-        impulse = inverse[:, None] * np.swapaxes(along, 1, 2)
-        product = product - impulse @ np.linalg.solve(along @ impulse, along @ product)
-    return product
 
 
 def _constraints(kinematics: Kinematics) -> Iterator[slice]:
@@ -118,13 +109,3 @@ def _inverse_masses(mechanism: Mechanism) -> Array:
         moves = body.name != mechanism.crank
         found += [1.0 / body.mass, 1.0 / body.mass, turning] if moves else [0.0, 0.0, 0.0]
     return np.array(found)
-
-
-def _by_centres(mechanism: Mechanism, poses: Array) -> Array:
-    """Change of poses (S, 3 n, 3 n) by the coordinates of the centres of gravity and the turns."""
-    found = np.tile(np.eye(poses.shape[1]), (len(poses), 1, 1))
-    for i, body in enumerate(mechanism.bodies):
-        (x, y), turn = body.centre_of_gravity, poses[:, 3 * i + 2]
-        found[:, 3 * i, 3 * i + 2] = np.sin(turn) * x + np.cos(turn) * y
-        found[:, 3 * i + 1, 3 * i + 2] = np.sin(turn) * y - np.cos(turn) * x
-    return found

@@ -9,11 +9,11 @@ import numpy as np
 import pymunk
 
 from conrod.engines.capabilities import KinematicResult
+from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import StraightAhead, approached, close_gap
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.law import shape_error
-from conrod.engines.pymunk.points import body_states
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import state

@@ -31,13 +31,14 @@ import numpy as np
 
 from conrod.engines.cam_polygon import CamPolygon
 from conrod.engines.capabilities import ExpectedError
+from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine, run_of, step_length
 from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.iteration import SHARE
-from conrod.engines.pymunk.points import body_states, point_tracks, staggered
+from conrod.engines.pymunk.points import point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon, wedges
 from conrod.exact.jet import Jet

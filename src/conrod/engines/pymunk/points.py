@@ -102,18 +102,3 @@ def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Arr
             Track(at.acceleration, np.diff(velocities[2:], axis=0) / at.step),
         )
     return tracks
-
-
-def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
-    """Poses and rates of the body frames from those of the centres of gravity."""
-    poses, speeds = centres.copy(), rates.copy()
-    for i, body in enumerate(mechanism.bodies):
-        if body.centre_of_gravity == (0.0, 0.0):
-            continue
-        x, y = turned(body.centre_of_gravity, centres[:, 3 * i + 2])
-        spin = rates[:, 3 * i + 2]
-        poses[:, 3 * i] -= x
-        poses[:, 3 * i + 1] -= y
-        speeds[:, 3 * i] += spin * y
-        speeds[:, 3 * i + 1] -= spin * x
-    return poses, speeds

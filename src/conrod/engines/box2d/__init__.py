@@ -1,0 +1,1 @@
+"""Box2D behind the engine interface; an extra of conrod."""

@@ -1,0 +1,116 @@
+"""Mechanism -> Box2D `b2World`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import Box2D
+
+from conrod.engines.box2d.settings import Box2DSettings
+from conrod.engines.centres import centre_state
+from conrod.engines.engine import Machine
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Point, Prismatic, Revolute
+
+GIVEN = (Revolute, Prismatic)
+FAR = 1e30  # a length of Box2D's that no machine has
+
+
+@dataclass(frozen=True)
+class Build:
+    """A world and its bodies, in the order of `mechanism.bodies`; their origins are their centres of gravity.
+
+    Attributes:
+        mechanism: with the crank's centre of gravity on its shaft. A kinematic body turns about its origin, and its
+            mass acts on nothing: so where its real one lies does not matter.
+    """
+
+    mechanism: Mechanism
+    world: Any
+    bodies: tuple[Any, ...]
+    scale: float
+
+    @property
+    def crank(self) -> Any:
+        """The driven body."""
+        return self.bodies[self.mechanism.body_index[self.mechanism.crank]]
+
+
+def refusal(machine: Machine, settings: Box2DSettings) -> str | None:
+    """None, or the reason why these settings cannot be used on this machine."""
+    mechanism = machine.kinematics.mechanism
+    if mechanism.loads:
+        return "box2d is given gravity and constant forces, no loads that follow a law"
+    if not all(isinstance(joint, GIVEN) for joint in mechanism.joints):
+        return "box2d is given pins and slides, no cams that act by contact and no wheels that roll"
+    return None
+
+
+def build(mechanism: Mechanism, settings: Box2DSettings, poses: Array, rates: Array) -> Build:
+    """Translate, with the bodies in poses (3 n,) at rates (3 n,); the crank is a kinematic body."""
+    shaft, scale = mechanism.driven_joint.point_b, settings.length_scale
+    bodies = [replace(b, centre_of_gravity=shaft) if b.name == mechanism.crank else b for b in mechanism.bodies]
+    mechanism = replace(mechanism, bodies=tuple(bodies))
+    gravity = (scale * mechanism.gravity[0], scale * mechanism.gravity[1])
+    world = Box2D.b2World(gravity=gravity, doSleep=settings.sleeping, continuousPhysics=settings.continuous_physics)
+    world.autoClearForces = False  # constant ones are given once
+    states = zip(poses.reshape(-1, 3), rates.reshape(-1, 3), strict=True)
+    made = Build(mechanism, world, tuple(_body(world, mechanism, k, scale, *s) for k, s in enumerate(states)), scale)
+    by_name = {GROUND: world.CreateStaticBody(), **dict(zip(mechanism.body_index, made.bodies, strict=True))}
+    for joint in mechanism.joints:
+        if joint.name != mechanism.driver.joint:
+            _add_joint(made, by_name, joint)
+    if settings.all_iterations:
+        _add_unclosable(made, by_name[GROUND])
+    return made
+
+
+def _body(world: Any, mechanism: Mechanism, index: int, scale: float, pose: Array, rate: Array) -> Any:
+    link = mechanism.bodies[index]
+    x, y, turn, vx, vy, spin = centre_state(link, pose, rate)
+    placed = {"position": (scale * x, scale * y), "angle": turn, "angularVelocity": spin}
+    if link.name == mechanism.crank:
+        return world.CreateKinematicBody(**placed)
+    body = world.CreateDynamicBody(linearVelocity=(scale * vx, scale * vy), **placed)
+    body.massData = Box2D.b2MassData(mass=link.mass, center=(0.0, 0.0), I=scale**2 * link.inertia)
+    push = mechanism.push_on(link.name)
+    body.ApplyForceToCenter((scale * push[0], scale * push[1]), True)
+    return body
+
+
+def _add_joint(made: Build, bodies: Mapping[str, Any], joint: Joint) -> None:
+    assert isinstance(joint, GIVEN)  # or the machine is refused
+    ends = {
+        "bodyA": bodies[joint.a],
+        "bodyB": bodies[joint.b],
+        "localAnchorA": _local(made, joint.a, joint.point_a),
+        "localAnchorB": _local(made, joint.b, joint.point_b),
+    }
+    if isinstance(joint, Revolute):
+        made.world.CreateRevoluteJoint(**ends)
+        return
+    axis = (math.cos(joint.direction), math.sin(joint.direction))
+    made.world.CreatePrismaticJoint(**ends, localAxisA=axis, referenceAngle=joint.angle)
+
+
+def _local(made: Build, name: str, point: Point) -> Point:
+    """A point of a link from its centre of gravity, in Box2D's units."""
+    x, y = (0.0, 0.0) if name == GROUND else made.mechanism.body(name).centre_of_gravity
+    return (made.scale * (point[0] - x), made.scale * (point[1] - y))
+
+
+def _add_unclosable(made: Build, ground: Any) -> None:
+    """A body of its own that is pinned to two places at once, and so keeps the positions' iteration going.
+
+    b2Island::Solve ends it where no joint of the island is farther open than b2_linearSlop. A rope that is never taut
+    makes the body one of the crank's island, and acts on nothing.
+    """
+    stray = made.world.CreateDynamicBody(gravityScale=0.0)
+    stray.massData = Box2D.b2MassData(mass=1.0, center=(0.0, 0.0), I=1.0)
+    for x in (-1.0, 1.0):
+        made.world.CreateRevoluteJoint(bodyA=ground, bodyB=stray, localAnchorA=(x, 0.0), localAnchorB=(0.0, 0.0))
+    still = {"localAnchorA": (0.0, 0.0), "localAnchorB": (0.0, 0.0)}
+    made.world.CreateRopeJoint(bodyA=stray, bodyB=made.crank, maxLength=FAR, **still)

@@ -1,0 +1,96 @@
+"""Settings of a Box2D run, and the presets. Imports no engine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from conrod.engines.box2d.iteration import iterations_needed
+from conrod.engines.engine import DASHED, DOTTED, STOCK, Machine, Preset, step_length
+from conrod.engines.rule import plain
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.units import check_count, check_number
+
+# Box2D moves no body farther than b2_maxTranslation = 2 of its units in a step, and says nothing of it.
+FARTHEST = 1.0  # of what `tuned` lets the fastest one move
+LARGEST_SCALE = 2.0**30
+SAMPLES = 720
+
+
+@dataclass(frozen=True)
+class Box2DSettings:
+    """Settings of a Box2D run; the names are Box2D's own where it has one. SI."""
+
+    engine: ClassVar[str] = "box2d"
+
+    preset: str
+    steps_per_revolution: int
+    timestep: float  # [s]
+    velocity_iterations: int = 8
+    position_iterations: int = 3  # at most: they end where all joints are closed to 5 mm, b2_linearSlop
+    all_iterations: bool = False  # a joint that cannot be closed, beside the machine, has none of them left out
+    length_scale: float = 1.0  # of Box2D's units in a metre
+    sleeping: bool = True
+    continuous_physics: bool = True
+    cam_vertices: int = 4000
+
+    def __post_init__(self) -> None:
+        """Refuse what has no meaning.
+
+        Raises:
+            InvalidInput: names the value and its range.
+        """
+        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
+        check_count("velocity_iterations", self.velocity_iterations, 1, 10**6)
+        check_count("position_iterations", self.position_iterations, 1, 10**6)
+        check_count("cam_vertices", self.cam_vertices, 16, 10**5)
+        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
+        check_number("length_scale", self.length_scale, 1.0 / LARGEST_SCALE, LARGEST_SCALE)
+
+    def time_constant(self, contact: bool) -> float:
+        # A contact mends a fifth of its overlap (b2_baumgarte) in each iteration of a step; joints all of their gap.
+        return self.timestep if contact else 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as plain values, see `plain`."""
+        return plain(self)
+
+    @classmethod
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> Box2DSettings:
+        """Box2D's defaults, with the iterations that its manual suggests; a metre is one of its units."""
+        return cls(STOCK, steps_per_revolution, step_length(machine, steps_per_revolution))
+
+    @classmethod
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> Box2DSettings:
+        """Iterations until the joints are closed to rounding, and a unit in which the fastest link moves by one a step.
+
+        Box2D's lengths are absolute: it takes an overlap of a contact, or a gap of a joint, of 5 mm for none. The
+        smaller the unit, the less that is of the machine.
+        """
+        h = step_length(machine, steps_per_revolution)
+        count = iterations_needed(machine.kinematics)
+        scale = FARTHEST / (largest_rate(machine.kinematics) * abs(machine.speed) * h)
+        # A power of two changes no digit of a length.
+        scale = 2.0 ** math.floor(math.log2(min(max(scale, 1.0 / LARGEST_SCALE), LARGEST_SCALE)))
+        return cls("tuned", steps_per_revolution, h, count, count, True, scale, False, False)
+
+
+def largest_rate(kinematics: Kinematics) -> float:
+    """Bound on the way of a centre of gravity by the crank angle [m/rad], which is also that of a wheel's rim."""
+    rates = kinematics.derivatives(kinematics.angles(SAMPLES), 1)[1].reshape(SAMPLES, -1, 3)
+    arms = [math.hypot(*body.centre_of_gravity) for body in kinematics.mechanism.bodies]
+    ways = np.linalg.norm(rates[:, :, :2], axis=2) + np.abs(rates[:, :, 2]) * arms
+    return float(ways.max())
+
+
+# Its manual states no size of its errors: they are measured, and not judged.
+PRESETS: Mapping[str, Preset[Box2DSettings]] = {
+    STOCK: Preset(Box2DSettings.stock, "Box2D as it comes", judged=False, style=DOTTED),
+    "tuned": Preset(
+        Box2DSettings.tuned, "joints closed to rounding, lengths in units of its own", judged=False, style=DASHED
+    ),
+}
