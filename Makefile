@@ -86,7 +86,7 @@ mutants/.begun: pyproject.toml $(shell find src tests -type f -not -path '*/__py
 	touch $@
 
 mutants: $(READY) mutants/.begun ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,mutants]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,mutants]'
 	-timeout --signal INT --kill-after 60 $(MUTANT_SECONDS) $(BIN)/mutmut run --max-children 2
 	$(BIN)/python tests/support/killed_mutants.py mutants/src
 
@@ -104,5 +104,5 @@ clean:
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("conrod needs Python 3.11 or newer, this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines]'
 	touch $(READY)

@@ -139,8 +139,12 @@ def test_no_module_waits_for_itself() -> None:
 
 @pytest.mark.parametrize(
     ("engine", "rooms"),
-    [("mujoco", ("engines.mujoco", "own", "mjcf")), ("pymunk", ("engines.pymunk",)), ("exudyn", ("engines.exudyn",)),
-     ("Box2D", ("engines.box2d",))],
+    [
+        ("mujoco", ("engines.mujoco", "own", "mjcf")),
+        ("pymunk", ("engines.pymunk",)),
+        ("exudyn", ("engines.exudyn",)),
+        ("Box2D", ("engines.box2d",)),
+    ],
 )
 def test_only_an_engines_own_package_imports_it(engine: str, rooms: tuple[str, ...]) -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, engine) for name in names)}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
+from conrod.engines.centres import by_centres, one_iteration
 from conrod.engines.pymunk import iteration
 from conrod.engines.pymunk.settings import PymunkSettings, iterations_by_masses
 from conrod.engines.pymunk.space import build
@@ -39,8 +40,8 @@ def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) ->
     made, poses = build(machine, still), kinematics.poses(np.array([1.0]))
     inverse = iteration._inverse_masses(mechanism)
     free = np.flatnonzero(inverse)
-    jacobian = kinematics.jacobian(poses) @ iteration._by_centres(mechanism, poses)[:, :, free]
-    once = iteration._one_iteration(kinematics, jacobian, inverse[free])[0]
+    jacobian = kinematics.jacobian(poses) @ by_centres(mechanism, poses)[:, :, free]
+    once = one_iteration(jacobian, inverse[free], iteration._constraints(kinematics))[0]
     rates = np.zeros(len(inverse))
     rates[free] = np.random.default_rng(1).normal(size=len(free))
     made.place(poses[0], np.zeros_like(poses[0]))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import Box2D
 import numpy as np
 
+from conrod.engines.box2d.library import VERSION
 from conrod.engines.box2d.settings import Box2DSettings
 from conrod.engines.box2d.stepping import Stepper
 from conrod.engines.centres import body_states
@@ -43,7 +43,7 @@ def run(
         clock = float(clocks[-1])
         failed = verdict.outcome is Outcome.DIVERGED and stepper.failure
         trajectory = Trajectory(
-            settings.engine, Box2D.__version__, settings, machine.speed, revolutions, verdict.outcome,
+            settings.engine, VERSION, settings, machine.speed, revolutions, verdict.outcome,
             f"{stepper.failure}; {verdict.reason}" if failed else verdict.reason, points, bodies,
         )  # fmt: skip
         yield Piece(trajectory, first, clocks, warnings={}, solver=None, drive_torque=None)

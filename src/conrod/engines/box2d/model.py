@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import Box2D
-
+from conrod.engines.box2d.library import Box2D
 from conrod.engines.box2d.settings import Box2DSettings
 from conrod.engines.centres import centre_state
 from conrod.engines.engine import Machine

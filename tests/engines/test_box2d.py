@@ -1,0 +1,195 @@
+"""Box2D, where it is installed: velocities a step late, joints closed to rounding, caps, and what it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+import pytest
+from catalogue import CAM, EVERY_SCENE, SAW
+
+from conrod import Outcome
+from conrod.engines.box2d.settings import PRESETS, Box2DSettings
+from conrod.engines.engine import SINGLE
+from conrod.engines.registry import engine_named, engine_packages, look_of, presets_of
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
+from conrod.runs.trajectory import Piece, concatenate_pieces
+from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.precision import error_floor
+from conrod.testing import EngineConformance
+
+pytestmark = pytest.mark.skipif(find_spec("Box2D") is None, reason="the extra conrod[box2d] is not installed")
+
+QUANTITIES = ("position", "velocity", "acceleration")
+TURNS = {name: EVERY_SCENE[name] for name in ("shear-press", "press-reversed", "saw-500rpm", "saw-slide-below")}
+
+
+@pytest.fixture
+def box2d() -> Any:
+    """The engine."""
+    return engine_named("box2d")
+
+
+@cache
+def ran(scene: Any, settings: Box2DSettings, revolutions: float = 1.0) -> Piece:
+    return concatenate_pieces(list(engine_named("box2d").run(scene, settings, revolutions)))
+
+
+def worst(scene: Any, preset: str, steps: int, **fields: Any) -> Array:
+    """Largest normalised errors of position, velocity and acceleration."""
+    found = compare(ran(scene, replace(PRESETS[preset](scene, steps), **fields)).trajectory, scene)
+    return np.array([found.worst(quantity) for quantity in QUANTITIES])
+
+
+class TestConformance(EngineConformance):
+    scenes = ("saw-40rpm", "shear-press")
+    first_order = ("stock",)
+
+    @pytest.fixture(autouse=True)
+    def judged(self, box2d: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+        """Its presets are not judged, and their stamps are looked at all the same."""
+        monkeypatch.setattr(type(self), "engine", box2d, raising=False)
+        monkeypatch.setattr(box2d, "presets", {name: replace(one, judged=True) for name, one in PRESETS.items()})
+        return
+
+
+# -- samples -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TURNS)
+def test_tuned_is_off_by_rounding_whatever_the_step(name: str) -> None:
+    scene = TURNS[name]
+    floor = error_floor(scene, SINGLE)
+    for steps in (50, 400):
+        position, velocity, _ = worst(scene, "tuned", steps)
+        assert position < 10.0 * floor["position"]
+        assert velocity < 10.0 * floor["velocity"]
+
+
+def test_accelerations_are_differences_of_order_two_until_rounding_grows_with_the_steps() -> None:
+    coarse, middle, fine, finest = (worst(SAW, "tuned", n)[2] for n in (50, 100, 400, 3200))
+    assert np.log2(coarse / middle) == pytest.approx(2.0, abs=0.1)
+    assert finest > 3.0 * fine
+
+
+def test_a_velocity_belongs_to_the_instant_a_step_before_it_is_read(box2d: Any) -> None:
+    bodies = ran(SAW, PRESETS["tuned"](SAW, 100)).trajectory.bodies
+    assert bodies is not None
+    late = bodies.position.instants.times[1:] - bodies.velocity.instants.times
+    np.testing.assert_allclose(late, PRESETS["tuned"](SAW, 100).timestep, rtol=1e-9)
+    right, wrong = (
+        np.abs(bodies.velocity.rates / SAW.speed - SAW.kinematics.derivatives(SAW.speed * at, 1)[1]).max()
+        for at in (bodies.velocity.instants.times, bodies.position.instants.times[1:])
+    )
+    assert right < 1e-5
+    assert wrong > 1e-2
+
+
+def test_stock_is_of_order_two_in_positions_and_its_acceleration_never_converges() -> None:
+    errors = np.array([worst(SAW, "stock", n) for n in (200, 400, 800)])
+    orders = -np.polyfit(np.log([200, 400, 800]), np.log(errors), 1)[0]
+    assert orders == pytest.approx([2.0, 1.0, 0.0], abs=0.1)
+
+
+def test_after_many_turns_the_crank_has_all_its_digits() -> None:
+    """Its angle is written without whole turns; a single-precision number of 200 turns has steps of 1e-4 rad."""
+    scene, settings = SAW, PRESETS["stock"](SAW, 20)
+    instants = ran(scene, settings, 200.0).trajectory.bodies.position.instants  # type: ignore[union-attr]
+    assert np.abs(instants.angle - scene.speed * instants.times).max() < 1e-6
+
+
+# -- what it does silently ---------------------------------------------------------------------------------------------
+
+
+def test_without_the_joint_that_cannot_be_closed_iterations_stop_at_five_millimetres() -> None:
+    closed, slack = (worst(SAW, "tuned", 100, length_scale=1.0, all_iterations=every)[0] for every in (True, False))
+    assert slack > 1e3 * closed
+
+
+def test_a_body_that_would_move_more_than_two_units_in_a_step_is_slowed_down() -> None:
+    settings = PRESETS["tuned"](SAW, 100)
+    fast = worst(SAW, "tuned", 100, length_scale=64.0 * settings.length_scale)
+    assert worst(SAW, "tuned", 100)[1] < 1e-5
+    assert fast[1] > 0.1
+
+
+def test_a_slow_machine_falls_asleep_in_stock() -> None:
+    slow = SAW.with_parameters(speed=0.01)  # [rad/s], below 2 deg/s
+    asleep, awake = (ran(slow, PRESETS[name](slow, 200)).trajectory for name in ("stock", "tuned"))
+    assert awake.outcome is Outcome.COMPLETED
+    assert asleep.outcome is not Outcome.COMPLETED
+
+
+def test_a_run_is_the_same_each_time_and_in_any_pieces(box2d: Any) -> None:
+    settings = PRESETS["stock"](SAW, 100)
+    whole = ran(SAW, settings, 3.0)
+    parts = concatenate_pieces(list(box2d.run(SAW, settings, 3.0, steps=7)))
+    assert np.array_equal(parts.clock, whole.clock)
+    for quantity in QUANTITIES:
+        mine, other = (getattr(p.trajectory.bodies, quantity) for p in (parts, whole))
+        assert np.array_equal(mine.instants.times, other.instants.times)
+        for field in ("poses", "rates", "accelerations"):
+            assert np.array_equal(getattr(mine, field), getattr(other, field)), (quantity, field)
+
+
+# -- what it cannot do -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        (CAM, "no cams that act by contact"),
+        (scene_named("planetary-gear"), "no wheels that roll"),
+        (scene_named("press-cutting"), "no loads that follow a law"),
+    ],
+    ids=["cam", "gears", "loads"],
+)
+def test_what_it_is_not_given_is_refused_with_the_reason(scene: Any, reason: str, box2d: Any) -> None:
+    assert reason in box2d.refusal(scene, PRESETS["stock"](scene, 1000))
+    assert box2d.refusal(SAW, PRESETS["stock"](SAW, 1000)) is None
+
+
+@pytest.mark.parametrize(
+    ("fields", "refused"),
+    [
+        ({"timestep": 0.0}, "timestep"),
+        ({"velocity_iterations": 0}, "velocity_iterations"),
+        ({"length_scale": -1.0}, "length_scale"),
+    ],
+)
+def test_settings_without_a_meaning_are_refused(fields: dict[str, Any], refused: str) -> None:
+    with pytest.raises(InvalidInput, match=refused):
+        replace(PRESETS["stock"](SAW, 1000), **fields)
+
+
+# -- an extra ----------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_timed_is_the_machine_that_is_recorded(box2d: Any) -> None:
+    settings = PRESETS["stock"](SAW, 125)
+    stepper = box2d.stepper(SAW, settings)
+    for steps in (50, 74):
+        stepper(steps)
+    centres, _ = stepper.recorded(1)
+    bodies = ran(SAW, settings).trajectory.bodies
+    assert bodies is not None
+    turns = slice(2, None, 3)
+    assert np.array_equal(centres[0][turns], bodies.position.poses[125][turns])
+    box2d.reference_loop()(100)
+
+
+def test_its_library_has_another_name_than_it(box2d: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert list(presets_of("box2d")) == ["stock", "tuned"]
+    assert look_of("box2d").title == "Box2D"
+    assert "Box2D" in engine_packages()
+    engine_named.cache_clear()
+    monkeypatch.setattr("conrod.engines.registry.find_spec", lambda _: None)
+    with pytest.raises(InvalidInput, match=r"^engine 'box2d' is an extra .*: pip install 'conrod\[box2d\]'$"):
+        engine_named("box2d")
+    engine_named.cache_clear()
