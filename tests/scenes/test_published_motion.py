@@ -1,0 +1,103 @@
+"""conrod's exact free motion held against what others published of the same machines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
+from conrod.exact.motion import Array
+from conrod.scenes.described_scene import read_scene
+from conrod.studies.frame.resolve_arguments import scene
+
+# The N-four-bar of the IFToMM library of computational benchmark problems with two four-bars, as solved by Exudyn:
+# step [s] -> place [m] and velocity [m/s] of the first tip after 10 s (its TestModels/fourBarMechanismIftomm.py).
+FOUR_BARS = {
+    1e-3: (0.3284112372, 0.9445348375, 1.422958522, -0.4947565894),
+    5e-4: (0.3284465114, 0.9445225721, 1.423028497, -0.494841072),
+    2.5e-4: (0.3284552113, 0.9445195467, 1.423045728, -0.4948619021),
+    1.25e-4: (0.3284573768, 0.9445187937, 1.423050003, -0.4948670827),
+}
+# A slider-crank of 0.1 m and 0.3 m driven from rest by 0.1 N m, by MATLAB's ode45 with tolerances of 1e-6: time [s],
+# crank angle [rad] and rate [rad/s] (Exudyn's TestModels/slidercrankRefSolM0.1_tol1e-6.txt).
+SLIDER_CRANK = (
+    (0.24799245, 1.1399223, 5.6969749),
+    (0.49931379, 4.0627317, 15.196761),
+    (0.99890747, 14.105539, 20.408051),
+    (1.5001275, 31.247025, 62.667853),
+    (1.9994585, 55.051301, 39.949817),
+)
+MACHINE = """
+name = "published"
+title = "A slider-crank driven by a torque"
+source = "Exudyn, sliderCrankFloatingTest.py, with its frame fixed"
+frame = "the shaft is at (0, 0), the slider moves on +x"
+output = "B"
+driver = { joint = "shaft", speed = "1 rad/s" }
+[ground.points]
+O = [0, 0]
+[bodies]
+crank = { points = { O = [0, 0], A = ["100 mm", 0] }, uniform = "bar", mass = "0.2 kg" }
+rod = { points = { A = [0, 0], B = ["300 mm", 0] }, uniform = "bar", mass = "0.2 kg" }
+slider = { mass = "0.4 kg", inertia = 0.0004 }
+[joints]
+shaft = { kind = "revolute", connects = ["ground.O", "crank.O"] }
+crank-pin = { kind = "revolute", connects = ["crank.A", "rod.A"] }
+slider-pin = { kind = "revolute", connects = ["rod.B", "slider"] }
+slide = { kind = "prismatic", guide = "ground.O", direction = "0 deg", slider = "slider" }
+[start]
+crank = { rate = 0 }
+rod = { turn = 0 }
+[torques]
+motor = { turns = ["ground", "crank"], law = "constant", torque = "0.1 N*m" }
+[observed]
+B = "slider"
+"""
+
+
+def moved(machine: Any, times: Any) -> FreeMotion:
+    """The exact motion of a machine from its start."""
+    return ForwardDynamics(machine.kinematics.mechanism).motion(np.asarray(times), rates=machine.start_rates)
+
+
+def tip_of_four_bars() -> Array:
+    """Place and velocity of the first tip after 10 s."""
+    machine: Any = scene("four-bar-chain-2")
+    motion = moved(machine, np.linspace(0.0, 10.0, 101))
+    place, rate = machine.kinematics.point_derivatives([motion.poses, motion.rates])["tip"]
+    return np.concatenate([place[-1], rate[-1]])
+
+
+def test_published_runs_of_the_iftomm_four_bars_approach_the_exact_motion_at_order_2() -> None:
+    published, exact = np.array(list(FOUR_BARS.values())), tip_of_four_bars()
+    errors = np.abs(published - exact)
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert orders == pytest.approx(2.0, abs=0.04)
+    limit = published[-1] + (published[-1] - published[-2]) / 3.0
+    assert limit == pytest.approx(exact, abs=1e-7)
+    # Negative control: a millionth of a second later it is elsewhere.
+    assert np.abs(limit[:2] - exact[:2] - 1e-6 * exact[2:]).max() > 1e-6
+
+
+def test_a_published_slider_crank_is_off_by_what_its_own_energy_is(tmp_path: Path) -> None:
+    (file := tmp_path / "published.toml").write_text(MACHINE)
+    times, angles, rates = np.array(SLIDER_CRANK).T
+    found = moved(read_scene(file), np.concatenate([[0.0], times]))
+    assert found.poses[1:, 2] == pytest.approx(angles, rel=2e-5)
+    assert found.rates[1:, 2] == pytest.approx(rates, rel=3e-4)
+    # Negative control: a torque larger by a thousandth.
+    file.write_text(MACHINE.replace("0.1 N*m", "0.1001 N*m"))
+    other = moved(read_scene(file), np.concatenate([[0.0], times]))
+    assert other.poses[1:, 2] != pytest.approx(angles, rel=2e-5)
+
+
+def test_a_start_that_contradicts_the_joints_is_refused(tmp_path: Path) -> None:
+    """Exudyn's fourBarMechanismTest.py starts so: the ends of its coupler part by 4.8 m/s."""
+    wrong = MACHINE.replace("rod = { turn = 0 }", "rod = { turn = 0, rate = 1 }")
+    (file := tmp_path / "published.toml").write_text(wrong)
+    with pytest.raises(InvalidInput, match="rate of rod at the start = 1 rad/s contradicts the joints"):
+        moved(read_scene(file), [0.0, 1.0])
