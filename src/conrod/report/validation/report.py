@@ -24,7 +24,7 @@ from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
 from conrod.report.validation import tables
 from conrod.scenes import CamFollower, Scene
-from conrod.studies.validation.results import Curve, SceneStudy, ValidationResult
+from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 
 ALT = {
     "mechanism": "The mechanism of {name} with its dimensions",
@@ -35,6 +35,7 @@ ALT = {
 # Of a span that is drawn: what cannot be seen.
 GRID = 1e-4
 ERROR_DIGITS = 4
+POSE_DIGITS = 3
 
 
 # -- what is saved ---------------------------------------------------------------------------------------------------
@@ -42,7 +43,8 @@ ERROR_DIGITS = 4
 
 def _kept(study: SceneStudy) -> SceneStudy:
     """The study with its curves in as many digits as a figure can show."""
-    return replace(study, results=tuple(_curves_changed(r, _thinned) for r in study.results))
+    thinned = (_curves_changed(r, _thinned) for r in study.results)
+    return replace(study, results=tuple(replace(r, poses=r.poses and _rounded(r.poses)) for r in thinned))
 
 
 def without_motion(study: SceneStudy) -> SceneStudy:
@@ -61,6 +63,13 @@ def _thinned(curve: Curve) -> Curve:
         error_angle=_on_grid(curve.error_angle),
         error=np.array([numbers.rounded(error, ERROR_DIGITS) for error in curve.error.tolist()]),
     )
+
+
+def _rounded(poses: PoseErrors) -> PoseErrors:
+    """Poses in as many digits as a drawing can show, however magnified; what is rounding is nothing."""
+    values = np.where(np.abs(poses.values) < numbers.ROUNDING, 0.0, poses.values)
+    shown = [[numbers.rounded(one, POSE_DIGITS) for one in row] for row in values.tolist()]
+    return PoseErrors(_on_grid(poses.angle), np.array(shown))
 
 
 def _curves_changed(result: ValidationResult, change: Callable[[Curve], Curve]) -> ValidationResult:

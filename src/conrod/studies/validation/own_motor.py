@@ -22,6 +22,7 @@ from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 from conrod.scenes import Scene
 from conrod.studies.validation.plan import Plan, started
+from conrod.studies.validation.pose_errors import DrawnPoses
 from conrod.studies.validation.results import ValidationResult
 
 OWN_MOTOR = "own motor"  # in the place of a preset's name
@@ -46,9 +47,10 @@ def validate_own_motor(name: str, scene: Scene, engine: Engine[Any], plan: Plan)
         found = _trajectory(scene, engine, run, start, revolutions)
     if found.outcome is not Outcome.COMPLETED:
         return replace(empty, outcome=found.outcome.slug, reason=found.reason)
-    errors = RunErrors()
-    errors.add(Stretch(found, scene))
-    return replace(empty, **errors.found())
+    errors, poses, run_whole = RunErrors(), DrawnPoses(scene, steps), Stretch(found, scene)
+    for recorder in (errors, poses):
+        recorder.add(run_whole)
+    return replace(empty, **errors.found(), poses=poses.errors)
 
 
 def _trajectory(scene: Scene, engine: Engine[Any], run: FreeRun, start: float, revolutions: float) -> Trajectory:

@@ -24,6 +24,7 @@ from conrod.scenes import CamFollower, Scene
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import LEAST_STEPS, Prediction
+from conrod.studies.validation.pose_errors import DrawnPoses
 from conrod.studies.validation.results import Curve, RefinementPoint, Tolerance, ValidationResult
 
 CLOCK_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
@@ -68,7 +69,8 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         return result
     steps, revolutions = plan.steps(scene), result.revolutions
     errors, prediction, drawn, lift = RunErrors(), Prediction(scene), Drawn(steps), Lift(scene)
-    ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, lift)
+    poses = DrawnPoses(scene, steps)
+    ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, lift, poses)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
     def point(n: int, turns: float, start: float) -> RefinementPoint:
@@ -88,6 +90,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         prediction=prediction.sizes,
         lift_error=lift.error,
         curves=drawn.curves,
+        poses=poses.errors,
     )
     return result.judged()
 

@@ -50,6 +50,19 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class PoseErrors:
+    """Pose of every body less its exact pose at the crank angle reached, over the last turn or the pass.
+
+    Attributes:
+        angle: (K,) [rad] of the crank.
+        values: (K, 3 n) [m, m, rad], stacked as in `Mechanism.bodies`.
+    """
+
+    angle: Array
+    values: Array
+
+
+@dataclass(frozen=True)
 class RefinementPoint:
     """One run of a refinement path: largest errors over all observed points, None unless completed."""
 
@@ -107,6 +120,7 @@ class ValidationResult(Result):
             measured one at most.
         lift_error: of a cam, |largest lift reached - full lift| / full lift.
         curves: by point and quantity, for figures.
+        poses: how far the bodies are off, for a moving drawing.
         qualified: what the verdict notices of planted defects; None where that was not asked for.
     """
 
@@ -125,6 +139,7 @@ class ValidationResult(Result):
     prediction: Mapping[str, Mapping[str, float]] | None = None
     lift_error: float | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
+    poses: PoseErrors | None = None
     qualified: Qualified | None = None
 
     @property

@@ -83,7 +83,7 @@ class ValidationCase(EngineCase[ValidationResult]):
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = COMPARED
-    version: ClassVar[int] = 6  # since a flywheel's law counts all bodies that turn
+    version: ClassVar[int] = 7  # since errors of the bodies' poses are kept
 
     plan: Plan
 
