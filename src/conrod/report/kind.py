@@ -147,6 +147,9 @@ class Kind(Generic[F]):
         merged: earlier findings of a part with new ones; None where these replace them.
         digits: of measured fractions in a folder, see `shortened`; all of them where it is None.
         digits_of: the same of what has these names, and of all in it.
+        live: markup of its own that a part's page has in HTML below its first sentence, with ids that begin with a
+            text; empty where there is none.
+        in_live: figures by the end of their names that it makes needless.
         schema: of the findings.
     """
 
@@ -163,6 +166,8 @@ class Kind(Generic[F]):
     merged: Callable[[F, F], F] | None = None
     digits: int | None = None
     digits_of: Mapping[str, int | None] = field(default_factory=dict)
+    live: Callable[[Part[F], str], str] | None = None
+    in_live: tuple[str, ...] = ()
     schema: int = 2
 
     def page_file(self, part: str) -> str:

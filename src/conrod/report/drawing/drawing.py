@@ -40,7 +40,7 @@ def mechanism_svg(scene: Scene) -> str:
 def mechanism_figure(scene: Scene) -> Figure:
     """The mechanism at a telling crank angle, with the paths of the observed points over a turn."""
     angle = telling_angle(scene)
-    view = _view(scene, angle)
+    view = view_at(scene, angle)
     draw_paths(view)
     draw_joints(view)
     draw_links(view)
@@ -60,7 +60,8 @@ def telling_angle(scene: Scene) -> float:
     return math.radians(scene.drawn_at)
 
 
-def _view(scene: Scene, angle: float) -> View:
+def view_at(scene: Scene, angle: float) -> View:
+    """A view of a scene at a crank angle [rad], with nothing drawn yet."""
     mechanism = scene.mechanism()
     stacked = scene.kinematics.poses(np.array([angle]))[0].reshape(-1, 3)
     rounded = np.round(stacked * [MM, MM, 1.0], 9)

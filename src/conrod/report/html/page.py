@@ -12,15 +12,18 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup, escape
 
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.svg import inlined
-from conrod.report.kind import kind_named
+from conrod.report.kind import Kind, Part, kind_named
+from conrod.report.saved import restore
 from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
 ENDED = ".md"
+SCRIPTS = ("page.js", "machine.js")
 
 
 @dataclass(frozen=True)
@@ -51,8 +54,8 @@ def document(sections: Sequence[Section], home: str = "") -> str:
     Args:
         home: address of the page that this one belongs to; empty for none.
     """
-    style, script = _asset("page.css"), _asset("page.js")
-    return _environment().get_template("page.html.jinja").render(
+    style, script = _asset("page.css"), "\n".join(map(_asset, SCRIPTS))
+    return template("page.html.jinja").render(
         sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script), home=home
     )  # fmt: skip
 
@@ -64,12 +67,28 @@ def _sections(batch: Batch, number: int) -> Iterable[Section]:
     kind, parts = kind_named(report["kind"]), report["parts"]
     pages = {entry["page"]: name for name, entry in parts.items() if entry["page"] in texts}
     first = [kind.index_file] if kind.index is not None and kind.index_file in texts else []
-    anchors = _anchors([*first, *pages], f"-{number}" if number else "")
+    # What has one part is opened for that.
+    anchors = _anchors([*pages, *first] if len(pages) == 1 else [*first, *pages], f"-{number}" if number else "")
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
-        place = _place(file, anchors, texts, deeper=bool(first) and file not in first, numbers=bool(entry["command"]))
+        place = _place(file, anchors, texts, deeper=file != next(iter(anchors)), numbers=bool(entry["command"]))
         title = texts[file].partition("\n")[0].lstrip("# ")
-        yield Section(place.anchor, title, html_of(texts[file], place), entry["command"] or "")
+        live = _live(kind, pages[file], entry, texts, place) if file in pages else ""
+        verdict, end, rest = html_of(texts[file], place).partition("</p>\n")
+        yield Section(place.anchor, title, verdict + end + live + rest, entry["command"] or "")
+
+
+def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
+    """What a part's page shows beside its text; figures that this makes needless are then left out."""
+    if kind.live is None:
+        return ""
+    findings = restore(kind.findings, json.loads(texts[entry["data"]]))
+    live = kind.live(Part(name, findings, entry["command"], entry["conrod"], entry["options"]), place.anchor)
+    if live:
+        shown = place.figure
+        above = Markup(f'<a href="#{escape(place.anchor)}--machine">In the curves above.</a>')
+        place.figure = lambda file, alt: above if file.endswith(kind.in_live) else shown(file, alt)
+    return live
 
 
 def _anchors(names: Sequence[str], end: str) -> dict[str, str]:
@@ -101,6 +120,11 @@ def _asset(name: str) -> str:
 def _digest(text: str) -> str:
     """The hash by which a page's policy allows a script or a style."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def template(name: str) -> Template:
+    """A template of HTML; what it is given is escaped unless it is `Markup`."""
+    return _environment().get_template(name)
 
 
 @cache

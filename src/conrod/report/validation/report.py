@@ -139,6 +139,12 @@ def _page(part: Part[SceneStudy]) -> Page:
     return Page(text, tuple(figures.values()))
 
 
+def _live(part: Part[SceneStudy], anchor: str) -> str:
+    from conrod.report.html.machine import machine_html
+
+    return machine_html(part, anchor)
+
+
 def _stretch(scene: Scene, revolutions: float) -> tuple[str, str]:
     """The stretch that was run, and the part of it that the curves show."""
     if scene.kinematics.mechanism.driver.span is None:
@@ -227,4 +233,6 @@ KIND = Kind(
     index=_index,
     kept=_kept,
     digits=6,
+    live=_live,
+    in_live=("-motion.svg",),
 )

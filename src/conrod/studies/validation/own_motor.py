@@ -47,10 +47,10 @@ def validate_own_motor(name: str, scene: Scene, engine: Engine[Any], plan: Plan)
         found = _trajectory(scene, engine, run, start, revolutions)
     if found.outcome is not Outcome.COMPLETED:
         return replace(empty, outcome=found.outcome.slug, reason=found.reason)
-    errors, poses, run_whole = RunErrors(), DrawnPoses(scene, steps), Stretch(found, scene)
-    for recorder in (errors, poses):
-        recorder.add(run_whole)
-    return replace(empty, **errors.found(), poses=poses.errors)
+    errors, bodies, whole = RunErrors(), DrawnPoses(scene, steps), Stretch(found, scene)
+    errors.add(whole)
+    bodies.add(whole)
+    return replace(empty, **errors.found(), poses=bodies.errors)
 
 
 def _trajectory(scene: Scene, engine: Engine[Any], run: FreeRun, start: float, revolutions: float) -> Trajectory:
