@@ -228,7 +228,7 @@ def test_an_identity_names_all_that_determines_a_validation() -> None:
     """By names that stay: another name would be another key, and every kept result lost."""
     case = ValidationCase("saw", SAW, "mujoco", "tuned", Plan(100, 1.0))
     assert case.identity() == {
-        "result_version": 1, "study": "validate", "study_version": 6, "scene": "saw", "parameters": SAW.parameters,
+        "result_version": 1, "study": "validate", "study_version": 7, "scene": "saw", "parameters": SAW.parameters,
         "engine": "mujoco", "engine_version": engine_named("mujoco").version, "preset": "tuned",
         "settings": SETTINGS.as_dict(), "refined": [tuned(n).as_dict() for n in (12, 25, 50, 100)],
         "revolutions": 1.0, "start_angle": 0.0,
@@ -270,7 +270,7 @@ def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
     found = case.result(measurement)
     assert (measurement.outcome, measurement.reason, measurement.beside["passed"]) == ("completed", "", found.passed)
     again = case.run()
-    assert replace(found, curves=None) == replace(again, curves=None)
+    assert replace(found, curves=None, poses=None) == replace(again, curves=None, poses=None)
     for quantity, sizes in measurement.beside["sizes"].items():
         assert sizes == {m: found.largest(quantity, m) for m in ("max", "rms", "final")}
     assert set(measurement.beside["sizes"]) == {"position", "velocity", "acceleration", "total"}

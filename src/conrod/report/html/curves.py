@@ -13,7 +13,7 @@ from conrod.report.numbers import ROUNDING
 
 LEFT, RIGHT, TOP, BOTTOM = (
     52.0,
-    392.0,
+    386.0,
     24.0,
     122.0,
 )  # of the area in a drawing of 400 by 145; page.js knows the first two

@@ -28,6 +28,7 @@ class Place:
         target: returns where a link leads; None where nothing is there, and its text stands alone.
         command: what a number links to, the id of the command that reproduces the page.
         row: the same of a table's row that is about another page.
+        title: the text of its first heading.
         level: of the heading that is open; a page has one of the first.
         anchors: ids that are taken.
         links: whether those links are open that close next.
@@ -39,6 +40,7 @@ class Place:
     target: Callable[[str], str | None]
     command: str = ""
     row: str = ""
+    title: str = ""
     level: int = 1
     anchors: set[str] = field(default_factory=set)
     links: list[bool] = field(default_factory=list)
@@ -62,6 +64,7 @@ class _Renderer(RendererHTML):
         level = place.level = min(6, int(token.tag[1]) + place.shift + again)
         words = self.renderInlineAsText(tokens[idx + 1].children, options, env)
         name = re.sub(r"\W+", "-", words.lower()).strip("-")
+        place.title = place.title or words
         anchor = f"{place.anchor}--{name}" if place.anchors else place.anchor
         while anchor in place.anchors:
             anchor += "-"

@@ -72,10 +72,9 @@ def _sections(batch: Batch, number: int) -> Iterable[Section]:
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
         place = _place(file, anchors, texts, deeper=file != next(iter(anchors)), numbers=bool(entry["command"]))
-        title = texts[file].partition("\n")[0].lstrip("# ")
         live = _live(kind, pages[file], entry, texts, place) if file in pages else ""
         verdict, end, rest = html_of(texts[file], place).partition("</p>\n")
-        yield Section(place.anchor, title, verdict + end + live + rest, entry["command"] or "")
+        yield Section(place.anchor, place.title, verdict + end + live + rest, entry["command"] or "")
 
 
 def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:

@@ -1,5 +1,5 @@
 // Machines in motion: one crank angle moves the drawing and the cursors of its curves.
-const LEFT = 52, RIGHT = 392; // of the area of a panel, see curves.py
+const LEFT = 52, RIGHT = 386; // of the area of a panel, see curves.py
 const moving = new Map(); // machines that run, each with what it does a moment later
 
 /** The row at a part of the way, between the two that are next to it. */
@@ -24,6 +24,7 @@ function offBy(data, exact, error) {
   return data.mm * Math.hypot(dx - by * arm[1], dy + by * arm[0]);
 }
 
+const first = document.querySelector(".machine");
 for (const root of document.querySelectorAll(".machine")) {
   const data = JSON.parse(root.querySelector("script").textContent);
   const form = root.querySelector("form"), slider = form.querySelector("input"), play = form.querySelector("button");
@@ -70,6 +71,7 @@ for (const root of document.querySelectorAll(".machine")) {
   play.addEventListener("click", () => (moving.has(root) ? stop() : start()));
   form.hidden = false;
   choose();
+  if (root === first && !matchMedia("(prefers-reduced-motion: reduce)").matches) start();
 }
 
 let before = 0;

@@ -1,0 +1,169 @@
+"""Reports in a real browser: nothing is asked for, the drawing is where the exact motion says, and it works by hand."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import asked_for, browser, complaints, opened
+from command_line import conrod
+from described import FOUR_BAR
+
+from conrod.report.html.machine import moving
+from conrod.report.kind import Part
+from conrod.report.saved import restore
+from conrod.studies.frame.resolve_arguments import select_scenes
+from conrod.studies.validation.results import SceneStudy
+
+MACHINE = "saw-500rpm"
+ANGLES = (0, 45, 137, 210, 359)
+# Where the elements of a drawing are, in its own units: a body's origin and the end of its first axis.
+PLACES = """return [...document.querySelectorAll(`.machine .${arguments[0]} use`)].map((use) => {
+  const to = use.ownerSVGElement.getScreenCTM().inverse().multiply(use.getScreenCTM());
+  return [[to.e, to.f], [to.e + 100 * to.a, to.f + 100 * to.b]]; })"""
+MOVE = """const s = document.querySelector(".machine input"); s.value = arguments[0];
+s.dispatchEvent(new Event("input"))"""
+CHOOSE = """const s = document.querySelector(`[name=${arguments[0]}]`); s.value = arguments[1];
+s.dispatchEvent(new Event("change"))"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("reports")
+    asked = ("validate", MACHINE, "--engine", "pymunk", "--steps-per-rev", "120", "--figures", "order")
+    assert conrod(*asked, "--out", "r", "--html", "r.html", cwd=out).returncode == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Any]:
+    with browser() as found:
+        yield found
+
+
+def machine(folder: Path) -> Any:
+    found = restore(SceneStudy, json.loads((folder / "r" / "data" / f"{MACHINE}.json").read_text()))
+    return moving(Part(MACHINE, found, "conrod validate", "0"))
+
+
+def expected(poses: Any) -> Any:
+    """Origin and end of the first axis of each body, from poses as the drawing has them; (n, 2, 2)."""
+    x, y, turn = poses.reshape(-1, 3).T
+    along = 100.0 * np.stack([np.cos(np.radians(turn)), np.sin(np.radians(turn))], axis=1)
+    origin = np.stack([x, y], axis=1)
+    return np.stack([origin, origin + along], axis=1)
+
+
+def exact_at(folder: Path, index: int) -> Any:
+    """The same from the scene's exact motion alone."""
+    scene, drawing = select_scenes([MACHINE], [])[MACHINE], machine(folder).drawing
+    return expected(drawing.poses(scene.kinematics.poses(np.radians([float(index)])))[0])
+
+
+def test_it_asks_for_nothing_and_complains_of_nothing(page: Any, folder: Path) -> None:
+    opened(page, folder / "r.html")
+    assert asked_for(page) == [(folder / "r.html").as_uri()]
+    assert complaints(page) == []
+    assert page.execute_script("return document.documentElement.scrollWidth") <= 1280
+
+
+def test_a_page_that_asks_for_something_is_seen(page: Any, folder: Path, tmp_path: Path) -> None:
+    planted = (folder / "r.html").read_text().replace("<main>", '<main><img src="https://127.0.0.1:9/a.png" alt="">')
+    (tmp_path / "p.html").write_text(planted.replace("img-src data:", "img-src *"))
+    assert asked_for(opened(page, tmp_path / "p.html"))[1:] == ["https://127.0.0.1:9/a.png"]
+    (tmp_path / "p.html").write_text(planted)
+    opened(page, tmp_path / "p.html")
+    assert any("Content Security Policy" in one for one in complaints(page))
+
+
+@pytest.mark.parametrize("index", ANGLES)
+def test_the_grey_machine_is_where_the_exact_motion_says(index: int, page: Any, folder: Path) -> None:
+    opened(page, folder / "r.html").execute_script(MOVE, index)
+    np.testing.assert_allclose(page.execute_script(PLACES, "ghost"), exact_at(folder, index), atol=0.02)
+
+
+def test_a_planted_pose_is_seen(page: Any, folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "p.html").write_text((folder / "r.html").read_text().replace('"exact":[[', '"exact":[[1', 1))
+    opened(page, tmp_path / "p.html").execute_script(MOVE, 0)
+    with pytest.raises(AssertionError):
+        np.testing.assert_allclose(page.execute_script(PLACES, "ghost"), exact_at(folder, 0), atol=0.02)
+
+
+def test_the_coloured_machine_is_off_by_the_error_as_often_as_is_said(page: Any, folder: Path) -> None:
+    found = machine(folder)
+    opened(page, folder / "r.html").execute_script(CHOOSE, "run", "2")
+    page.execute_script(MOVE, 60)
+    power = found.power(found.runs[2])
+    assert page.execute_script("return document.querySelector('[name=power]').value") == str(power) != "0"
+    for k in (power, power - 1):
+        page.execute_script(CHOOSE, "power", str(k))
+        wanted = expected(found.exact[60] + 10.0**k * found.errors(found.runs[2])[10])
+        np.testing.assert_allclose(page.execute_script(PLACES, "engine"), wanted, atol=0.1)
+
+
+def test_its_words_say_how_far_the_point_is_off(page: Any, folder: Path) -> None:
+    scene, found = select_scenes([MACHINE], [])[MACHINE], machine(folder)
+    run = found.runs[0]
+    angle, poses = run.poses.angle[[10]], run.poses.values[[10]]
+    off = scene.kinematics.point_derivatives([scene.kinematics.poses(angle) + poses])["C"][0]
+    metres = float(np.linalg.norm(off - scene.motion(angle, scene.speed).point("C").position))
+    opened(page, folder / "r.html").execute_script(MOVE, 60)
+    words = page.find_element("css selector", ".now").text
+    assert words.startswith("Crank angle 60 deg, off by ")
+    assert float(words.split()[-2]) == pytest.approx(1e3 * metres, rel=0.05)
+
+
+def test_the_slider_goes_by_keyboard_and_play_moves_it(page: Any, folder: Path) -> None:
+    slider = opened(page, folder / "r.html").find_element("css selector", ".machine input")
+    before = page.execute_script(PLACES, "ghost")
+    slider.send_keys("\ue014" * 3)  # to the right
+    assert slider.get_attribute("value") == "63"
+    assert page.execute_script(PLACES, "ghost") != before
+    assert "63 deg" in slider.get_attribute("aria-valuetext")
+    page.find_element("css selector", ".machine button").click()
+    page.execute_async_script("setTimeout(arguments[0], 300)")
+    page.find_element("css selector", ".machine button").click()
+    assert int(slider.get_attribute("value")) > 63
+
+
+def test_tables_sort_and_filter(page: Any, folder: Path) -> None:
+    opened(page, folder / "r.html")
+    rows = "return [...document.querySelector('main table').tBodies[0].rows].map((row) => row.cells[4].textContent)"
+    before = page.execute_script(rows)
+    page.execute_script("document.querySelectorAll('main table th button')[4].click()")
+    numbers = [float(text.lstrip("< ")) for text in page.execute_script(rows)]
+    assert numbers == sorted(numbers)
+    assert sorted(before) == sorted(page.execute_script(rows))
+
+
+def test_it_reads_without_scripts(folder: Path) -> None:
+    with browser(width=400, scripts=False) as page:
+        opened(page, folder / "r.html")
+        assert not page.find_element("css selector", ".controls").is_displayed()
+        drawing = page.find_element("css selector", ".machine > svg")
+        assert drawing.is_displayed()
+        assert "at crank angle 60 deg" in drawing.get_attribute("aria-label")
+        assert page.find_element("css selector", "main table").is_displayed()
+        assert complaints(page) == []
+        layout = page.execute_cdp_cmd("Page.getLayoutMetrics", {})
+        assert layout["cssContentSize"]["width"] <= 400
+
+
+HOSTILE = "</script><script>document.title=1</script><img src=x onerror=document.title=1> 'q' \U0001f529 \u05e9\u05dc"
+
+
+def test_names_of_a_users_file_stay_text(page: Any, tmp_path: Path) -> None:
+    text = FOUR_BAR.read_text()
+    title = next(line for line in text.splitlines() if line.startswith("title"))
+    (tmp_path / "four.toml").write_text(text.replace(title, f'title = "{HOSTILE}"'))
+    asked = ("validate", "four.toml", "--engine", "pymunk", "--preset", "stock", "--steps-per-rev", "60")
+    assert conrod(*asked, "--figures", "mechanism", "--html", "n.html", cwd=tmp_path).returncode == 0
+    opened(page, tmp_path / "n.html")
+    heading = page.find_element("css selector", "h1").text
+    assert HOSTILE in heading
+    assert page.title == heading
+    assert (asked_for(page), complaints(page)) == ([(tmp_path / "n.html").as_uri()], [])
