@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import inspect
 import math
+import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -239,3 +241,33 @@ def test_pymunks_private_loop_and_its_public_one_give_the_same_bits(monkeypatch:
     public(150)
     assert states("pymunk", private) == states("pymunk", public)
     assert states("pymunk", pymunk_reference()) != states("pymunk", private)
+
+
+class ThreadedEngine:
+    """An engine that steps, and its reference loop too, in a thread of its own: a millisecond of CPU time a call."""
+
+    def stepper(self, machine: object, settings: object) -> Callable[[int], None]:
+        def burn() -> None:
+            end = time.thread_time_ns() + MILLISECOND
+            while time.thread_time_ns() < end:
+                pass
+
+        def advance(steps: int) -> None:
+            worker = threading.Thread(target=burn)
+            worker.start()
+            worker.join()
+
+        return advance
+
+    def reference_loop(self) -> Callable[[int], None]:
+        return self.stepper(None, None)
+
+
+@pytest.mark.parametrize(("clock", "least"), [(None, MILLISECOND), (time.thread_time_ns, 0)])
+def test_what_an_engine_spends_in_threads_of_its_own_is_its_cost(clock: Any, least: int) -> None:
+    options = {} if clock is None else {"clock": clock}
+    found = time_run(ThreadedEngine(), SAW, MuJoCoSettings.stock(SAW, 100), **options)  # type: ignore[arg-type]
+    assert found is not None
+    spent = 1e9 * found.seconds_per_revolution * found.steps / 100
+    # The negative control: on the calling thread's clock next to nothing was spent.
+    assert least <= spent < least + 0.6 * MILLISECOND * math.ceil(found.steps / BLOCK)
