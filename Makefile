@@ -8,7 +8,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit detection own-models test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit detection own-models verification test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -69,6 +69,13 @@ detection: $(READY) ## how small a defect the verdicts notice, and false alarms:
 
 own-models: $(READY) ## closed loops of robots in the folder MODELS, see reports/own-models/README.md; minutes for each of them
 	$(BIN)/python -m benchmarks.own_models $(MODELS) $(if $(ROBOTS),--only $(ROBOTS))
+
+# In its folder, since a report has the names of files; without the earlier reports, which would begin a record of changes.
+verification: $(READY) ## the examples of verification reports: rewrite reports/verification/
+	cd reports/verification && rm -f *.html && $(abspath $(BIN))/conrod validate saw-500rpm --limits ../limits --report saw-500rpm.html
+	cd reports/verification && $(abspath $(BIN))/conrod validate inputs/hacksaw.xml --scene saw-40rpm --crank motor --point C=body:bow \
+	    --point M=geom:rod --tolerance position=2e-3 --measured inputs/encoder.csv --uncertainty rod=0.05mm --uncertainty crank=0.02mm \
+	    --uncertainty offset=0.05mm --uncertainty measured=0.01mm --report hacksaw.html
 
 golden: $(READY) ## compare today's results with the golden ones, to 1e-13: after a change that should change none
 	$(BIN)/python -m golden check

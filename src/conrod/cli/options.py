@@ -199,7 +199,7 @@ def as_given(asked: Any, *left_out: type | str) -> dict[str, object]:
 class RunOptions:
     """Options on how runs are made and where they are kept; None where nothing was given."""
 
-    heading: ClassVar[str] = "Runs and the ledger"
+    heading: ClassVar[str] = "Runs and ledger"
 
     ledger: str | None = option("--ledger")
     fresh: bool = option("--fresh", is_flag=True, help="Do again what the ledger has.")
@@ -280,7 +280,8 @@ class ReportOptions:
     @property
     def given(self) -> dict[str, object]:
         """What was given of all that the result follows from, by the options' names."""
-        return as_given(self, TimedRunOptions, "assignments", "out", "document", "html", "baseline", "accept")
+        files = ("out", "document", "html", "baseline", "accept", "report", "measured", "limits", "uncertainties")
+        return as_given(self, TimedRunOptions, "assignments", *files)
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ class Outputs(Generic[F]):
         place = self.folder or self.html
         if place:
             target = ("--out" if self.folder else "--html", place)
-            again = _reproduction(command, subjects, {**asked.given, **given}, asked.assignments, target)
+            again = reproduction(command, subjects, {**asked.given, **given}, asked.assignments, target)
             # No folder has the page's name, so that the page holds what was found now and nothing else.
             report = report_batch(self.kind, findings, place, again, options, draw)
             batches += [report] if self.folder else []
@@ -95,7 +95,7 @@ def outputs(
     return Outputs(kind, folder, file, html)
 
 
-def _reproduction(
+def reproduction(
     command: str,
     subjects: Sequence[str] | Mapping[str, str],
     options: Mapping[str, object],

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
-from conrod.cli import options
+from conrod.cli import FAILED, options
 from conrod.cli.say import say
 from conrod.errors import InvalidInput
 
@@ -15,12 +16,18 @@ from conrod.errors import InvalidInput
 @click.argument("directory")
 @options.out
 @options.html
-def report(directory: str, out: str | None, html: str | None) -> None:
+@click.option("--verify", is_flag=True, help="DIRECTORY is a verification report: was it changed?")
+def report(directory: str, out: str | None, html: str | None, verify: bool) -> None:
     """Render the reports in DIRECTORY again, from their own JSON: no engine runs, none need be installed.
 
     With --out they are written there, with --html as one page that needs no network, and DIRECTORY is left as it is.
     Reports in folders below it are rendered one by one, e.g. reports/sweep.
     """
+    if verify:
+        if out or html:
+            raise InvalidInput("--verify: nothing is written: give neither --out nor --html")
+        _verify(Path(directory))
+        return
     from conrod.report.folder import check_beside
     from conrod.report.html.page import html_report
     from conrod.report.writer import rendered_again
@@ -44,3 +51,19 @@ def report(directory: str, out: str | None, html: str | None) -> None:
     write_together(list({id(batch): batch for batch in written.values()}.values()))
     for file in written:
         say(f"wrote {file}")
+
+
+def _verify(file: Path) -> None:
+    """Say whether a verification report is as it was written; exit status 1 if it is not."""
+    from conrod.own.files import check_readable
+    from conrod.report.verification.page import digest_of, is_unchanged
+
+    check_readable(file)
+    page = file.read_bytes()
+    try:
+        unchanged = is_unchanged(page)
+    except InvalidInput as error:
+        raise InvalidInput(f"{file}: {error}") from None
+    say(f"{file}: unchanged, SHA-256 {digest_of(page)}" if unchanged else f"{file}: CHANGED since it was written")
+    if not unchanged:
+        sys.exit(FAILED)

@@ -31,6 +31,8 @@ def validate(asked: Request) -> None:
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
+    if asked.motion is not None or asked.quantity is not None:
+        refuse(asked, "--motion and --quantity: it is on the motion at constant speed", "report")
     if asked.invariances:
         from conrod.cli.validate_invariances import validate_invariances
 
@@ -46,7 +48,7 @@ def validate(asked: Request) -> None:
         _validate_file(files[0], asked)
         return
     _check_endings(asked.subjects, asked.scene)
-    refuse(asked, "a scene: it is for a file", ModelOptions, TableOptions)
+    refuse(asked, "a scene: it is for a file", ModelOptions, *(() if asked.measured else (TableOptions,)))
     if asked.scene is not None:
         name = asked.scene
         raise InvalidInput(f"--scene {name} is for a file; a scene is named as it is: conrod validate {name}")

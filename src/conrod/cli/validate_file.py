@@ -50,19 +50,23 @@ READING = 300.0  # [s]
 
 def validate_file(path: Path, scene: str, asked: Request) -> None:
     """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
+    from conrod.cli.verification import Dossier
+
     subject = subject_of(path)
     part, given = (
         subject.part(path),
         as_outputs_must_not_be(path) if subject is MODEL else {"the table" if subject is TABLE else "the FMU": path},
     )
     holding = Holding.of(asked, dict([select_scene(scene, asked.assignments)]))
-    files = outputs(subject.kind, [part], asked, given)
+    files, dossier = outputs(subject.kind, [part], asked, given), Dossier.of(asked, [part])
     with waiting(path, asked.timeout if subject is FMU else subject.timeout):
         found = subject.judge(path, scene, asked)
         baseline = held_file(holding, subject.judge, path, asked, found)
     with naming("standard output"):
         subject.show(found)
     files.write({part: found}, "validate", {part: str(path)}, asked)
+    if dossier:
+        dossier.write(found, subject.verdict(found))
     if not holds(baseline) or found.passed is False:
         sys.exit(FAILED)
 
@@ -92,7 +96,7 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
     refuse(asked, its_own, "engine", "preset", "steps_per_rev")
-    refuse(asked, "a model: it is for a table", TableOptions)
+    refuse(asked, "a model: it is for a table", *(() if asked.measured else (TableOptions,)))
     machine = select_scene(scene, asked.assignments)[1]
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
     if asked.qualify and tolerance is None:
@@ -109,7 +113,8 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
 
     engine, turns, one, file = engine_named("mujoco"), float(revolutions), (scene_text(scene), machine), str(path)
     try:
-        return study(file, one, question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance, asked.qualify)
+        judged = question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance, asked.qualify
+        return study(file, one, *judged, refine=asked.report is not None)
     except InvalidInput as error:
         raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
 

@@ -45,9 +45,9 @@ def validate_invariances(asked: Request) -> None:
     found = {}
     for name in models:
         with waiting(Path(name), FILE_TIMEOUT):
-            found[Path(name).stem] = _of_file(name, Path(name), asked, controls_of(asked.controls))
+            found[Path(name).stem] = of_file(name, Path(name), asked, controls_of(asked.controls))
     for name, scene in scenes.items():
-        found[name] = _of_scene(name, scene, asked)
+        found[name] = of_scene(name, scene, asked)
     with naming("standard output"):
         for study in found.values():
             _show(study)
@@ -57,7 +57,8 @@ def validate_invariances(asked: Request) -> None:
         sys.exit(FAILED)
 
 
-def _of_file(name: str, path: Path, asked: Request, controls: Controls) -> InvarianceStudy:
+def of_file(name: str, path: Path, asked: Request, controls: Controls) -> InvarianceStudy:
+    """Invariances of a model file."""
     from conrod.mjcf.invariances.study import bits, study
 
     run = asked.seconds, asked.keyframe, controls
@@ -65,7 +66,7 @@ def _of_file(name: str, path: Path, asked: Request, controls: Controls) -> Invar
     return InvarianceStudy(name, engine_named("mujoco").version, words, found)
 
 
-def _of_scene(name: str, scene: Scene, asked: Request) -> InvarianceStudy:
+def of_scene(name: str, scene: Scene, asked: Request) -> InvarianceStudy:
     """A scene's exported model, and its models in other orders of declaration."""
     from conrod.engines.mujoco.standalone import standalone_mjcf
     from conrod.mjcf.invariances.scenes import declared_otherwise
@@ -73,7 +74,7 @@ def _of_scene(name: str, scene: Scene, asked: Request) -> InvarianceStudy:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"{name}.xml")
         path.write_text(standalone_mjcf(name, scene, None), encoding="utf-8")
-        own = _of_file(name, path, asked, ())
+        own = of_file(name, path, asked, ())
     orders = {one.change: one for one in declared_otherwise(scene)}
     return replace(own, found=tuple(_worse(one, orders.get(one.change)) for one in own.found))
 

@@ -36,6 +36,7 @@ TAKEN = (
     "--seconds",
     "--tolerance",
     "--out",
+    "--report",
     "--json",
 )
 
@@ -51,6 +52,8 @@ def validate_loops(asked: Request) -> None:
     Raises:
         InvalidInput: bad usage, or a model that cannot be used.
     """
+    from conrod.cli.verification import Dossier
+
     subjects = tuple(MACHINES) if SPATIAL in asked.subjects else asked.subjects
     question, named = question_of(asked), [name for name in subjects if not is_spatial(name)]
     for name in named:
@@ -61,7 +64,7 @@ def validate_loops(asked: Request) -> None:
     guarded = dict[str, Path]()
     for name in named:
         guarded |= as_outputs_must_not_be(Path(name))
-    files = outputs(KIND, parts, asked, guarded)
+    files, dossier = outputs(KIND, parts, asked, guarded), Dossier.of(asked, parts)
     found = {}
     for part, name in parts.items():
         with waiting(name, FILE_TIMEOUT):
@@ -70,6 +73,8 @@ def validate_loops(asked: Request) -> None:
         for one in found.values():
             show(one)
     files.write(found, "validate", parts, asked)
+    if dossier:
+        dossier.write(one, finding(one))
     if not all(one.passed for one in found.values()):
         sys.exit(FAILED)
 

@@ -107,7 +107,23 @@ class PageOptions:
 
 
 @dataclass(frozen=True)
-class Request(PageOptions, CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
+class VerificationOptions:
+    """Options of a verification report; None or empty where nothing was given."""
+
+    heading: ClassVar[str] = "Pages"
+
+    report: str | None = option("--report", metavar="FILE", help="Write a verification report, one HTML file to sign.")
+    measured: str | None = option("--measured", metavar="TABLE", help="Measurements of the real machine, as a table.")
+    limits: str | None = option("--limits", metavar="DIR", help="Results of `conrod limits`: domain of validity.")
+    uncertainties: tuple[str, ...] = option(
+        "--uncertainty", multiple=True, metavar="NAME=SIZE", help="Standard one of a length, or of `measured`."
+    )
+
+
+@dataclass(frozen=True)
+class Request(
+    VerificationOptions, PageOptions, CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions
+):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:

@@ -82,9 +82,11 @@ def validate_scenes(asked: Request) -> None:
     Raises:
         InvalidInput: what was asked for does not fit together, before anything is run.
     """
+    from conrod.cli.verification import Dossier
+
     scenes = select_scenes(asked.subjects, asked.assignments)
     measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
-    files = outputs(measured.kind, scenes, asked)
+    files, dossier = outputs(measured.kind, scenes, asked), Dossier.of(asked, scenes)
     with Runner.of(replace(asked, fresh=True) if holding else asked) as runner:
         found = [measured.found(study) for study in runner.pursue(measured.study)]
         baseline = held_scenes(holding, asked, found, runner)
@@ -95,6 +97,8 @@ def validate_scenes(asked: Request) -> None:
         draw = executor.map if len(found) > 1 else map
         every = {one.name: one for one in found}
         files.write(every, "validate", asked.subjects, asked, measured.given, measured.drawn, draw)
+    if dossier:
+        dossier.write(found[0], scene_verdict(found[0]))
     if not holds(baseline) or not all(one.passed for one in found):
         sys.exit(FAILED)
 

@@ -176,6 +176,7 @@ class Preset(Generic[AnySettings]):
         judged: whether a run at constant speed is judged by the engine's law of errors, or only measured.
         judged_free: whether a motion without a drive is judged.
         forces: what is required of its forces; nothing where it is only measured.
+        order: formal order in the step, by quantity, of the motion of loops; none where an error stays at any step.
         style: of its curves.
     """
 
@@ -184,6 +185,7 @@ class Preset(Generic[AnySettings]):
     judged: bool = True
     judged_free: bool = False
     forces: ForceBars = field(default_factory=ForceBars)
+    order: Mapping[str, int] = field(default_factory=dict)
     style: LineStyle = OTHER_LINE
 
     def __call__(self, machine: Machine, steps_per_revolution: int) -> AnySettings:

@@ -14,6 +14,8 @@ from conrod.exact.motion import Array
 PAIRS_AGREE = 0.1
 CLEAR_OF_FLOOR = 20.0
 ORDERS = np.linspace(0.05, 6.0, 1191)
+# Factors of safety of a numerical uncertainty: where three runs show an order, of a half at least, and where not.
+SHOWN, NOT_SHOWN, LEAST_ORDER = 1.25, 3.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -79,3 +81,29 @@ def _fitted_floor(steps: Array, errors: Array) -> float:
     misses = ((columns @ np.stack([c, f], axis=1)[:, :, None] - 1.0)[:, :, 0] ** 2).sum(axis=1)
     # Where the error grows towards finer steps no floor is fitted.
     return float(np.where(c > 0.0, f, 0.0)[np.where(c > 0.0, misses, math.inf).argmin()])
+
+
+def numerical_uncertainty(
+    path: Iterable[tuple[int, float | None]], steps: int, formal: int | None = None
+) -> tuple[float | None, float, float] | None:
+    """Order, extrapolated size at a step of zero, and uncertainty of a size, from the three finest runs.
+
+    Roache's grid convergence index, as ASME V&V 20 has it: a factor of safety times the distance from that limit. An
+    order counts up to the formal one (2 where none is stated), and as 1 where none is shown (None).
+
+    Args:
+        steps: per revolution of the run that is estimated.
+
+    Returns:
+        None where fewer than three runs completed.
+    """
+    known = [(n, size) for n, size in path if size is not None]
+    if len(known) < 3:
+        return None
+    (_, first), (n2, second), (n3, third) = known[-3:]
+    coarse, fine, ratio = first - second, second - third, n3 / n2
+    order = math.log(coarse / fine) / math.log(ratio) if fine and coarse / fine > 0.0 else 0.0
+    shown = order >= LEAST_ORDER
+    limit = max(0.0, third - fine / (ratio ** (min(order, formal or 2) if shown else 1.0) - 1.0))
+    own = next((size for n, size in known if n >= steps), third)
+    return order if shown else None, limit, (SHOWN if shown else NOT_SHOWN) * abs(own - limit)

@@ -192,13 +192,18 @@ def exchanged_inertia(machine: Machine) -> float:
 PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
     STOCK: Preset(MuJoCoSettings.stock, "MuJoCo as it comes, with the drive added", judged=False, style=DOTTED),
     "tuned": Preset(
-        MuJoCoSettings.tuned, "the best that MJCF can express", forces=ForceBars({"contact": 0.02}), style=DASHED
+        MuJoCoSettings.tuned,
+        "the best that MJCF can express",
+        forces=ForceBars({"contact": 0.02}),
+        order={"position": 2},  # a gap follows the square of its time constant, which follows the step
+        style=DASHED,
     ),
     "hardened": Preset(
         MuJoCoSettings.hardened,
         "the regularisation of constraints removed after compiling",
         judged_free=True,
         forces=ForceBars({"torque": 1e-7, "reactions": 1e-6}, order=4),
+        order=dict.fromkeys(("position", "velocity", "acceleration"), 4),  # that of RK4, as nothing else is left
         style=SOLID,
     ),
 }

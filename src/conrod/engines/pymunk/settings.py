@@ -157,6 +157,7 @@ PRESETS: Mapping[str, Preset[PymunkSettings]] = {
         PymunkSettings.tuned,
         "full correction at every step, and enough iterations for order 2",
         forces=ForceBars({"torque": 1e-3, "reactions": 1e-3, "contact": 0.02}, order=2),
+        order=dict.fromkeys(("position", "velocity", "acceleration"), 2),  # scheme lag: full correction at every step
         style=DASHED,
     ),
 }

@@ -101,6 +101,7 @@ def ordered(model: mujoco.MjModel, order: Order) -> mujoco.MjModel:
     """A copy of a model with the settings of an order; contacts and closures alike get a preset's."""
     changed, settings = copy.copy(model), order.settings
     option = changed.opt
+    option.timestep /= order.finer
     option.disableflags |= older.flag("AUTORESET")
     if settings is not None:
         assert isinstance(settings, MuJoCoSettings)

@@ -225,12 +225,14 @@ class Order:
         settings: that stand in for the model's own; None for its own.
         tolerance: of the solver; None for that of the settings.
         as_given: run the file as it is, from its own start with its own actuators; nothing is replaced or added.
+        finer: number of steps that take the place of one of the model's own.
     """
 
     label: str
     settings: Settings | None = None
     tolerance: float | None = None
     as_given: bool = False
+    finer: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,13 +17,14 @@ from conrod.own.models.request import Drive, DrivenRun, ModelFacts, Order, Quest
 from conrod.own.models.runs import CrankMotion, JudgedRun, RunReference, crank_motion, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.validation.results import Qualified
+from conrod.studies.validation.results import Qualified, RefinementPoint
 
 if TYPE_CHECKING:
     from conrod.engines.engine import Engine
 
 AS_GIVEN, OWN, EXACT_SOLVER = "its own run", "as it is", "as it is, solver tolerance 0"
 PRESETS = ("tuned", "hardened")
+FINER = (0.5, 1.0, 2.0, 4.0)  # steps that take the place of one, where a model is refined
 RIPPLE = 1e-7
 # A model whose points are further off than this, with all lengths fitted, is another machine: its runs say nothing.
 COMPARABLE = 0.05
@@ -67,6 +68,7 @@ class ModelStudy:
         drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
         points: that the runs are compared at.
         qualified: what the verdict on its own settings notices of planted defects; None where that is not known.
+        refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
     """
 
     file: str
@@ -83,6 +85,7 @@ class ModelStudy:
     points: tuple[str, ...]
     own_run: OwnRun | None = None
     qualified: Qualified | None = None
+    refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
 
     @property
     def kinematic_tolerance(self) -> float:
@@ -174,6 +177,7 @@ def study(
     most_samples: int,
     tolerance: Mapping[str, float] | None,
     qualify: bool = False,
+    refine: bool = False,
 ) -> ModelStudy:
     """Judge a scanned model.
 
@@ -181,6 +185,7 @@ def study(
         scene: its name and itself.
         run: drives the model.
         qualify: whether defects are planted into the run of its own settings, too.
+        refine: whether the runs that conrod drives are made at other steps, too.
 
     Raises:
         InvalidInput: its plane of motion or its frame cannot be determined, or its runs cannot be made.
@@ -197,20 +202,23 @@ def study(
     if identity.left > COMPARABLE:
         return found
     orders, refused = _orders(machine, scan, engine)
+    others = _refined_orders(machine, scan, engine, orders, revolutions, most_samples) if refine else {}
+    orders += [order for some in others.values() for order in some]
     frame, first = identity.frame, float(scan.coordinate[0])
     start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
     near = scan.states[int(np.argmin(np.abs(scan.coordinate - start)))]
     drive = Drive(frame.sense * machine.speed, start, near, revolutions, RIPPLE, most_samples)
     driven = {order.label: one for order, one in zip(orders, run(drive, tuple(orders)), strict=True)}
-    others = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-    to = RunReference(moving, machine.speed, others, frame, points, scan.facts.touching is not None, revolutions)
+    branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
+    to = RunReference(moving, machine.speed, branches, frame, points, scan.facts.touching is not None, revolutions)
     runs = {label: judged(label, one, to) for label, one in driven.items()}
+    refined = {name: tuple(_point(runs.pop(one.label)) for one in some) for name, some in others.items()}
     completed = runs[AS_GIVEN].outcome is Outcome.COMPLETED
     crank = crank_motion(driven[AS_GIVEN], to) if completed else None
     own_run = OwnRun(runs.pop(AS_GIVEN), crank, machine.speed if any(scan.facts.controls.values()) else None)
     both = [runs[label] for label in (OWN, EXACT_SOLVER) if label in runs and runs[label].errors is not None]
     share = difference(driven[OWN], driven[EXACT_SOLVER], to) if len(both) == 2 else None
-    found = replace(found, own_run=own_run, runs=runs, refused=refused, drive_share=share)
+    found = replace(found, own_run=own_run, runs=runs, refused=refused, drive_share=share, refined=refined)
     own = found.own
     return replace(found, qualified=qualified(found, driven[own.label], to)) if qualify and own else found
 
@@ -230,3 +238,33 @@ def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order],
         else:
             refused[preset] = reason
     return orders, refused
+
+
+def _refined_orders(
+    scene: Scene, scan: Scan, engine: Engine[Any], orders: list[Order], revolutions: float, most_samples: int
+) -> dict[str, list[Order]]:
+    """Orders at other steps, by the label of the one that they refine; a preset's rule is followed in the step.
+
+    Its own settings are refined without what the drive does through the solver's tolerance, as far as that is known.
+    """
+    steps, labels = scene.period / scan.facts.settings.timestep, {order.label for order in orders}
+    left_out = (AS_GIVEN, *([OWN] if EXACT_SOLVER in labels else []))
+    finer = [k for k in FINER if k * steps * revolutions <= most_samples]
+    return {
+        one.label: [
+            replace(
+                one,
+                label=f"{one.label}, {k:g}",
+                settings=one.settings and engine.presets[one.label](scene, max(2, round(k * steps))),
+                finer=k,
+            )
+            for k in finer
+        ]
+        for one in orders
+        if one.label not in left_out
+    }
+
+
+def _point(run: JudgedRun) -> RefinementPoint:
+    sizes = (run.worst(name) for name in ("position", "velocity", "acceleration"))
+    return RefinementPoint(round(run.steps_per_revolution), run.outcome.slug, *sizes)

@@ -1,0 +1,1 @@
+"""Verification reports: what an engineer signs, in the terms of the standards (docs/verification.md)."""

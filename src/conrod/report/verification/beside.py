@@ -1,0 +1,143 @@
+"""Sections of a verification report that need more than its study: inputs, software, parameters, measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mjcf.invariances.results import InvarianceStudy
+from conrod.own.models.study import ModelStudy
+from conrod.own.pedigree import package_hash, sha256, stated_source
+from conrod.own.sensitivity import sensitivities, shares
+from conrod.own.tables.study import TableStudy
+from conrod.report import invariances, numbers, trajectory
+from conrod.report.limits.tables import reach_table
+from conrod.report.table import table
+from conrod.report.verification.findings import Section
+from conrod.report.writer import environment
+from conrod.scenes import Scene
+from conrod.studies.limits.results import LimitStudy
+
+EXAMPLE = 1e-3  # of a length, its standard uncertainty where none is given
+DATA = "measured"  # among uncertainties, that of the measurements
+COVERAGE = 2.0  # standard uncertainties that an error may be, about 95 %
+
+
+def inputs(files: Sequence[Path], scene: Scene | None) -> Section:
+    """Each input with its SHA-256 and what it says of its source."""
+    contents = {path.name: path.read_bytes() for path in files}
+    rows = [(name, sha256(content), stated_source(content) or "not stated") for name, content in contents.items()]
+    if scene is not None:
+        rows.append((f"parameters of {scene.kind}", sha256(scene.parameters_text.encode()), scene.source))
+    return Section((table(("input", "SHA-256", "source, as it says itself"), rows),))
+
+
+def software(engines: Sequence[str]) -> Section:
+    """Packages with their hashes, and the platform; nothing that names a machine or a user."""
+    rows = [(name, *package_hash(name)) for name in dict.fromkeys(["conrod", *engines, "numpy", "scipy"])]
+    where = [f"{name} {value}" for name, value in environment().items() if name in ("python", "machine", "system")]
+    return Section((table(("package", "version", "SHA-256", "of its"), rows),), (", ".join(where),))
+
+
+def parameters(
+    scene: Scene | None, given: Mapping[str, float], off: Mapping[str, float]
+) -> tuple[Section, list[str], float | None]:
+    """Contributions of the lengths; open deviations; the standard uncertainty of a place that they make together [m].
+
+    Args:
+        given: standard uncertainties [m]; the last of what is returned is None where there are none.
+        off: by which lengths of the model are too long [m].
+    """
+    if scene is None:
+        return Section((), ("does not apply: a model that is its own reference has no lengths with names",)), [], None
+    try:
+        slopes = sensitivities(scene)
+    except InvalidInput as error:
+        return Section((), (f"does not apply: with one length changed alone it is no machine ({error})",)), [], None
+    for name in given.keys() - slopes.keys():
+        raise unknown_choice("length", name, (*slopes, DATA))
+    sizes = given or {name: EXAMPLE * abs(scene.parameters[name]) for name in slopes}
+    together, parts = shares(slopes, sizes)
+    rows = [
+        (
+            name, numbers.quantity(1e3 * scene.parameters[name], 9), numbers.quantity(float(slope.max()), 3),
+            numbers.quantity(1e3 * sizes.get(name, 0.0), 3), numbers.percent(parts[name]),
+        )
+        for name, slope in slopes.items()
+    ]  # fmt: skip
+    head = ("value [mm]", "sensitivity [mm/mm]", "standard uncertainty [mm]", "share")
+    example = "no uncertainties were given (`--uncertainty NAME=SIZE`): 0.1 % of each length stands in their place"
+    words = f"together they move a point by {_mm(together)}, a standard uncertainty, where that is largest"
+    found = Section((table(("length", *head), rows, head),), (words, *(() if given else (example,))))
+    moves = [
+        f"{name} of the model is off by {_mm(by)}: by its sensitivity that moves a point by up to "
+        f"{_mm(abs(by) * float(slopes[name].max()))}"
+        for name, by in off.items()
+    ]
+    return found, moves, together if given else None
+
+
+def validation(
+    study: Any, found: TableStudy | None, parts: tuple[float | None, float | None]
+) -> tuple[Section, list[str]]:
+    """The comparison error E with measurements and the validation uncertainty of ASME V&V 20; its open deviations.
+
+    Args:
+        found: the measurements held against the exact motion; None where there are none.
+        parts: standard uncertainties of the parameters' and of the measurements' making [m]; None where not known.
+    """
+    if found is None:
+        return Section((), ("validation not performed: no measurements were given as a table (`--measured`)",)), []
+    lengths = found.scene.lengths
+    places = [(point, curves.get("position", curves.get("total"))) for point, curves in found.errors.items()]
+    error = max((curve.size.max * lengths[point] for point, curve in places if curve), default=None)
+    if error is None:
+        return Section((), ("validation not performed: the measurements have no positions",)), []
+    numerical = _numerical(study) * max(lengths.values())
+    words = [trajectory.summary_line(found), *trajectory.estimation_lines(found), *found.notes]
+    words.append(f"comparison error E of measured and exact places, at most: {_mm(error)}")
+    words.append(f"u_num, the numerical error of the judged runs: {_mm(numerical)}")
+    words += [
+        f"{name}: {'not given (--uncertainty)' if size is None else _mm(size)}"
+        for name, size in zip(("u_input, by the parameters", "u_D, of the measurements"), parts, strict=True)
+    ]
+    if None in parts:
+        words.append("without both no validation uncertainty can be stated: E alone says nothing on the model")
+        return Section((), tuple(words)), []
+    whole = sum(size**2 for size in (numerical, *parts) if size) ** 0.5
+    beyond = error > COVERAGE * whole
+    relation = "more than" if beyond else "within"
+    verdict = f"E is {relation} twice the validation uncertainty u_val of {_mm(whole)}"
+    meaning = "an error of the model stands out" if beyond else "an error of the model does not stand out from it"
+    return Section((), (*words, f"{verdict}: {meaning}")), [verdict] if beyond else []
+
+
+def _numerical(study: Any) -> float:
+    """Largest position error of the runs that are judged, over L."""
+    if isinstance(study, ModelStudy):
+        return 0.0 if study.own is None else study.own.worst("position") or 0.0
+    return max((r.largest("position") or 0.0 for r in getattr(study, "results", ()) if r.limits), default=0.0)
+
+
+def validity(study: LimitStudy | None, scene: Scene | None) -> tuple[Section, list[str]]:
+    """How far the error stays within 10 % along each axis of `conrod limits`."""
+    if study is None or scene is None:
+        return Section((), ("missing: no results of `conrod limits` were given (`--limits DIR`)",)), []
+    engines = ", ".join(f"{name} {version}" for name, version in study.engines.items())
+    others = dict(study.parameters) != dict(scene.parameters)
+    off = ["the domain of validity was found with other parameters"] if others else []
+    return Section((reach_table(study.walks),), (f"found with {engines}",)), off
+
+
+def invariant(study: InvarianceStudy | str) -> tuple[Section, list[str]]:
+    """Changes that must not matter, or why there are none."""
+    if isinstance(study, str):
+        return Section((), (f"missing: {study}",)), []
+    words = invariances.finding(study)
+    return Section((invariances.invariances_table(study),), (words,)), [] if study.passed else [words]
+
+
+def _mm(size: float) -> str:
+    return f"{numbers.scaled(size, 1e3)} mm"

@@ -1,0 +1,158 @@
+"""Criteria, code and solution verification of a scene, a model, its closed loops or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from conrod.engines.registry import presets_of
+from conrod.mjcf.loops.results import LoopStudy
+from conrod.own.models.study import ModelStudy
+from conrod.own.tables.study import TableStudy
+from conrod.report import loops, numbers, trajectory, user_model
+from conrod.report.results import name_of
+from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.validation import tables
+from conrod.report.verification.findings import CRITERIA, Section
+from conrod.runs.convergence import claimed_order, numerical_uncertainty
+from conrod.studies.frame.measurement import QUANTITIES
+
+MUJOCO = "mujoco"
+# Healthy presets show 3.9 to 4.2 for 4, and 1.9 to 2.0 for 2, on the machines of the catalogue.
+ORDER_AGREES, ROUNDING, VANISHES = 0.25, 1e-11, 0.05
+ASKED, CLOCK = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
+PATHS = "what a model written with six digits can do, or --tolerance"
+NO_CRITERION = "no criterion was fixed before the run: errors are measured, not judged (--tolerance)"
+
+
+class Refinement(NamedTuple):
+    """Errors of a run at increasing numbers of steps per run or revolution; None where one did not complete."""
+
+    run: str
+    quantity: str
+    steps: int
+    path: tuple[tuple[int, float | None], ...]
+    formal: int | None  # order that its code is to have; None where none is claimed
+
+    @property
+    def is_off(self) -> bool:
+        """Whether a formal order is claimed and not shown, by errors that are more than rounding."""
+        finest = max((size for _, size in self.path[-1:] if size is not None), default=0.0)
+        return self.formal is not None and finest > ROUNDING and abs((self.order or 0.0) - self.formal) > ORDER_AGREES
+
+    @property
+    def order(self) -> float | None:
+        """Observed order; of the three finest runs where they lead to no error at a step of zero."""
+        found = numerical_uncertainty(self.path, self.steps, self.formal)
+        finest = max((size for _, size in self.path[-1:] if size is not None), default=0.0)
+        vanishes = found is not None and found[1] <= VANISHES * finest
+        return claimed_order(self.path) or (found[0] if found is not None and vanishes else None)
+
+
+def refinements(study: Any) -> Iterator[Refinement]:
+    """All runs of a study that were refined, quantity by quantity."""
+    match study:
+        case TableStudy():
+            return
+        case LoopStudy():
+            for run in study.runs:
+                same = sorted((-one.timestep, one) for one in (*study.runs, *study.steps) if one.label == run.label)
+                for name in run.errors:
+                    path = tuple((round(study.seconds / one.timestep), one.errors.get(name)) for _, one in same)
+                    order = _formal(MUJOCO, run.label).get(name) if name == "position" else None
+                    yield Refinement(run.label, name, round(study.seconds / run.timestep), path, order)
+            return
+        case ModelStudy():
+            found = [
+                (run.label, round(run.steps_per_revolution), study.refined.get(run.label, ()), MUJOCO, run.label)
+                for run in study.runs.values()
+            ]
+        case _:
+            found = [
+                (" ".join(name_of(one)), one.steps_per_revolution or 0, one.refinement, one.engine, one.preset)
+                for one in study.results
+            ]
+    contact = bool(study.scene.mechanism().cam_contacts)
+    for name, steps, points, engine, preset in found:
+        for quantity in QUANTITIES if points else ():
+            path = tuple((point.steps_per_revolution, getattr(point, quantity)) for point in points)
+            yield Refinement(name, quantity, steps, path, None if contact else _formal(engine, preset).get(quantity))
+
+
+def _formal(engine: str, preset: str | None) -> Mapping[str, int]:
+    found = presets_of(engine).get(preset or "")
+    return {} if found is None else found.order
+
+
+def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
+    """The sections that a study itself fills, and its open deviations."""
+    refined, lengths = list(refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
+    judged = _criteria(study)
+    rows = [
+        (run, name, f"{allowed:.6g}", numbers.error(name, of(name), lengths))
+        for run, limits, of, _ in judged
+        for name, allowed in limits.items()
+    ]
+    criteria = table(("run", "quantity", "criterion", "found"), rows, ("criterion", "found"), names=2)
+    laws = dict.fromkeys(f"{run}: {law}" for run, limits, _, law in judged if limits)
+    orders = [(one.run, one.quantity, str(one.formal), *_agreement(one)) for one in refined if one.formal]
+    results, settings, proofs = _of_kind(study)
+    code = table(("run", "quantity", "formal order", "observed", "agreement"), orders, names=2)
+    found = {
+        CRITERIA: Section((criteria,), tuple(laws) or (NO_CRITERION,)),
+        "code": Section((code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))),
+        "solution": Section((results, _uncertainties(refined, lengths))),
+        "settings": settings,
+    }
+    off = [f"{one.run}: the order of {one.quantity} is not the formal {one.formal}" for one in refined if one.is_off]
+    return found, [*off, *([] if criteria else [NO_CRITERION])]
+
+
+def _agreement(one: Refinement) -> tuple[str, Cell]:
+    below = "at rounding, not shown" if one.order is None else "yes"
+    return numbers.order(one.order), Toned("NO", "bad") if one.is_off else below
+
+
+def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str], float | None], str]]:
+    """By run: what is allowed by quantity, what was found, and where it comes from."""
+    match study:
+        case ModelStudy():
+            paths = {"position": study.kinematic_tolerance}
+            proof = ("kinematic mode", paths, lambda _: study.identity.largest, PATHS)
+            own = study.own
+            return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK)] if own else [])]
+        case LoopStudy():
+            return [(run.label, study.question.tolerance, run.errors.get, f"{ASKED}, SI") for run in study.runs]
+        case TableStudy():
+            return [("the table", study.tolerance, study.largest, CLOCK)]
+    return [(" ".join(name_of(r)), r.limits, r.judged_error, r.tolerance.reason) for r in study.results]
+
+
+def _of_kind(study: Any) -> tuple[Table, Section, tuple[str, ...]]:
+    """Results, settings, and what proves the model before any run."""
+    match study:
+        case ModelStudy():
+            frame, wiring, paths, settings = user_model.findings(study).values()
+            return user_model.runs_table(study), Section((), (*frame, *settings)), (*wiring, *paths)
+        case LoopStudy():
+            moves, exact = tuple(loops.what_moves(study)), tuple(loops.how_exact(study))
+            return loops.runs_table(study), Section((), moves), exact
+        case TableStudy():
+            lines = (trajectory.summary_line(study), *trajectory.estimation_lines(study), *study.notes)
+            return trajectory.errors_table(study), Section((trajectory.columns_table(study),), lines), ()
+        case _:
+            contact = bool(study.scene.mechanism().cam_contacts)
+            used = tuple(replace(one, title=engine) for engine, one in tables.settings_tables(study, contact))
+            return tables.verdicts_table([study]), Section(used, tuple(tables.added_words(study))), ()
+
+
+def _uncertainties(refined: list[Refinement], lengths: Mapping[str, float]) -> Table:
+    rows = []
+    for one in refined:
+        if (found := numerical_uncertainty(one.path, one.steps, one.formal)) is not None:
+            order, limit, size = found
+            shown = [numbers.error(one.quantity, value, lengths) for value in (limit, size)]
+            rows.append((one.run, one.quantity, shown[0], f"± {shown[1]}", numbers.order(order)))
+    head = ("at a step of zero", "numerical uncertainty", "order of the three finest")
+    return table(("run", "error", *head), rows, head, names=2)

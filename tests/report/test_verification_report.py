@@ -1,0 +1,231 @@
+"""Verification reports: a changed byte is seen, a loosened criterion named, and what is not so an open deviation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import conrod
+from encoder_table import encoder_table
+from own_model_edits import ROD_END, TEXTS, replaced
+
+from conrod.cli.verification import Dossier
+from conrod.errors import InvalidInput
+from conrod.own import pedigree
+from conrod.own.sensitivity import ANGLES, sensitivities, shares
+from conrod.own.tables.columns import request
+from conrod.own.tables.reading import read_table
+from conrod.own.tables.study import TableStudy, study_table
+from conrod.report.table import table
+from conrod.report.verification import beside
+from conrod.report.verification.findings import CRITERIA, Section, Verification, changes
+from conrod.report.verification.page import data_of, is_unchanged, sealed_page
+from conrod.report.verification.sections import Refinement
+from conrod.runs.convergence import numerical_uncertainty
+from conrod.scenes import SCENES
+
+REPORTS = Path(__file__).parents[2] / "reports" / "verification"
+NAMES = (CRITERIA, "code", "solution", "validation", "inputs", "software", "settings", "validity", "invariances")
+HOSTILE = "</script><script>a()</script><img src=x onerror=a()>"
+
+
+def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
+    """A report with one criterion."""
+    criteria = table(
+        ("run", "quantity", "criterion", "found"), [("own", "position", f"{allowed:.6g}", "1e-5")], names=2
+    )
+    sections = {name: Section((), ("nothing",)) for name in (*NAMES, "parameters")}
+    sections[CRITERIA] = Section((criteria,))
+    return Verification(subject, "within tolerance", "2026-01-01 00:00 UTC", f"conrod {subject}", sections, ())
+
+
+def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
+    return Refinement("run", "position", 200, tuple((100 * 2**k, error) for k, error in enumerate(errors)), formal)
+
+
+# -- the seal ----------------------------------------------------------------------------------------------------------
+
+
+def test_one_changed_byte_anywhere_is_seen() -> None:
+    page = sealed_page(report())
+    assert is_unchanged(page)
+    head = page.index(b"conrod-verification")
+    for at in {*range(0, len(page), 29), *range(head - 20, head + 110), len(page) - 1}:
+        changed = page[:at] + bytes([page[at] ^ 1]) + page[at + 1 :]
+        assert not is_unchanged(changed), page[at - 10 : at + 10]
+    assert not is_unchanged(page + b"\n")
+    assert not is_unchanged(page.replace(b"\n", b"\r\n"))
+
+
+def test_a_page_says_what_it_was_made_of() -> None:
+    assert data_of(sealed_page(report())) == report()
+
+
+def test_names_of_a_user_stay_text() -> None:
+    page = sealed_page(report(subject=HOSTILE)).decode()
+    assert "<img" not in page
+    assert page.count("<script") == 2  # conrod's own, and the data
+    assert data_of(page.encode()).subject == HOSTILE
+
+
+@pytest.mark.parametrize(
+    ("change", "status", "said"),
+    [
+        (lambda page: page, 0, "unchanged, SHA-256"),
+        (lambda page: page.replace(b"1e-5", b"1e-6", 1), 1, "CHANGED"),
+        (lambda page: b"<p>another page</p>", 2, "no verification report of conrod"),
+    ],
+)
+def test_verify_tells_by_its_status(change: object, status: int, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "r.html"
+    assert callable(change)
+    file.write_bytes(change(sealed_page(report())))
+    done = conrod("report", "--verify", str(file))
+    assert done.returncode == status
+    assert said in done.stdout + done.stderr
+
+
+# -- record of changes -------------------------------------------------------------------------------------------------
+
+
+def test_a_loosened_criterion_is_named_and_a_tighter_one_is_no_loosening() -> None:
+    (one,) = changes(report(1e-4), report(1e-3))
+    assert one == "criteria, own position: 0.0001; 1e-5 -> 0.001; 1e-5 (LOOSENED)"
+    assert "LOOSENED" not in changes(report(1e-3), report(1e-4))[0]
+    none = replace(report(), sections={**report().sections, CRITERIA: Section()})
+    assert changes(report(), none)[0].endswith("absent (LOOSENED)")
+    assert changes(report(), report()) == ()
+
+
+# -- orders and uncertainty --------------------------------------------------------------------------------------------
+
+
+def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
+    assert not refined(16e-6, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
+    assert refined(8e-6, 4e-6, 2e-6, 1e-6).is_off
+    assert refined(16e-6, 1e-6, 1e-6, 1e-6).is_off
+    # A plateau that the three finest approach at the formal order is an error all the same.
+    assert refined(*(1e-6 + 1e-6 / 16**k for k in range(4))).is_off
+    assert not refined(1e-12, 2e-12, 1e-12, 3e-12).is_off
+    assert not refined(8e-6, 4e-6, 2e-6, 1e-6, formal=None).is_off
+
+
+def test_the_uncertainty_is_the_distance_from_a_step_of_zero_with_its_factor_of_safety() -> None:
+    path = [(n, 0.3 + 5.0 * n**-2.0) for n in (50, 100, 200)]
+    found = numerical_uncertainty(path, 100)
+    assert found is not None
+    assert found == pytest.approx((2.0, 0.3, 1.25 * 5.0 / 100**2))
+    assert numerical_uncertainty([(50, 1.0), (100, 2.0), (200, 1.5)], 200) == (None, 1.0, 1.5)
+    assert numerical_uncertainty([(50, 1.0), (100, None), (200, 1.5)], 200) is None
+
+
+# -- parameters --------------------------------------------------------------------------------------------------------
+
+
+def test_sensitivities_are_derivatives_of_the_closed_form() -> None:
+    press = SCENES["shear-press"]
+    crank, rod = press.parameters["crank"], press.parameters["rod"]
+    angle = press.kinematics.angles(ANGLES)
+    across = np.sqrt(rod**2 - (crank * np.sin(angle)) ** 2)  # the slider's distance from the pin, along its line
+    found = sensitivities(press)
+    assert np.abs(found["rod"] - rod / across).max(axis=1).min() < 1e-8
+    together, parts = shares(found, {"rod": 1e-4})
+    assert together == pytest.approx(1e-4 * found["rod"].max())
+    assert parts == {"crank": 0.0, "rod": 1.0}
+
+
+def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_moves_a_point(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Other runs take most of the time, and nothing is asked of them.
+    monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
+    monkeypatch.setattr("conrod.own.models.study.FINER", (1.0,))
+    monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
+    (tmp_path / "saw.xml").write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
+    given = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--revolutions", "1")
+    done = conrod("validate", str(tmp_path / "saw.xml"), *given, "--report", str(tmp_path / "r.html"))
+    assert done.returncode == 1
+    page = (tmp_path / "r.html").read_bytes()
+    found = data_of(page)
+    assert (
+        "rod of the model is off by 0.30 mm: by its sensitivity that moves a point by up to 0.39 mm" in found.deviations
+    )
+    assert any("rod is 0.1 % too long" in sentence for sentence in found.deviations)
+    # Nothing of where the file is.
+    assert str(tmp_path).encode() not in page
+
+
+# -- measurements ------------------------------------------------------------------------------------------------------
+
+
+def measured(folder: Path, text: str) -> TableStudy:
+    path = folder / "encoder.csv"
+    path.write_text(text)
+    scene = SCENES["saw-40rpm"]
+    return study_table("encoder.csv", "saw-40rpm", scene, read_table(path, tuple(scene.lengths), request((), (), ())))
+
+
+def test_without_measurements_nothing_is_validated() -> None:
+    section, _ = beside.validation(None, None, (None, None))
+    assert section.sentences[0].startswith("validation not performed")
+
+
+def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_where_a_part_is_missing(
+    tmp_path: Path,
+) -> None:
+    table_study = measured(tmp_path, encoder_table())
+    within, none = beside.validation(None, table_study, (9e-5, 1e-5))
+    assert none == []
+    assert "does not stand out" in within.sentences[-1]
+    beyond, off = beside.validation(None, table_study, (1e-5, 1e-5))
+    assert off
+    assert "an error of the model stands out" in beyond.sentences[-1]
+    unknown, _ = beside.validation(None, table_study, (9e-5, None))
+    assert "no validation uncertainty" in unknown.sentences[-1]
+
+
+# -- what is refused ---------------------------------------------------------------------------------------------------
+
+
+def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: Path) -> None:
+    file, other = tmp_path / "r.html", tmp_path / "other.html"
+    file.write_bytes(sealed_page(report()).replace(b"1e-5", b"1e-6", 1))
+    other.write_text("<p>mine</p>")
+    for arguments, said in {
+        ("saw-500rpm", "--report", str(file)): "it was changed after it was written",
+        ("saw-500rpm", "--report", str(other)): "no verification report of conrod, and would be lost",
+        ("saw-500rpm", "saw-40rpm", "--report", str(tmp_path / "new.html")): "one machine or file",
+        ("saw-500rpm", "--limits", "reports"): "--limits does not go with no --report",
+        ("saw-500rpm", "--report", str(tmp_path), "--preset", "tuned"): "it is a folder",
+    }.items():
+        done = conrod("validate", *arguments)
+        assert (done.returncode, done.stdout) == (2, ""), arguments
+        assert said in done.stderr
+        assert len(done.stderr.splitlines()) == 1
+    assert other.read_text() == "<p>mine</p>"
+    assert not (tmp_path / "new.html").exists()
+
+
+# -- what is committed -------------------------------------------------------------------------------------------------
+
+
+def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_tests() -> None:
+    pages = sorted(REPORTS.glob("*.html"))
+    assert len(pages) == 2
+    for page in pages:
+        assert is_unchanged(page.read_bytes())
+    assert (REPORTS / "inputs" / "encoder.csv").read_text() == encoder_table()
+
+
+def test_a_wheels_hash_leaves_out_what_an_installer_adds() -> None:
+    version, digest, of = pedigree.package_hash("numpy")
+    assert (version, len(digest), of) == (np.__version__, 64, "wheel's RECORD")
+    assert pedigree.BY_INSTALLER.match("../../../bin/f2py,sha256=x,1")
+    assert pedigree.BY_INSTALLER.match("numpy-2.4.6.dist-info/INSTALLER,sha256=x,1")
+    assert not pedigree.BY_INSTALLER.match("numpy/__init__.py,sha256=x,1")
+    with pytest.raises(InvalidInput, match="did you mean 'rod'"):
+        beside.parameters(SCENES["saw-40rpm"], {"rood": 1e-4}, {})
+    assert math.isclose(beside.COVERAGE, 2.0)
