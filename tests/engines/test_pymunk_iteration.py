@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.centres import by_centres, one_iteration
+from conrod.engines.centres import by_centres, inverse_masses, one_iteration
 from conrod.engines.pymunk import iteration
 from conrod.engines.pymunk.settings import PymunkSettings, iterations_by_masses
 from conrod.engines.pymunk.space import build
@@ -38,7 +38,7 @@ def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) ->
     kinematics, mechanism = machine.kinematics, machine.kinematics.mechanism
     still = replace(PymunkSettings.stock(machine, 1000), iterations=1, gravity=False, error_bias=1.0)
     made, poses = build(machine, still), kinematics.poses(np.array([1.0]))
-    inverse = iteration._inverse_masses(mechanism)
+    inverse = inverse_masses(mechanism, iteration.straight(mechanism))
     free = np.flatnonzero(inverse)
     jacobian = kinematics.jacobian(poses) @ by_centres(mechanism, poses)[:, :, free]
     once = one_iteration(jacobian, inverse[free], iteration._constraints(kinematics))[0]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Iterator
 
 import numpy as np
 
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, turned
-from conrod.mechanism.mechanism import Body, Mechanism, to_world
+from conrod.mechanism.mechanism import Body, Joint, Mechanism, to_world
 
 CentreState = tuple[float, float, float, float, float, float]
 
@@ -43,6 +44,30 @@ def by_centres(mechanism: Mechanism, poses: Array) -> Array:
         found[:, 3 * i, 3 * i + 2] = np.sin(turn) * x + np.cos(turn) * y
         found[:, 3 * i + 1, 3 * i + 2] = np.sin(turn) * y - np.cos(turn) * x
     return found
+
+
+def inverse_masses(mechanism: Mechanism, straight: Container[str] = ()) -> Array:
+    """By the coordinates of all centres of gravity and turns (3 n,), 0 of what cannot be moved: the crank.
+
+    Args:
+        straight: names of bodies that cannot turn.
+    """
+    found = []
+    for body in mechanism.bodies:
+        turning = 0.0 if body.name in straight else 1.0 / body.inertia
+        moves = body.name != mechanism.crank
+        found += [1.0 / body.mass, 1.0 / body.mass, turning] if moves else [0.0, 0.0, 0.0]
+    return np.array(found)
+
+
+def equations(kinematics: Kinematics) -> Iterator[tuple[Joint, slice]]:
+    """Each joint but the driven one, with its rows among all joint equations."""
+    first = 0
+    for joint in kinematics.mechanism.joints:
+        rows = slice(first, first + kinematics.equations_of(joint))
+        first = rows.stop
+        if joint.name != kinematics.mechanism.driver.joint:
+            yield joint, rows
 
 
 def one_iteration(jacobian: Array, inverse: Array, constraints: Iterable[slice]) -> Array:

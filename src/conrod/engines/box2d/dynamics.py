@@ -10,7 +10,7 @@ from conrod.engines.box2d.library import VERSION
 from conrod.engines.box2d.settings import Box2DSettings
 from conrod.engines.box2d.stepping import Stepper
 from conrod.engines.centres import body_states
-from conrod.engines.engine import PIECE, Machine
+from conrod.engines.engine import PIECE, Machine, summed_clock
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import Verdict, judge
@@ -36,15 +36,11 @@ def run(
             bodies, points = tracks(machine, stepper.made.mechanism, h, times, centres, rates, old if first else 0)
             verdict = judge(kinematics, bodies, machine.speed, verdict)
         known = [centres[-KEPT:], rates[-KEPT:]]
-        # Box2D has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
-        ticks = np.full(last - first + (first > 0), h)
-        ticks[0] = clock
-        clocks = np.add.accumulate(ticks)[first - last :]
+        clocks = summed_clock(clock, h, last - first, begins=first == 0)
         clock = float(clocks[-1])
-        failed = verdict.outcome is Outcome.DIVERGED and stepper.failure
         trajectory = Trajectory(
             settings.engine, VERSION, settings, machine.speed, revolutions, verdict.outcome,
-            f"{stepper.failure}; {verdict.reason}" if failed else verdict.reason, points, bodies,
+            verdict.reason, points, bodies,
         )  # fmt: skip
         yield Piece(trajectory, first, clocks, warnings={}, solver=None, drive_torque=None)
 

@@ -3,52 +3,42 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
 
-from conrod.engines.centres import by_centres, one_iteration
+from conrod.engines.centres import by_centres, equations, inverse_masses, one_iteration
 from conrod.engines.engine import SINGLE
 from conrod.engines.numerics import MEETING
 from conrod.exact.kinematics import Kinematics
 
 SAMPLES = 72  # positions of the turn
-LEAST, MOST = 70, 2000  # a contact's overlap falls to 0.8 in each, and so to rounding in 70; what can be waited for
+LEAST, MOST = 8, 2000  # Box2D's default, and what can be waited for
+OVERLAP_LEFT = 0.8  # of a contact's overlap after an iteration, 1 - b2_baumgarte
 KEPT = 128
 
 
-@lru_cache(KEPT)
-def iterations_needed(kinematics: Kinematics) -> int:
-    """So many that they leave rounding alone of any error, in all positions of the turn but next to change points.
+def iterations_needed(kinematics: Kinematics, steps: int) -> int:
+    """So many that they leave rounding alone of what a step of so many in a turn opens, which is a step's share of it.
 
-    Impulses go from joint to joint, and leave T^N of an error after N rounds: less than the largest eigenvalue's power.
+    An iteration leaves T of an error, and N of them T^N: no more than that power of the largest eigenvalue, in the end.
+    """
+    share = min(SINGLE * steps / (2.0 * math.pi), 0.5)
+    return min(MOST, max(LEAST, math.ceil(math.log(share) / math.log(slowest_decay(kinematics)))))
+
+
+@lru_cache(KEPT)
+def slowest_decay(kinematics: Kinematics) -> float:
+    """Largest share of an error that an iteration leaves, in all positions of the turn but next to change points.
+
     Velocities and positions are solved for alike, a pin's or a slide's two equations together.
     """
-    mechanism, angle = kinematics.mechanism, kinematics.angles(SAMPLES)
+    angle = kinematics.angles(SAMPLES)
     clear = ~kinematics.near_change(angle, MEETING)
     poses = kinematics.poses(angle[clear] if clear.any() else angle)
-    held = [body.name == mechanism.crank for body in mechanism.bodies]
-    inverse = np.array(
-        [
-            0.0 if still else 1.0 / size
-            for body, still in zip(mechanism.bodies, held, strict=True)
-            for size in (body.mass, body.mass, body.inertia)
-        ]
-    )
+    inverse = inverse_masses(kinematics.mechanism)
     free = np.flatnonzero(inverse)
-    jacobian = kinematics.jacobian(poses) @ by_centres(mechanism, poses)[:, :, free]
-    largest = np.abs(np.linalg.eigvals(one_iteration(jacobian, inverse[free], _joints(kinematics)))).max()
-    if largest >= 1.0:
-        return MOST
-    return min(MOST, max(LEAST, math.ceil(math.log(SINGLE) / math.log(largest))))
-
-
-def _joints(kinematics: Kinematics) -> Iterator[slice]:
-    """Equations of each joint but the driven one."""
-    first = 0
-    for joint in kinematics.mechanism.joints:
-        rows = slice(first, first + kinematics.equations_of(joint))
-        first = rows.stop
-        if joint.name != kinematics.mechanism.driver.joint:
-            yield rows
+    jacobian = kinematics.jacobian(poses) @ by_centres(kinematics.mechanism, poses)[:, :, free]
+    once = one_iteration(jacobian, inverse[free], [rows for _, rows in equations(kinematics)])
+    largest = float(np.abs(np.linalg.eigvals(once)).max())
+    return min(max(largest, OVERLAP_LEFT if kinematics.mechanism.cam_contacts else SINGLE), 1.0 - SINGLE)

@@ -7,14 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from conrod.engines.box2d.library import Box2D
 from conrod.engines.box2d.settings import Box2DSettings
+from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.centres import centre_state
 from conrod.engines.engine import Machine
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Revolute
 
-GIVEN = (Revolute, Prismatic)
+ROUNDING = 0.9  # of a cam's least radius, that is taken off it and put onto the roller
+SLOP, SKIN = float(Box2D.b2_linearSlop), float(Box2D.b2_polygonRadius)  # in its units; the latter around all edges
 FAR = 1e30  # a length of Box2D's that no machine has
 
 
@@ -43,9 +47,18 @@ def refusal(machine: Machine, settings: Box2DSettings) -> str | None:
     mechanism = machine.kinematics.mechanism
     if mechanism.loads:
         return "box2d is given gravity and constant forces, no loads that follow a law"
-    if not all(isinstance(joint, GIVEN) for joint in mechanism.joints):
-        return "box2d is given pins and slides, no cams that act by contact and no wheels that roll"
-    return None
+    if mechanism.meshes:
+        return "box2d is given pins, slides and cams, and no wheels that roll"
+    if not mechanism.cam_contacts:
+        return None
+    if reason := contact_refusal(mechanism):
+        return reason
+    corners = _outline(mechanism.cam_contacts[0], settings).vertices
+    shortest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min())
+    if settings.length_scale * shortest > 1.01 * SLOP:
+        return None
+    units = f"{SLOP:g} of its units, of which a metre is {settings.length_scale:g}"
+    return f"box2d has no chain with points closer than {units}: the cam's facets are {shortest:.2g} m"
 
 
 def build(mechanism: Mechanism, settings: Box2DSettings, poses: Array, rates: Array) -> Build:
@@ -61,7 +74,7 @@ def build(mechanism: Mechanism, settings: Box2DSettings, poses: Array, rates: Ar
     by_name = {GROUND: world.CreateStaticBody(), **dict(zip(mechanism.body_index, made.bodies, strict=True))}
     for joint in mechanism.joints:
         if joint.name != mechanism.driver.joint:
-            _add_joint(made, by_name, joint)
+            _add_joint(made, by_name, joint, settings)
     if settings.all_iterations:
         _add_unclosable(made, by_name[GROUND])
     return made
@@ -80,8 +93,11 @@ def _body(world: Any, mechanism: Mechanism, index: int, scale: float, pose: Arra
     return body
 
 
-def _add_joint(made: Build, bodies: Mapping[str, Any], joint: Joint) -> None:
-    assert isinstance(joint, GIVEN)  # or the machine is refused
+def _add_joint(made: Build, bodies: Mapping[str, Any], joint: Joint, settings: Box2DSettings) -> None:
+    if isinstance(joint, CamContact):
+        _add_shapes(made, bodies, joint, settings)
+        return
+    assert isinstance(joint, LowerPair)  # or the machine is refused
     ends = {
         "bodyA": bodies[joint.a],
         "bodyB": bodies[joint.b],
@@ -93,6 +109,21 @@ def _add_joint(made: Build, bodies: Mapping[str, Any], joint: Joint) -> None:
         return
     axis = (math.cos(joint.direction), math.sin(joint.direction))
     made.world.CreatePrismaticJoint(**ends, localAxisA=axis, referenceAngle=joint.angle)
+
+
+def _add_shapes(made: Build, bodies: Mapping[str, Any], joint: CamContact, settings: Box2DSettings) -> None:
+    """Cam and roller, the only shapes; smooth and without restitution. A polygon may have 16 corners, a chain any."""
+    outline = _outline(joint, settings)
+    rim = Box2D.b2LoopShape(vertices=[_local(made, joint.a, (float(x), float(y))) for x, y in outline.vertices])
+    radius = made.scale * (joint.roller_radius + outline.radius) - SKIN
+    roller = Box2D.b2CircleShape(radius=radius, pos=_local(made, joint.b, joint.roller_centre))
+    for name, shape in ((joint.a, rim), (joint.b, roller)):
+        bodies[name].CreateFixture(shape=shape, friction=0.0, restitution=0.0, density=0.0)
+
+
+def _outline(joint: CamContact, settings: Box2DSettings) -> CamPolygon:
+    """The cam inset by nine tenths of its least radius: the roller is larger by as much, and its nose nearly exact."""
+    return cam_polygon(joint.profile, settings.cam_vertices, ROUNDING * joint.profile.least_radius)
 
 
 def _local(made: Build, name: str, point: Point) -> Point:

@@ -36,7 +36,7 @@ class Box2DSettings:
     length_scale: float = 1.0  # of Box2D's units in a metre
     sleeping: bool = True
     continuous_physics: bool = True
-    cam_vertices: int = 4000
+    cam_vertices: int = 500  # each of which a step takes half a microsecond to move
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning.
@@ -72,7 +72,7 @@ class Box2DSettings:
         smaller the unit, the less that is of the machine.
         """
         h = step_length(machine, steps_per_revolution)
-        count = iterations_needed(machine.kinematics)
+        count = iterations_needed(machine.kinematics, steps_per_revolution)
         scale = FARTHEST / (largest_rate(machine.kinematics) * abs(machine.speed) * h)
         # A power of two changes no digit of a length.
         scale = 2.0 ** math.floor(math.log2(min(max(scale, 1.0 / LARGEST_SCALE), LARGEST_SCALE)))

@@ -24,13 +24,11 @@ class Stepper:
 
     Attributes:
         made: the world.
-        failure: why it goes no further; empty while it does.
     """
 
     def __init__(self, machine: Machine, settings: Box2DSettings, angle: float) -> None:
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
         self.made = build(machine.kinematics.mechanism, settings, poses[0], slopes[0] * machine.speed)
-        self.failure = ""
         mechanism = self.made.mechanism
         self._start, self._spin = mechanism.crank_turn(angle), mechanism.driver.sense * machine.speed
         self._settings, self._steps, self._whole = settings, 0, 0.0
@@ -56,8 +54,7 @@ class Stepper:
         for k in range(steps):
             try:
                 self(1)
-            except AssertionError as error:  # which Box2D's own checks are raised as
-                self.failure = self.failure or f"Box2D gave up: {error}"
+            except AssertionError:  # which Box2D's own checks are raised as
                 break
             centres[k], rates[k] = self.state()
         return centres, rates

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from conrod.engines.centres import body_states
-from conrod.engines.engine import PIECE, Machine
+from conrod.engines.engine import PIECE, Machine, summed_clock
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.pymunk.built import VERSION, Build
 from conrod.engines.pymunk.loads import pushes_of
@@ -63,10 +63,7 @@ def run(
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
         bodies, points = _only_new(bodies, points, len(times) - (last - first))
         verdict = judge(kinematics, bodies, machine.speed, verdict)
-        # Chipmunk has no clock. A user keeps one, step by step: `accumulate` adds in this order, with its rounding.
-        ticks = np.full(last - first + (first > 0), settings.timestep)
-        ticks[0] = clock
-        clocks = np.add.accumulate(ticks)[first - last :]
+        clocks = summed_clock(clock, settings.timestep, last - first, begins=first == 0)
         clock = float(clocks[-1])
         yield Piece(
             trajectory=Trajectory(

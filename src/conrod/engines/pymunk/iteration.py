@@ -22,7 +22,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from conrod.engines.centres import by_centres, one_iteration
+from conrod.engines.centres import by_centres, equations, inverse_masses, one_iteration
 from conrod.engines.numerics import MEETING
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
@@ -50,7 +50,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     poses, rates = derivatives[0], derivatives[1] * speed
     forces = inertia_forces(mechanism, poses, rates, derivatives[2] * speed**2)
     forces -= load_forces(mechanism, poses, rates, angle / speed)
-    inverse = _inverse_masses(mechanism)
+    inverse = inverse_masses(mechanism, straight(mechanism))
     free = np.flatnonzero(inverse)
     of_centres = by_centres(mechanism, poses)[:, :, free]
     begun = 1.5 * inverse[free] * (np.swapaxes(of_centres, 1, 2) @ forces[:, :, None])[:, :, 0]
@@ -83,29 +83,21 @@ def _iterations(once: Array, begun: Array, left: Callable[[Array], float], allow
     return min(max(LEAST, count), MOST)
 
 
+def straight(mechanism: Mechanism) -> set[str]:
+    """Bodies that cannot turn: those on a slide of the ground."""
+    return {body.name for body in mechanism.bodies if isinstance(mechanism.guide(body.name), Prismatic)}
+
+
 def _constraints(kinematics: Kinematics) -> Iterator[slice]:
     """Equations that pymunk solves together, in its order: pins and slides, then gears."""
-    mechanism, first = kinematics.mechanism, 0
     last: list[slice] = []
-    for joint in mechanism.joints:
-        rows = slice(first, first + kinematics.equations_of(joint))
-        first = rows.stop
+    for joint, rows in equations(kinematics):
         if isinstance(joint, Mesh):
             last.append(rows)
         elif isinstance(joint, Prismatic):
             yield slice(rows.start, rows.start + 1)
             if GROUND not in (joint.a, joint.b):  # else the body cannot turn
                 yield slice(rows.start + 1, rows.stop)
-        elif joint.name != mechanism.driver.joint:
+        else:
             yield rows
     yield from last
-
-
-def _inverse_masses(mechanism: Mechanism) -> Array:
-    """By the coordinates of all centres of gravity and turns (3 n,), 0 of what cannot be moved."""
-    found = []
-    for body in mechanism.bodies:
-        turning = 0.0 if isinstance(mechanism.guide(body.name), Prismatic) else 1.0 / body.inertia
-        moves = body.name != mechanism.crank
-        found += [1.0 / body.mass, 1.0 / body.mass, turning] if moves else [0.0, 0.0, 0.0]
-    return np.array(found)
