@@ -20,6 +20,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.motion_table import MotionTable, motion_table
+from conrod.report.escaping import visible
 from conrod.report.pack.contents import zipped
 from conrod.scenes import Scene
 
@@ -75,7 +76,8 @@ def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
 def _rendered(file: str, about: Mapping[str, object]) -> str:
     """A file of XML, in which names stay names: all that is put in is escaped."""
     text = HERE.joinpath(f"{file}.jinja").read_text(encoding="utf-8")
-    return jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text).render(about)
+    escaping = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    return visible(escaping.from_string(text).render(about))
 
 
 def _header(table: MotionTable, speed: float) -> str:
