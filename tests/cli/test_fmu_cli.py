@@ -202,6 +202,20 @@ def test_what_is_no_archive_or_a_damaged_one_is_refused(tmp_path: Path, library:
     refused(*POINT, words="it is no FMU: no zip archive", cwd=tmp_path)
 
 
+def test_elements_of_an_array_are_variables_of_their_own(tmp_path: Path) -> None:
+    variables = """<Float64 name="time" valueReference="9" causality="independent"/>
+        <Float64 name="r" valueReference="0" unit="mm"><Dimension start="2"/></Float64>
+        <Float64 name="T" valueReference="1"><Dimension start="1"/><Dimension start="2"/></Float64>"""
+    text = f"""<fmiModelDescription fmiVersion="3.0" modelName="a" instantiationToken="a">
+        <CoSimulation modelIdentifier="a"/><UnitDefinitions><Unit name="mm"/></UnitDefinitions>
+        <ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"""
+    path = write_fmu(tmp_path / "a.fmu", None, {"modelDescription.xml": text, BINARY: ""})
+    found = read_fmu(path, str(tmp_path / "unpacked"))
+    assert (found.version, found.modes) == ("3.0", ("co-simulation",))
+    named = [(one.name, one.unit, one.array, one.index) for one in found.variables]
+    assert named == [("r[1]", "mm", "r", 0), ("r[2]", "mm", "r", 1), ("T[1,1]", "", "T", 0), ("T[1,2]", "", "T", 1)]
+
+
 @pytest.mark.usefixtures("at_once")
 def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmpy", None)

@@ -39,20 +39,18 @@ def choose_variables(fmu: Description, points: Sequence[str], asked: Request) ->
     """
     variables = {variable.name: (place, variable) for place, variable in enumerate(fmu.variables, start=1)}
     outputs = [variable.name for variable in fmu.variables if variable.output]
+    listed = f"its outputs are {', '.join(outputs[:LISTED]) or 'none'}{', ...' if len(outputs) > LISTED else ''}"
     clock, *others = targets(points)
     columns = [Column(clock, 0, TIME, "s", 1.0, "FMI")]
     for target in others:
         name = asked.columns.get(target.name, target.name if target.name in outputs else None)
         if name is not None and name not in variables:
-            near = " or ".join(map(repr, nearest(name, list(variables)[:COMPARED]))) or "none of like name"
-            raise InvalidInput(f"it has no variable {name!r}, but {near}; `fmpy info` lists its {len(variables)}")
+            near = " or ".join(map(repr, nearest(name, list(variables)[:COMPARED]))) or "none like it"
+            raise InvalidInput(f"it has no variable {name!r}, but {near} among {len(variables)}; {listed}")
         if name is not None:
             columns.append(_column(target, *variables[name], asked))
     if len(columns) == 1:
-        raise InvalidInput(
-            f"say which variables an observed point is: --point {points[0]}=X,Y; its outputs are "
-            f"{', '.join(outputs[:LISTED]) or 'none'}{', ...' if len(outputs) > LISTED else ''}"
-        )
+        raise InvalidInput(f"say which variables an observed point is: --point {points[0]}=X,Y; {listed}")
     check_units_used(columns, asked)
     return columns
 

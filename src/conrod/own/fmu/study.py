@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.own.fmu.columns import choose_variables
 from conrod.own.fmu.description import read_fmu
 from conrod.own.fmu.running import Order, simulate
-from conrod.own.tables.columns import Request
+from conrod.own.tables.columns import LISTED, Request
 from conrod.own.tables.reading import MOST_ROWS, Reading, reading_of
 from conrod.own.tables.samples import ERRORS, Alignment, Exact
 from conrod.own.tables.study import TableStudy, ToolRun, study_table
@@ -54,7 +54,7 @@ def study_fmu(
             raise unknown_choice("mode in --preset", mode, fmu.modes)
         columns = choose_variables(fmu, tuple(machine.lengths), asked)
         used = [fmu.variables[column.index - 1] for column in columns[1:]]
-        unused = tuple(one.name for one in fmu.variables if one.output and one not in used)
+        unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:LISTED]
 
         def reading(order: Order) -> Reading:
             values = isolation.confined(simulate, path, folder, order, used, timeout=timeout)
