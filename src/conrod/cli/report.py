@@ -56,14 +56,13 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
 def _verify(file: Path) -> None:
     """Say whether a verification report is as it was written; exit status 1 if it is not."""
     from conrod.own.files import check_readable
-    from conrod.report.verification.page import digest_of, is_unchanged
+    from conrod.report.verification.page import seal_of
 
     check_readable(file)
-    page = file.read_bytes()
     try:
-        unchanged = is_unchanged(page)
+        seal = seal_of(file.read_bytes())
     except InvalidInput as error:
         raise InvalidInput(f"{file}: {error}") from None
-    say(f"{file}: unchanged, SHA-256 {digest_of(page)}" if unchanged else f"{file}: CHANGED since it was written")
-    if not unchanged:
+    say(f"{file}: unchanged, SHA-256 {seal}" if seal else f"{file}: CHANGED since it was written")
+    if not seal:
         sys.exit(FAILED)

@@ -57,8 +57,9 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
         subject.part(path),
         as_outputs_must_not_be(path) if subject is MODEL else {"the table" if subject is TABLE else "the FMU": path},
     )
-    holding = Holding.of(asked, dict([select_scene(scene, asked.assignments)]))
-    files, dossier = outputs(subject.kind, [part], asked, given), Dossier.of(asked, [part])
+    name, machine = select_scene(scene, asked.assignments)
+    holding = Holding.of(asked, {name: machine})
+    files, dossier = outputs(subject.kind, [part], asked, given), Dossier.of(asked, {part: machine})
     with waiting(path, asked.timeout if subject is FMU else subject.timeout):
         found = subject.judge(path, scene, asked)
         baseline = held_file(holding, subject.judge, path, asked, found)

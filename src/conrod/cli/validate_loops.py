@@ -64,7 +64,7 @@ def validate_loops(asked: Request) -> None:
     guarded = dict[str, Path]()
     for name in named:
         guarded |= as_outputs_must_not_be(Path(name))
-    files, dossier = outputs(KIND, parts, asked, guarded), Dossier.of(asked, parts)
+    files, dossier = outputs(KIND, parts, asked, guarded), Dossier.of(asked, dict.fromkeys(parts))
     found = {}
     for part, name in parts.items():
         with waiting(name, FILE_TIMEOUT):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput
 from conrod.mjcf.invariances.results import InvarianceStudy
 from conrod.own.models.study import ModelStudy
 from conrod.own.pedigree import package_hash, sha256, stated_source
@@ -56,8 +56,6 @@ def parameters(
         slopes = sensitivities(scene)
     except InvalidInput as error:
         return Section((), (f"does not apply: with one length changed alone it is no machine ({error})",)), [], None
-    for name in given.keys() - slopes.keys():
-        raise unknown_choice("length", name, (*slopes, DATA))
     sizes = given or {name: EXAMPLE * abs(scene.parameters[name]) for name in slopes}
     together, parts = shares(slopes, sizes)
     rows = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -70,7 +71,7 @@ def _changes(before: Statements, after: Statements) -> Iterator[str]:
 
 def _looser(was: str, now: str) -> bool:
     """Whether a criterion, the first of its row's cells, allows more."""
-    return was != ABSENT and (now == ABSENT or float(now.partition(";")[0]) > float(was.partition(";")[0]))
+    return was != ABSENT and (now == ABSENT or float(re.split("[ ;]", now)[0]) > float(re.split("[ ;]", was)[0]))
 
 
 def _statements(of: Verification) -> Statements:

@@ -15,7 +15,7 @@ from conrod.report.verification.findings import Verification
 
 MARK = "conrod-verification"
 UNSEALED = "0" * 64
-SEAL = re.compile(rf'<meta name="{MARK}" content="sha256:([0-9a-f]{{64}})">')
+SEAL = re.compile(rf'<meta name="{MARK}" content="sha256:([0-9a-f]{{64}})">'.encode())
 DATA = re.compile(rf'<script type="application/json" id="{MARK}-data">(.*?)</script>', re.DOTALL)
 
 
@@ -34,17 +34,18 @@ def sealed_page(found: Verification) -> bytes:
     return html.replace(UNSEALED, hashlib.sha256(html.encode()).hexdigest()).encode()
 
 
-def is_unchanged(page: bytes) -> bool:
-    """Whether a page is as it was written, to the last byte.
+def seal_of(page: bytes) -> str | None:
+    """The hash that a page is sealed by; None where it is not as it was written, to the last byte.
 
     Raises:
         InvalidInput: it is no verification report.
     """
     if MARK.encode() not in page:
         raise InvalidInput("it is no verification report of conrod")
-    found = re.search(SEAL.pattern.encode(), page)
-    digest = found[1] if found else b"-"
-    return hashlib.sha256(page.replace(digest, UNSEALED.encode())).hexdigest().encode() == digest
+    found = SEAL.search(page)
+    if found is None or hashlib.sha256(page.replace(found[1], UNSEALED.encode())).hexdigest().encode() != found[1]:
+        return None
+    return found[1].decode()
 
 
 def data_of(page: bytes) -> Verification:
@@ -57,10 +58,3 @@ def data_of(page: bytes) -> Verification:
     if found is None:
         raise InvalidInput("it has no data of a verification report")
     return restore(Verification, json.loads(found[1]))
-
-
-def digest_of(page: bytes) -> str:
-    """The hash that an unchanged report is sealed by."""
-    found = SEAL.search(page.decode())
-    assert found is not None
-    return found[1]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from conrod.engines.registry import presets_of
+from conrod.mechanism.units import in_prose
+from conrod.mjcf.loops.results import QUANTITIES as UNITS
 from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.study import ModelStudy
 from conrod.own.tables.study import TableStudy
@@ -90,7 +93,7 @@ def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
     refined, lengths = list(refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
     judged = _criteria(study)
     rows = [
-        (run, name, f"{allowed:.6g}", numbers.error(name, of(name), lengths))
+        (run, name, _in_digits(name, allowed, lengths), _size(name, of(name), lengths))
         for run, limits, of, _ in judged
         for name, allowed in limits.items()
     ]
@@ -109,6 +112,20 @@ def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
     return found, [*off, *([] if criteria else [NO_CRITERION])]
 
 
+def _size(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
+    """An error as people read it, in SI where no lengths normalise it."""
+    if lengths or size is None:
+        return numbers.error(name, size, lengths)
+    return f"{numbers.measured(size)} {in_prose(UNITS[name])}"
+
+
+def _in_digits(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
+    """A criterion in all digits that anybody gives."""
+    if name == "phase":
+        return f"{math.degrees(allowed):.6g} deg"
+    return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {in_prose(UNITS[name])}"
+
+
 def _agreement(one: Refinement) -> tuple[str, Cell]:
     below = "at rounding, not shown" if one.order is None else "yes"
     return numbers.order(one.order), Toned("NO", "bad") if one.is_off else below
@@ -123,7 +140,7 @@ def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str]
             own = study.own
             return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK)] if own else [])]
         case LoopStudy():
-            return [(run.label, study.question.tolerance, run.errors.get, f"{ASKED}, SI") for run in study.runs]
+            return [(run.label, study.question.tolerance, run.errors.get, ASKED) for run in study.runs]
         case TableStudy():
             return [("the table", study.tolerance, study.largest, CLOCK)]
     return [(" ".join(name_of(r)), r.limits, r.judged_error, r.tolerance.reason) for r in study.results]
@@ -152,7 +169,7 @@ def _uncertainties(refined: list[Refinement], lengths: Mapping[str, float]) -> T
     for one in refined:
         if (found := numerical_uncertainty(one.path, one.steps, one.formal)) is not None:
             order, limit, size = found
-            shown = [numbers.error(one.quantity, value, lengths) for value in (limit, size)]
+            shown = [_size(one.quantity, value, lengths) for value in (limit, size)]
             rows.append((one.run, one.quantity, shown[0], f"± {shown[1]}", numbers.order(order)))
     head = ("at a step of zero", "numerical uncertainty", "order of the three finest")
     return table(("run", "error", *head), rows, head, names=2)
