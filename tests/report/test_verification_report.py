@@ -222,6 +222,17 @@ def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_t
     assert (REPORTS / "inputs" / "encoder.csv").read_text() == encoder_table()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["saw-500rpm", "hacksaw"])
+def test_a_committed_report_made_again_says_the_same_but_for_the_software(name: str, tmp_path: Path) -> None:
+    old = data_of((REPORTS / f"{name}.html").read_bytes())
+    places = {"hacksaw.xml": "inputs/hacksaw.xml", "encoder.csv": "inputs/encoder.csv", "limits": "../limits"}
+    words = [str(REPORTS / places[word]) if word in places else word for word in old.command.split()[1:-2]]
+    assert conrod(*words, "--report", str(tmp_path / f"{name}.html")).returncode == 0
+    again = changes(old, data_of((tmp_path / f"{name}.html").read_bytes()))
+    assert all(change.startswith("software, ") for change in again), again
+
+
 def test_a_wheels_hash_leaves_out_what_an_installer_adds() -> None:
     version, digest, of = pedigree.package_hash("numpy")
     assert (version, len(digest), of) == (np.__version__, 64, "wheel's RECORD")

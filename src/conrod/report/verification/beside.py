@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -93,23 +94,22 @@ def validation(
     error = max((curve.size.max * lengths[point] for point, curve in places if curve), default=None)
     if error is None:
         return Section((), ("validation not performed: the measurements have no positions",)), []
-    numerical = _numerical(study) * max(lengths.values())
+    sizes = {
+        "u_num, the numerical error of the judged runs": _numerical(study) * max(lengths.values()),
+        "u_input, by the parameters": parts[0],
+        "u_D, of the measurements": parts[1],
+    }
     words = [trajectory.summary_line(found), *trajectory.estimation_lines(found), *found.notes]
     words.append(f"comparison error E of measured and exact places, at most: {_mm(error)}")
-    words.append(f"u_num, the numerical error of the judged runs: {_mm(numerical)}")
-    words += [
-        f"{name}: {'not given (--uncertainty)' if size is None else _mm(size)}"
-        for name, size in zip(("u_input, by the parameters", "u_D, of the measurements"), parts, strict=True)
-    ]
+    words += [f"{name}: {'not given (--uncertainty)' if u is None else _mm(u)}" for name, u in sizes.items()]
     if None in parts:
         words.append("without both no validation uncertainty can be stated: E alone says nothing on the model")
         return Section((), tuple(words)), []
-    whole = sum(size**2 for size in (numerical, *parts) if size) ** 0.5
+    whole = math.hypot(*(size for size in sizes.values() if size is not None))
     beyond = error > COVERAGE * whole
-    relation = "more than" if beyond else "within"
+    relation, stands = ("more than", "stands") if beyond else ("within", "does not stand")
     verdict = f"E is {relation} twice the validation uncertainty u_val of {_mm(whole)}"
-    meaning = "an error of the model stands out" if beyond else "an error of the model does not stand out from it"
-    return Section((), (*words, f"{verdict}: {meaning}")), [verdict] if beyond else []
+    return Section((), (*words, f"{verdict}: an error of the model {stands} out")), [verdict] if beyond else []
 
 
 def _numerical(study: Any) -> float:

@@ -27,6 +27,7 @@ ORDER_AGREES, ROUNDING, VANISHES = 0.25, 1e-11, 0.05
 ASKED, CLOCK = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
 PATHS = "what a model written with six digits can do, or --tolerance"
 NO_CRITERION = "no criterion was fixed before the run: errors are measured, not judged (--tolerance)"
+ONE_RUN = "no numerical uncertainty: what is known is one run at one step"
 
 
 class Refinement(NamedTuple):
@@ -57,6 +58,10 @@ def refinements(study: Any) -> Iterator[Refinement]:
     """All runs of a study that were refined, quantity by quantity."""
     match study:
         case TableStudy():
+            runs = [(run.steps, run.sizes) for run in reversed(study.runs) if run.steps is not None]
+            for name in runs[-1][1] if runs else ():
+                path = tuple((steps, sizes.get(name)) for steps, sizes in runs)
+                yield Refinement("the FMU", name, runs[-1][0], path, None)
             return
         case LoopStudy():
             for run in study.runs:
@@ -105,10 +110,14 @@ def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
     found = {
         CRITERIA: Section((criteria,), tuple(laws) or (NO_CRITERION,)),
         "code": Section((code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))),
-        "solution": Section((results, _uncertainties(refined, lengths))),
+        "solution": Section((results, _uncertainties(refined, lengths)), () if refined else (ONE_RUN,)),
         "settings": settings,
     }
-    off = [f"{one.run}: the order of {one.quantity} is not the formal {one.formal}" for one in refined if one.is_off]
+    off = [
+        f"{one.run}: the order of {one.quantity} is not the formal {one.formal}, observed is {numbers.order(one.order)}"
+        for one in refined
+        if one.is_off
+    ]
     return found, [*off, *([] if criteria else [NO_CRITERION])]
 
 
