@@ -49,6 +49,7 @@ ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk
 OPTIONAL: Mapping[str, Look] = {
     "exudyn": Look("Exudyn", "#009E73", "^"),
     "box2d": Look("Box2D", "#CC79A7", "v", module="Box2D", distribution="Box2D"),
+    "mjx": Look("MJX", "#56B4E9", "P", module="mujoco.mjx", distribution="mujoco-mjx"),
 }
 OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 

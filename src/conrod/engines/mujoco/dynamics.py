@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -13,7 +14,29 @@ from conrod.engines.mujoco.recorder import Recorder, ended_by_engine
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict, judge
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track, Trajectory
+from conrod.runs.trajectory import (
+    BodyStates,
+    BodyTracks,
+    Instants,
+    Outcome,
+    Piece,
+    PointTracks,
+    SolverState,
+    Track,
+    Trajectory,
+)
+
+
+class Recording(Protocol):
+    """A machine that is stepped and recorded, as `Recorder` does it."""
+
+    @property
+    def warnings(self) -> Mapping[str, int]: ...
+
+    @property
+    def solver(self) -> SolverState | None: ...
+
+    def next(self, samples: int) -> tuple[Array, Array]: ...
 
 
 def run(
@@ -22,6 +45,20 @@ def run(
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
     recorder = Recorder(made, settings, *made.start_state(machine, start_angle), start_angle / machine.speed)
+    yield from recorded(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
+
+
+def recorded(
+    made: Build,
+    recorder: Recording,
+    machine: Machine,
+    settings: MuJoCoSettings,
+    revolutions: float,
+    start_angle: float,
+    steps: int,
+    version: str,
+) -> Iterator[Piece]:
+    """The run of a recorder that has just been started; it may be another engine's, of some version."""
     samples = round(settings.steps_per_revolution * revolutions) + 1
     poses, clock, ended, judged = None, -settings.timestep, None, Verdict(Outcome.COMPLETED)  # up to the sample before
     for first in (0, *range(steps + 1, samples, steps)):
@@ -38,8 +75,8 @@ def run(
         verdict = verdict_of(judged, ended)
         yield Piece(
             trajectory=Trajectory(
-                engine="mujoco",
-                engine_version=mujoco.__version__,
+                engine=settings.engine,
+                engine_version=version,
                 settings=settings,
                 speed=machine.speed,
                 revolutions=revolutions,
