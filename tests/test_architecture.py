@@ -45,6 +45,7 @@ FORBIDDEN = [
     ("conrod.engines.pymunk.settings", "pymunk", "settings are plain values"),
     ("conrod.engines.exudyn.settings", "exudyn", "settings are plain values"),
     ("conrod.engines.box2d.settings", "Box2D", "settings are plain values"),
+    ("conrod.engines.mjx.settings", "jax", "settings are plain values"),
     ("conrod.engines.mujoco", "conrod.engines.pymunk", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
     ("conrod.studies", "conrod.engines.mujoco", "adding an engine touches its package and the table alone"),
@@ -140,9 +141,10 @@ def test_no_module_waits_for_itself() -> None:
 @pytest.mark.parametrize(
     ("engine", "rooms"),
     [
-        ("mujoco", ("engines.mujoco", "own", "mjcf")),
+        ("mujoco", ("engines.mujoco", "engines.mjx", "own", "mjcf")),
         ("pymunk", ("engines.pymunk",)),
         ("exudyn", ("engines.exudyn",)),
+        ("jax", ("engines.mjx",)),
         ("Box2D", ("engines.box2d",)),
     ],
 )

@@ -1,29 +1,210 @@
-"""MJX, where it is installed."""
+"""MJX, where it is installed: closures without the term that MuJoCo has for their curvature, in two precisions."""
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
+import mujoco
+import numpy as np
 import pytest
+from catalogue import CAM, EVERY_SCENE, SAW
+from command_line import conrod
 
-from conrod.engines.registry import engine_named
+from conrod import Outcome
+from conrod.engines import engine_names
+from conrod.engines.engine import DOUBLE, SINGLE, with_fields
+from conrod.engines.mjx.settings import PRESETS
+from conrod.engines.registry import engine_named, presets_of
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
+from conrod.runs.trajectory import Trajectory, concatenate_pieces
+from conrod.scenes.catalogue import scene_named
 from conrod.testing import EngineConformance
 
-
-@pytest.fixture
-def mjx() -> Any:
-    """The engine."""
-    pytest.importorskip("jax", reason="the extra conrod[mjx] is not installed")
-    return engine_named("mjx")
+FAST_SAW = EVERY_SCENE["saw-500rpm"]
+INSTALLED = find_spec("mujoco.mjx") is not None and find_spec("jax") is not None
+needs_mjx = pytest.mark.skipif(not INSTALLED, reason="the extra conrod[mjx] is not installed")
 
 
+@cache
+def ran(name: str, preset: str, steps: int, **fields: Any) -> Trajectory:
+    """A turn of the fast saw."""
+    engine = engine_named(name)
+    settings = replace(engine.presets[preset](FAST_SAW, steps), **fields)
+    return concatenate_pieces(list(engine.run(FAST_SAW, settings, 1.0))).trajectory
+
+
+def error(preset: str, steps: int, quantity: str = "position", **fields: Any) -> float:
+    return compare(ran("mjx", preset, steps, **fields), FAST_SAW).worst(quantity)
+
+
+@needs_mjx
 @pytest.mark.slow
-@pytest.mark.skipif(find_spec("mujoco.mjx") is None, reason="the extra conrod[mjx] is not installed")
 class TestConformance(EngineConformance):
     scenes = ("saw-40rpm",)
 
     @pytest.fixture(autouse=True)
-    def installed(self, mjx: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def installed(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """MJX, loaded where it is tested alone."""
-        monkeypatch.setattr(type(self), "engine", mjx, raising=False)
+        monkeypatch.setattr(type(self), "engine", engine_named("mjx"), raising=False)
+
+
+# -- its constraints ---------------------------------------------------------------------------------------------------
+
+CLOSURES = ("connect", "weld", "joint", "tendon", "contact")
+PENDULUMS = """
+<body pos="0 0 {k}"><joint name="{name}.a" axis="0 0 1"/><inertial pos=".5 0 0" mass="1" diaginertia=".1 .1 .1"/>
+  <site name="{name}.a" pos="1 0 0"/><geom type="sphere" size="{size}" pos="1 0 0"/></body>
+<body pos="0 1 {k}"><joint name="{name}.b" axis="0 0 1"/><inertial pos=".5 0 0" mass="2" diaginertia=".1 .1 .1"/>
+  <site name="{name}.b" pos="1 -1 0"/><geom type="sphere" size="{size}" pos="1 0 0"/></body>"""
+
+
+def pairs_of_pendulums() -> mujoco.MjModel:
+    """For each kind of closure two pendulums side by side that it ties together; those of the contact touch."""
+    sizes = {name: 0.51 if name == "contact" else 0.1 for name in CLOSURES}
+    bodies = "".join(PENDULUMS.format(name=name, k=2 * k, size=sizes[name]) for k, name in enumerate(CLOSURES))
+    return mujoco.MjModel.from_xml_string(f"""
+        <mujoco><option gravity="0 -9.81 0"/><default><geom mass="0" condim="1"/></default>
+        <worldbody>{bodies}</worldbody>
+        <tendon><fixed name="t"><joint joint="tendon.a" coef="1"/><joint joint="tendon.b" coef="-1"/></fixed></tendon>
+        <equality>
+          <connect site1="connect.a" site2="connect.b"/><weld site1="weld.a" site2="weld.b"/>
+          <joint joint1="joint.a" joint2="joint.b"/><tendon tendon1="t"/>
+        </equality></mujoco>""")
+
+
+def accelerations(rate: float) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Of each pair, turning at a rate [rad/s], by MuJoCo and by MJX in double precision [rad/s^2]."""
+    import jax
+    from mujoco import mjx
+
+    model = pairs_of_pendulums()
+    data = mujoco.MjData(model)
+    data.qvel[:] = rate
+    mujoco.mj_forward(model, data)
+    with jax.enable_x64(True):
+        found = np.asarray(jax.jit(mjx.forward)(mjx.put_model(model), mjx.put_data(model, data)).qacc)
+    of = {name: [int(model.joint(f"{name}.{end}").dofadr[0]) for end in "ab"] for name in CLOSURES}
+    return tuple({name: values[rows] for name, rows in of.items()} for values in (data.qacc, found))  # type: ignore[return-value]
+
+
+@needs_mjx
+@pytest.mark.slow
+def test_closures_that_are_curved_lack_a_term_in_motion_and_no_others_do() -> None:
+    for rate in (0.0, 3.0):
+        by_mujoco, by_mjx = accelerations(rate)
+        for name in CLOSURES:
+            off = np.abs(by_mjx[name] - by_mujoco[name]).max() / np.abs(by_mujoco[name]).max()
+            if rate and name in ("connect", "weld"):
+                assert off > 0.02, name
+            else:
+                assert off < 1e-12, name
+
+
+@needs_mjx
+@pytest.mark.slow
+def test_mujocos_defaults_open_a_loop_that_mujoco_holds() -> None:
+    assert ran("mujoco", "stock", 250).outcome is Outcome.COMPLETED
+    opened = ran("mjx", "stock", 250)
+    assert opened.outcome is Outcome.OPENED
+    assert "slider-pin: gap up to 0.08" in opened.reason
+
+
+@needs_mjx
+@pytest.mark.slow
+def test_a_short_time_constant_makes_up_for_it_at_second_order_after_a_first_step_that_nothing_helps() -> None:
+    assert error("tuned", 250) / error("tuned", 500) == pytest.approx(4.0, rel=0.02)
+    assert error("tuned", 250, "velocity") / error("tuned", 500, "velocity") == pytest.approx(2.0, rel=0.05)
+    assert error("tuned", 250, "acceleration") == pytest.approx(error("tuned", 500, "acceleration"), rel=0.01)
+    # At the same settings MuJoCo has the acceleration of the first step.
+    same = {"solref": PRESETS["tuned"](FAST_SAW, 500).solref, "integrator": "Euler"}
+    assert compare(ran("mujoco", "tuned", 500, **same), FAST_SAW).worst("acceleration") < 0.05
+    assert error("tuned", 500, "acceleration") > 0.25
+
+
+@needs_mjx
+@pytest.mark.slow
+def test_single_precision_costs_accelerations_more_the_shorter_the_step() -> None:
+    def noise(steps: int) -> float:
+        single, double = (
+            ran("mjx", preset, steps).points["C"].acceleration.values for preset in ("tuned-single", "tuned")
+        )
+        return float(np.abs(single - double).max())
+
+    assert noise(1000) > 2.0 * noise(500) > 4.0 * noise(250)
+    assert error("tuned-single", 500) == pytest.approx(error("tuned", 500), rel=0.01)
+
+
+@needs_mjx
+@pytest.mark.slow
+def test_samples_of_runge_kutta_are_not_those_of_its_last_stage() -> None:
+    # A sample of that stage is a step late: 2 pi / 250 of the travel and more.
+    assert error("tuned", 250, integrator="RK4") < 0.002
+
+
+# -- what it cannot do -------------------------------------------------------------------------------------------------
+
+
+@needs_mjx
+@pytest.mark.parametrize(
+    ("scene", "fields", "reason"),
+    [
+        (CAM, {}, "no cams, which have thousands"),
+        (scene_named("press-cutting"), {}, "mjx lacks what the model has: .*mjBIAS_USER"),
+        (SAW, {"integrator": "implicit"}, "mjx lacks what the model has: .*IMPLICIT"),
+        (SAW, {"solver": "PGS"}, "mjx lacks what the model has: .*PGS"),
+        (SAW, {"rounded_state": True}, "neither rounds its state nor resets it"),
+    ],
+    ids=["cam", "loads", "integrator", "solver", "rounding"],
+)
+def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: dict[str, Any], reason: str) -> None:
+    engine, settings = engine_named("mjx"), PRESETS["tuned"](scene, 1000)
+    assert engine.refusal(SAW, PRESETS["tuned"](SAW, 1000)) is None
+    assert re.search(reason, str(engine.refusal(scene, with_fields(settings, **fields))))
+
+
+def test_settings_without_a_meaning_are_refused() -> None:
+    with pytest.raises(InvalidInput, match="unknown precision 'half': choose from"):
+        replace(PRESETS["stock"](SAW, 1000), precision="half")
+    with pytest.raises(InvalidInput, match="unknown integrator"):
+        replace(PRESETS["stock"](SAW, 1000), integrator="RK45")
+
+
+@needs_mjx
+def test_single_precision_is_refused_where_it_is_asked_for_too_much() -> None:
+    engine = engine_named("mjx")
+    precisions = {name: engine.spacing(preset(SAW, 1000)) for name, preset in PRESETS.items()}
+    assert precisions == {"stock": SINGLE, "tuned": DOUBLE, "tuned-single": SINGLE}
+    asked = ("--engine", "mjx", "--preset", "tuned-single", "--tolerance", "position=1e-9")
+    done = conrod("validate", "saw-500rpm", *asked)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "position = 1e-09 cannot be told by mjx on saw-500rpm, in single precision" in done.stderr
+
+
+# -- timing, and an extra ----------------------------------------------------------------------------------------------
+
+
+@needs_mjx
+@pytest.mark.slow
+def test_what_is_timed_is_compiled_before_and_takes_the_steps_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    from conrod.engines.mjx import rollout
+
+    taken, advance = list[int](), rollout.advance
+    monkeypatch.setattr(rollout, "advance", lambda model, data, n: (taken.append(n), advance(model, data, n))[1])
+    stepper = engine_named("mjx").stepper(FAST_SAW, PRESETS["tuned"](FAST_SAW, 250))
+    assert taken == [0]
+    compiled = advance._cache_size()
+    stepper(50)
+    assert taken == [0, 50]
+    assert advance._cache_size() == compiled
+    engine_named("mjx").reference_loop()(10)
+
+
+def test_it_takes_part_where_it_is_asked_for_alone() -> None:
+    assert "mjx" not in engine_names()
+    assert list(presets_of("mjx")) == ["stock", "tuned", "tuned-single"]

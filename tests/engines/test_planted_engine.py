@@ -273,7 +273,7 @@ def test_a_brought_engine_stands_beside_those_that_ship() -> None:
 
 def test_without_it_its_name_is_unknown() -> None:
     assert NAME not in engine_names()
-    with pytest.raises(InvalidInput, match=r"unknown engine 'planted': choose from box2d, exudyn, mujoco, pymunk"):
+    with pytest.raises(InvalidInput, match=r"unknown engine 'planted': choose from box2d, exudyn, mjx, mujoco, pymunk"):
         engine_named(NAME)
 
 

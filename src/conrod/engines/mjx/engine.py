@@ -42,9 +42,7 @@ class MJX(Engine[MJXSettings]):
     ) -> Iterator[Piece]:
         made = build(machine, settings)
         recorder = rollout.Recorder(made, settings, *made.start_state(machine, start_angle))
-        yield from dynamics.recorded(
-            made, recorder, machine, settings, revolutions, start_angle, steps, self.version
-        )
+        yield from dynamics.recorded(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
 
     def spacing(self, settings: MJXSettings) -> float:
         return DOUBLE if settings.precision == "double" else SINGLE

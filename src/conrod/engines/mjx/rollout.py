@@ -70,7 +70,7 @@ class Recorder:
         self._model, self._data = put(made, coordinates, rates, self._double)
 
     def next(self, samples: int) -> tuple[Array, Array]:
-        """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), all in double precision."""
+        """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), all doubles."""
         states, sensors = list[Array](), list[Array]()
         for done in range(0, samples, BLOCK):
             count = min(BLOCK, samples - done)
