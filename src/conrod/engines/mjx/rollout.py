@@ -32,8 +32,7 @@ def stepped(model: Any, data: Any) -> Any:
     return jax.tree.map(lambda after, before: after.astype(before.dtype), mjx.step(model, data), data)
 
 
-@jax.jit
-def record(model: Any, data: Any, samples: Any) -> tuple[Any, Any, Any]:
+def _record(model: Any, data: Any, samples: Any) -> tuple[Any, Any, Any]:
     """Data after so many steps, with states (BLOCK, nq + nv) and sensors (BLOCK, ..) before each."""
 
     def step(k: Any, carried: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
@@ -48,10 +47,12 @@ def record(model: Any, data: Any, samples: Any) -> tuple[Any, Any, Any]:
     return found
 
 
-@jax.jit
-def advance(model: Any, data: Any, steps: Any) -> Any:
+def _advance(model: Any, data: Any, steps: Any) -> Any:
     """Data after so many steps, with nothing kept."""
     return jax.lax.fori_loop(0, steps, lambda _, now: stepped(model, now), data)
+
+
+record, advance = jax.jit(_record), jax.jit(_advance)
 
 
 class Recorder:

@@ -42,8 +42,9 @@ class MJXSettings(MuJoCoSettings):
         A closure of MJX knows nothing of how its points curve (the term dJ/dt v): its spring has to do all of that, and
         leaves a gap of that acceleration times the square of its time constant. So that is the least, of two steps.
         """
-        stiff = {"solref": (2.0 * cls.stock(machine, steps_per_revolution).timestep, 1.0), "solimp": STIFF_SOLIMP}
-        return replace(cls.stock(machine, steps_per_revolution), preset="tuned", precision="double", **stiff)
+        stock = cls.stock(machine, steps_per_revolution)
+        shortest = (2.0 * stock.timestep, 1.0)
+        return replace(stock, preset="tuned", precision="double", solref=shortest, solimp=STIFF_SOLIMP)
 
     @classmethod
     def tuned_single(cls, machine: Machine, steps_per_revolution: int) -> MJXSettings:
