@@ -13,8 +13,7 @@ from browser import asked_for, browser, complaints, opened
 from command_line import conrod
 from described import FOUR_BAR
 
-from conrod.report.html.machine import moving
-from conrod.report.kind import Part
+from conrod.report.html.moving import moving
 from conrod.report.saved import restore
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.validation.results import SceneStudy
@@ -47,7 +46,7 @@ def page() -> Iterator[Any]:
 
 def machine(folder: Path) -> Any:
     found = restore(SceneStudy, json.loads((folder / "r" / "data" / f"{MACHINE}.json").read_text()))
-    return moving(Part(MACHINE, found, "conrod validate", "0"))
+    return moving(found)
 
 
 def expected(poses: Any) -> Any:

@@ -102,7 +102,7 @@ class PageOptions:
     figures: str | None = option(
         "--figures",
         metavar="NAME,...",
-        help="Figures of the report: mechanism, motion, error, order.",
+        help="Figures of the report: mechanism, moving, motion, error, order.",
     )
 
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 DEFAULT_REVOLUTIONS = 2
 # On the pages of so many machines: where it is, and how far off.
-FEW_FIGURES = "mechanism,error"
+FEW_FIGURES = "mechanism,moving,error"
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
 

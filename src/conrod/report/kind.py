@@ -150,6 +150,7 @@ class Kind(Generic[F]):
         live: markup of its own that a part's page has in HTML below its first sentence, with ids that begin with a
             text; empty where there is none.
         in_live: figures by the end of their names that it makes needless.
+        tile: of a part on the first page in HTML, a figure by the end of its name; empty for none.
         schema: of the findings.
     """
 
@@ -168,6 +169,7 @@ class Kind(Generic[F]):
     digits_of: Mapping[str, int | None] = field(default_factory=dict)
     live: Callable[[Part[F], str], str] | None = None
     in_live: tuple[str, ...] = ()
+    tile: str = ""
     schema: int = 2
 
     def page_file(self, part: str) -> str:

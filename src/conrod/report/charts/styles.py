@@ -82,7 +82,7 @@ def completed(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
     return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
 
 
-FIGURE_NAMES = ("mechanism", "motion", "error", "order")
+FIGURE_NAMES = ("mechanism", "moving", "motion", "error", "order")
 
 
 def figures_of(text: str | None) -> tuple[str, ...]:

@@ -6,15 +6,16 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
+from conrod.report.figure import FOLDER as FIGURES
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.svg import inlined
 from conrod.report.kind import Kind, Part, kind_named
@@ -45,7 +46,7 @@ class Section:
 
 def html_report(batches: Sequence[Batch]) -> str:
     """The reports of a folder as one HTML file: their first pages, then the page of each part."""
-    return document([section for number, batch in enumerate(batches) for section in _sections(batch, number)])
+    return document([section for number, batch in enumerate(batches) for section in sections_of(batch, number)])
 
 
 def document(sections: Sequence[Section], home: str = "") -> str:
@@ -60,8 +61,13 @@ def document(sections: Sequence[Section], home: str = "") -> str:
     )  # fmt: skip
 
 
-def _sections(batch: Batch, number: int) -> Iterable[Section]:
-    """The sections of one report, from the files that it consists of; reports of several kinds are numbered."""
+def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | None] = lambda _: None) -> list[Section]:
+    """The sections of one report, from the files that it consists of.
+
+    Args:
+        number: of the report, where several kinds are in one document.
+        outside: address of a page that is not in the document; None where it has none.
+    """
     texts = {name: text for name, text in batch.files.items() if isinstance(text, str)}
     report = next(json.loads(text) for name, text in texts.items() if name.endswith(".json") and "/" not in name)
     kind, parts = kind_named(report["kind"]), report["parts"]
@@ -69,12 +75,19 @@ def _sections(batch: Batch, number: int) -> Iterable[Section]:
     first = [kind.index_file] if kind.index is not None and kind.index_file in texts else []
     # What has one part is opened for that.
     anchors = _anchors([*pages, *first] if len(pages) == 1 else [*first, *pages], f"-{number}" if number else "")
+    found = []
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
-        place = _place(file, anchors, texts, deeper=file != next(iter(anchors)), numbers=bool(entry["command"]))
-        live = _live(kind, pages[file], entry, texts, place) if file in pages else ""
+        place = _place(file, anchors, texts, outside)
+        if not entry["command"]:
+            place.command = ""
+        if file in pages:
+            live = _live(kind, pages[file], entry, texts, place)
+        else:
+            live = tiles(_pictures(kind, parts, texts, place)) if len(parts) > 1 else ""
         verdict, end, rest = html_of(texts[file], place).partition("</p>\n")
-        yield Section(place.anchor, place.title, verdict + end + live + rest, entry["command"] or "")
+        found.append(Section(place.anchor, place.title, verdict + end + live + rest, entry["command"] or ""))
+    return found
 
 
 def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
@@ -85,9 +98,24 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
     live = kind.live(Part(name, findings, entry["command"], entry["conrod"], entry["options"]), place.anchor)
     if live:
         shown = place.figure
-        above = Markup(f'<a href="#{escape(place.anchor)}--machine">In the curves above.</a>')
-        place.figure = lambda file, alt: above if file.endswith(kind.in_live) else shown(file, alt)
+        place.figure = lambda file, alt: "" if file.endswith(kind.in_live) else shown(file, alt)
     return live
+
+
+def tiles(pictures: Iterable[tuple[str, str, str]]) -> str:
+    """Small pictures that lead somewhere: address, name and SVG of each; empty where there are none."""
+    found = [
+        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(inlined(svg, f"tile{k}-", name)), name)
+        for k, (where, name, svg) in enumerate(pictures)
+    ]
+    return str(Markup('<ul class="tiles">{}</ul>\n').format(Markup("").join(found))) if found else ""
+
+
+def _pictures(kind: Kind[Any], parts: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> Iterable[Any]:
+    for name, entry in parts.items() if kind.tile else ():
+        where, svg = place.target(entry["page"]), texts.get(f"{FIGURES}/{name}{kind.tile}")
+        if where and svg:
+            yield where, name, svg
 
 
 def _anchors(names: Sequence[str], end: str) -> dict[str, str]:
@@ -99,7 +127,9 @@ def _anchors(names: Sequence[str], end: str) -> dict[str, str]:
     return found
 
 
-def _place(file: str, anchors: Mapping[str, str], texts: Mapping[str, str], deeper: bool, numbers: bool) -> Place:
+def _place(
+    file: str, anchors: Mapping[str, str], texts: Mapping[str, str], outside: Callable[[str], str | None]
+) -> Place:
     def figure(name: str, alt: str) -> str | None:
         if name not in texts:
             return None
@@ -107,9 +137,9 @@ def _place(file: str, anchors: Mapping[str, str], texts: Mapping[str, str], deep
         return f'<span class="figure">{inlined(texts[name], f"f{number}-", alt)}</span>'
 
     def target(name: str) -> str | None:
-        return f"#{anchors[name]}" if name in anchors else None
+        return f"#{anchors[name]}" if name in anchors else outside(name)
 
-    return Place(anchors[file], int(deeper), figure, target, f"{anchors[file]}--command" if numbers else "")
+    return Place(anchors[file], int(file != next(iter(anchors))), figure, target, f"{anchors[file]}--command")
 
 
 def _asset(name: str) -> str:

@@ -7,10 +7,12 @@ from xml.etree import ElementTree
 
 SVG, XLINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}"
 # Elements that a figure is drawn with, and attributes that give these their shape; all others are left out.
-DRAWN = re.compile(r"svg|g|defs|clipPath|path|use|rect|circle|ellipse|line|polyline|polygon|text|tspan|title")
+DRAWN = re.compile(
+    r"animateTransform|svg|g|defs|clipPath|path|use|rect|circle|ellipse|line|polyline|polygon|text|tspan|title"
+)
 SHAPES = re.compile(
     r"id|class|d|x|y|[xy][12]|c[xy]|r|r[xy]|width|height|points|transform|viewBox|opacity|text-anchor|font-size"
-    r"|clip-(path|rule)|fill(-rule|-opacity)?|stroke(-[a-z]+)?"
+    r"|attributeName|type|values|dur|repeatCount|clip-(path|rule)|fill(-rule|-opacity)?|stroke(-[a-z]+)?"
 )
 REFERENCE = re.compile(r"(url\(#|^#)")
 

@@ -14,9 +14,11 @@ from conrod.report import numbers
 from conrod.report.charts.errors import overview_figure, refinement_figure
 from conrod.report.charts.motion import motion_figure
 from conrod.report.charts.panels import error_figure
-from conrod.report.charts.styles import FIGURE_NAMES, completed, engine_title
+from conrod.report.charts.styles import FIGURE_NAMES, completed, engine_title, label
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
+from conrod.report.html.animated import animated_svg
+from conrod.report.html.moving import moving
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.results import summary_of, summary_words, versions_words
 from conrod.report.scene_words import described, parameters_table
@@ -101,14 +103,18 @@ def _sizes(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, 
 
 def _figures(study: SceneStudy, shown: Sequence[str]) -> dict[str, Figure]:
     """The figures of a page by name; those of the runs only where one completed."""
-    runs = completed(study.results)
+    runs, alt = completed(study.results), dict(ALT)
     draw: dict[str, Any] = {"mechanism": partial(mechanism_svg, study.scene)}
+    if machine := moving(study):
+        draw["moving"] = partial(animated_svg, machine)
+        magnified = f"its error magnified 10^{machine.power(machine.runs[0])} times"
+        alt["moving"] = f"In motion: in grey {study.name}, exact; in colour {label(machine.runs[0])}, {magnified}"
     if runs:
         draw |= {"motion": partial(motion_figure, study), "error": partial(error_figure, study)}
     if any(run.refinement for run in runs):
         draw["order"] = partial(refinement_figure, study)
     return {
-        name: Figure(f"{study.name}-{name}", ALT[name].format(name=study.name), one)
+        name: Figure(f"{study.name}-{name}", alt[name].format(name=study.name), one)
         for name, one in draw.items()
         if name in shown
     }
@@ -234,5 +240,6 @@ KIND = Kind(
     kept=_kept,
     digits=6,
     live=_live,
-    in_live=("-motion.svg",),
+    in_live=("-moving.svg", "-motion.svg"),
+    tile="-moving.svg",
 )

@@ -44,3 +44,17 @@ for (const table of document.querySelectorAll("main table")) {
   });
   if (table.tBodies[0].rows.length >= LONG) addFilter(table);
 }
+
+const tiles = document.querySelector(".tiles");
+if (tiles) {
+  const button = document.createElement("button"), pictures = [...tiles.querySelectorAll("svg")];
+  let still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const set = () => {
+    pictures.forEach((one) => (still ? one.pauseAnimations() : one.unpauseAnimations()));
+    button.textContent = still ? "Play" : "Pause";
+  };
+  button.className = "plain";
+  button.addEventListener("click", () => { still = !still; set(); });
+  tiles.before(button);
+  set();
+}
