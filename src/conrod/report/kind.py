@@ -24,7 +24,7 @@ report owns, and may replace or remove.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
@@ -151,6 +151,7 @@ class Kind(Generic[F]):
             text; empty where there is none.
         in_live: figures by the end of their names that it makes needless.
         tile: of a part on the first page in HTML, a figure by the end of its name; empty for none.
+        spots: of figures by name, places that say in HTML what is there, see `conrod.report.html.spots`.
         schema: of the findings.
     """
 
@@ -170,6 +171,7 @@ class Kind(Generic[F]):
     live: Callable[[Part[F], str], str] | None = None
     in_live: tuple[str, ...] = ()
     tile: str = ""
+    spots: Callable[[F], Mapping[str, Sequence[tuple[float, float, str]]]] | None = None
     schema: int = 2
 
     def page_file(self, part: str) -> str:

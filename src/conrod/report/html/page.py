@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from pathlib import PurePosixPath
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -17,6 +18,7 @@ from markupsafe import Markup
 
 from conrod.report.figure import FOLDER as FIGURES
 from conrod.report.html.markdown import Place, html_of
+from conrod.report.html.spots import with_spots
 from conrod.report.html.svg import inlined
 from conrod.report.kind import Kind, Part, kind_named
 from conrod.report.saved import restore
@@ -24,7 +26,7 @@ from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
 ENDED = ".md"
-SCRIPTS = ("page.js", "machine.js")
+SCRIPTS = ("page.js", "machine.js", "spots.js")
 
 
 @dataclass(frozen=True)
@@ -92,13 +94,20 @@ def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | No
 
 def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
     """What a part's page shows beside its text; figures that this makes needless are then left out."""
-    if kind.live is None:
+    if kind.live is None and kind.spots is None:
         return ""
-    findings = restore(kind.findings, json.loads(texts[entry["data"]]))
-    live = kind.live(Part(name, findings, entry["command"], entry["conrod"], entry["options"]), place.anchor)
-    if live:
-        shown = place.figure
-        place.figure = lambda file, alt: "" if file.endswith(kind.in_live) else shown(file, alt)
+    findings, shown = restore(kind.findings, json.loads(texts[entry["data"]])), place.figure
+    part = Part(name, findings, entry["command"], entry["conrod"], entry["options"])
+    live = kind.live(part, place.anchor) if kind.live else ""
+    spots = kind.spots(findings) if kind.spots else {}
+
+    def figure(file: str, alt: str) -> str | None:
+        known, found = spots.get(PurePosixPath(file).stem), shown(file, alt)
+        if live and file.endswith(kind.in_live):
+            return ""
+        return with_spots(found, known) if found and known else found
+
+    place.figure = figure
     return live
 
 

@@ -12,10 +12,12 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
+from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.limits.error_chart import error_chart
 from conrod.report.limits.follower import flight_table, float_figure, onset_table
 from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.marks import place
 from conrod.report.limits.tables import (
     boundaries_table,
     by_axis,
@@ -31,7 +33,7 @@ from conrod.report.limits.tables import (
 from conrod.report.table import Table, table, text_of
 from conrod.report.template import rendered
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.maps import LimitMap
+from conrod.studies.limits.maps import LimitMap, MapRun
 from conrod.studies.limits.records import Level
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 
@@ -66,6 +68,27 @@ def follower_figure(study: LimitStudy) -> Figure | None:
         return None
     alt = "Flight of the follower, and from which speed it flies"
     return Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
+
+
+def _spots(study: LimitStudy) -> dict[str, list[Spot]]:
+    """What happened at each node of the maps that was run."""
+    found = {}
+    for one in study.maps:
+        figure = map_figure(one)
+        across, upwards = (AXES[name] for name in (one.x_axis, one.y_axis))
+        places = [
+            (place(across.scale, one.x[run.i]), place(upwards.scale, one.y[run.j]), _words(one, run))
+            for run in one.runs
+        ]
+        found[map_of(one).name] = spots_in(figure, figure.axes[0], places)
+    return found
+
+
+def _words(one: LimitMap, run: MapRun) -> str:
+    """A run of a map: where it is and what happened."""
+    error = "" if run.error is None else f", error {numbers.measured(run.error)} L"
+    end = f"{run.outcome}{', undetected' if run.undetected else ''}{error}"
+    return f"{one.x[run.i]:.4g} steps, {AXES[one.y_axis].title.lower()} {one.y[run.j]:.3g}: {run.level}, {end}"
 
 
 # -- pages -----------------------------------------------------------------------------------------------------------
@@ -201,6 +224,7 @@ KIND = Kind(
     title=lambda study: study.title,
     summary=_summary,
     page=_page,
+    spots=_spots,
     index=_index,
     merged=merged,
     digits=4,

@@ -7,15 +7,18 @@ from functools import partial
 from typing import Any
 
 from conrod.engines.rule import PRESETS
+from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
+from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import equal_error, tables
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import table
 from conrod.report.template import rendered
-from conrod.studies.sweep.findings import SweepStudy
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 FEW_TOLERANCES = (1e-3, 1e-6, 1e-9)
 
@@ -43,6 +46,28 @@ def _diagram(study: SweepStudy) -> Figure | None:
         return None
     alt = f"Error against cost of every run, {study.name}"
     return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study))
+
+
+def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
+    """What each timed point of the diagram is, and how to get lines of its settings to paste."""
+    diagram, share = _diagram(study), 1.0 / study.period if study.grid == PRESETS else 1.0
+    if diagram is None:
+        return {}
+    figure, points = work_precision_figure(study), timed_points(study)
+    found = []
+    for axes, quantity in zip(figure.axes, QUANTITIES, strict=True):
+        places = [(share * (p.cost or 0.0), p.error(quantity) or 0.0, _words(study, p)) for p in points]
+        found += spots_in(figure, axes, places)
+    return {diagram.name: found}
+
+
+def _words(study: SweepStudy, point: SweptPoint) -> str:
+    errors = ", ".join(f"{quantity} {numbers.measured(point.error(quantity))}" for quantity in QUANTITIES)
+    return (
+        f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
+        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution. Lines to paste: conrod recommend {study.name} "
+        f"--engine {point.engine} --position {numbers.measured(point.error('position'))}"
+    )
 
 
 def _summary(study: SweepStudy) -> dict[str, Any]:
@@ -98,6 +123,7 @@ KIND = Kind(
     title=lambda study: study.title,
     summary=_summary,
     page=_page,
+    spots=_spots,
     index=_index,
     digits=6,
 )
