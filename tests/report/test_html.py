@@ -66,7 +66,7 @@ def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_p
     assert tags.count("main") == tags.count("h1") == 1
     assert tags.count("section") == 2
     for kind in ("style", "script"):
-        (text,) = (part for part in found.texts[kind])
+        text = found.texts[kind][-1]  # before it data, which is no script
         digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
         assert f"{kind}-src 'sha256-{digest}'" in page
 
@@ -76,9 +76,9 @@ def test_a_figure_is_in_the_page_with_words_for_it(tmp_path: Path) -> None:
     assert conrod("report", str(small_copy(tmp_path / "r")), "--html", str(file)).returncode == 0
     found = found_in(file.read_text())
     check_self_contained(found)
-    figures = [a["aria-label"] for tag, a in found.elements if tag == "svg"]
-    assert len(figures) == 5
-    assert all(figures)
+    pictures = [a for tag, a in found.elements if tag == "svg"]
+    assert len(pictures) > 5
+    assert all(a.get("aria-label") or a.get("aria-hidden") for a in pictures)
     assert not list((tmp_path / "r").glob("*.md"))  # the folder is as it was
 
 

@@ -110,6 +110,9 @@ class _Renderer(RendererHTML):
     def link_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         return "</a>" if env["place"].links.pop() else ""
 
+    def fence(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return super().fence(tokens, idx, options, env).replace("<pre>", '<pre tabindex="0">', 1)
+
     def image(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         alt = self.renderInlineAsText(tokens[idx].children, options, env)
         shown = env["place"].figure(unquote(str(tokens[idx].attrs["src"])), alt)

@@ -65,8 +65,9 @@ def _words(study: SweepStudy, point: SweptPoint) -> str:
     errors = ", ".join(f"{quantity} {numbers.measured(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
-        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution. Lines to paste: conrod recommend {study.name} "
-        f"--engine {point.engine} --position {numbers.measured(point.error('position'))}"
+        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution. "
+        f"Lines to paste: conrod recommend {study.name} --engine {point.engine} "
+        f"--position {numbers.measured(point.error('position'))}"
     )
 
 
