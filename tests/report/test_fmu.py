@@ -199,7 +199,8 @@ def test_what_fmpy_builds_of_the_sources_is_the_exact_motion(tmp_path: Path, mon
     monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
     (tmp_path / "unit.fmu").write_bytes(archive.fmu("saw-40rpm", SCENES["saw-40rpm"])[0])
     folder = fmpy.extract(str(tmp_path / "unit.fmu"), unzipdir=str(tmp_path / "unit"))
-    build_platform_binary(folder)
+    (tmp_path / "build").mkdir()
+    build_platform_binary(folder, tmp_path / "build")
     outputs = ["crank_angle", *(f"{p}.{q}{a}" for p in "CM" for q, *_ in QUANTITIES for a in "xy")]
     assert largest_error(SCENES["saw-40rpm"], fmpy.simulate_fmu(folder, output=outputs)) < 1e-12
 
