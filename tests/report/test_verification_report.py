@@ -109,6 +109,10 @@ def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
     assert refined(*(1e-6 + 1e-6 / 16**k for k in range(4))).is_off
     assert not refined(1e-12, 2e-12, 1e-12, 3e-12).is_off
     assert not refined(8e-6, 4e-6, 2e-6, 1e-6, formal=None).is_off
+    assert refined(None, None, None).is_off
+    assert refined(16e-6, 1e-6, None).is_off
+    # Where the coarsest run is too coarse the three finest show it.
+    assert not refined(1e-3, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
 
 
 def test_the_uncertainty_is_the_distance_from_a_step_of_zero_with_its_factor_of_safety() -> None:

@@ -27,7 +27,7 @@ ORDER_AGREES, ROUNDING, VANISHES = 0.25, 1e-11, 0.05
 ASKED, CLOCK = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
 PATHS = "what a model written with six digits can do, or --tolerance"
 NO_CRITERION = "no criterion was fixed before the run: errors are measured, not judged (--tolerance)"
-ONE_RUN = "no numerical uncertainty: what is known is one run at one step"
+ONE_RUN = "no numerical uncertainty: there are no runs at other steps"
 
 
 class Refinement(NamedTuple):
@@ -40,18 +40,21 @@ class Refinement(NamedTuple):
     formal: int | None  # order that its code is to have; None where none is claimed
 
     @property
-    def is_off(self) -> bool:
-        """Whether a formal order is claimed and not shown, by errors that are more than rounding."""
-        finest = max((size for _, size in self.path[-1:] if size is not None), default=0.0)
-        return self.formal is not None and finest > ROUNDING and abs((self.order or 0.0) - self.formal) > ORDER_AGREES
+    def finest(self) -> float:
+        """Error of the finest run that completed; infinite where none did."""
+        return next((size for _, size in reversed(self.path) if size is not None), math.inf)
 
     @property
     def order(self) -> float | None:
         """Observed order; of the three finest runs where they lead to no error at a step of zero."""
-        found = numerical_uncertainty(self.path, self.steps, self.formal)
-        finest = max((size for _, size in self.path[-1:] if size is not None), default=0.0)
-        vanishes = found is not None and found[1] <= VANISHES * finest
-        return claimed_order(self.path) or (found[0] if found is not None and vanishes else None)
+        order, limit, _ = numerical_uncertainty(self.path, self.steps, self.formal) or (None, math.inf, 0.0)
+        return claimed_order(self.path) or (order if limit <= VANISHES * self.finest else None)
+
+    @property
+    def is_off(self) -> bool:
+        """Whether a formal order is claimed and not shown, by errors that are more than rounding."""
+        off = self.formal is not None and abs((self.order or 0.0) - self.formal) > ORDER_AGREES
+        return off and self.finest > ROUNDING
 
 
 def refinements(study: Any) -> Iterator[Refinement]:
@@ -65,11 +68,11 @@ def refinements(study: Any) -> Iterator[Refinement]:
             return
         case LoopStudy():
             for run in study.runs:
-                same = sorted((-one.timestep, one) for one in (*study.runs, *study.steps) if one.label == run.label)
+                same = [one for one in (*study.runs, *study.steps) if one.label == run.label]
                 for name in run.errors:
-                    path = tuple((round(study.seconds / one.timestep), one.errors.get(name)) for _, one in same)
+                    pairs = sorted((round(study.seconds / one.timestep), one.errors.get(name)) for one in same)
                     order = _formal(MUJOCO, run.label).get(name) if name == "position" else None
-                    yield Refinement(run.label, name, round(study.seconds / run.timestep), path, order)
+                    yield Refinement(run.label, name, round(study.seconds / run.timestep), tuple(pairs), order)
             return
         case ModelStudy():
             found = [
