@@ -14,7 +14,7 @@ from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
 from conrod.own.models.qualifying import qualified
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import Drive, DrivenRun, ModelFacts, Order, Question, Scan
-from conrod.own.models.runs import CrankMotion, JudgedRun, RunReference, crank_motion, difference, judged
+from conrod.own.models.runs import QUANTITIES, CrankMotion, JudgedRun, RunReference, crank_motion, difference, judged
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Qualified, RefinementPoint
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 AS_GIVEN, OWN, EXACT_SOLVER = "its own run", "as it is", "as it is, solver tolerance 0"
 PRESETS = ("tuned", "hardened")
-FINER = (0.5, 1.0, 2.0, 4.0)  # steps that take the place of one, where a model is refined
+FINER = (0.5, 2.0, 4.0)  # steps that take the place of one, where a model is refined
 RIPPLE = 1e-7
 # A model whose points are further off than this, with all lengths fitted, is another machine: its runs say nothing.
 COMPARABLE = 0.05
@@ -202,17 +202,28 @@ def study(
     if identity.left > COMPARABLE:
         return found
     orders, refused = _orders(machine, scan, engine)
-    others = _refined_orders(machine, scan, engine, orders, revolutions, most_samples) if refine else {}
-    orders += [order for some in others.values() for order in some]
+    finer = [
+        k for k in FINER if refine and k * revolutions * machine.period <= most_samples * scan.facts.settings.timestep
+    ]
+    # Without the run from which an exact solver takes away what the drive does.
+    first_refined = 2 if scan.facts.settings.tolerance != 0.0 else 1
+    others = [order for k in finer for order in _orders(machine, scan, engine, k)[0][first_refined:]]
     frame, first = identity.frame, float(scan.coordinate[0])
     start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
     near = scan.states[int(np.argmin(np.abs(scan.coordinate - start)))]
     drive = Drive(frame.sense * machine.speed, start, near, revolutions, RIPPLE, most_samples)
-    driven = {order.label: one for order, one in zip(orders, run(drive, tuple(orders)), strict=True)}
+    made = run(drive, (*orders, *others))
+    driven = {order.label: one for order, one in zip(orders, made, strict=False)}
     branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
     to = RunReference(moving, machine.speed, branches, frame, points, scan.facts.touching is not None, revolutions)
     runs = {label: judged(label, one, to) for label, one in driven.items()}
-    refined = {name: tuple(_point(runs.pop(one.label)) for one in some) for name, some in others.items()}
+    coarser_and_finer = [
+        (o.label, judged(o.label, one, to)) for o, one in zip(others, made[len(orders) :], strict=True)
+    ]
+    refined = {
+        label: _points(runs[label], *(one for name, one in coarser_and_finer if name == label))
+        for label in dict(coarser_and_finer)
+    }
     completed = runs[AS_GIVEN].outcome is Outcome.COMPLETED
     crank = crank_motion(driven[AS_GIVEN], to) if completed else None
     own_run = OwnRun(runs.pop(AS_GIVEN), crank, machine.speed if any(scan.facts.controls.values()) else None)
@@ -223,48 +234,27 @@ def study(
     return replace(found, qualified=qualified(found, driven[own.label], to)) if qualify and own else found
 
 
-def _orders(scene: Scene, scan: Scan, engine: Engine[Any]) -> tuple[list[Order], dict[str, str]]:
+def _orders(scene: Scene, scan: Scan, engine: Engine[Any], finer: float = 1.0) -> tuple[list[Order], dict[str, str]]:
     """The model's own run, and driven: as it is, with an exact solver, with each preset's settings at its own step."""
     own = scan.facts.settings
-    steps = max(2, round(scene.period / own.timestep))
-    orders, refused = [Order(AS_GIVEN, as_given=True), Order(OWN)], dict[str, str]()
+    steps = max(2, round(finer * scene.period / own.timestep))
+    orders, refused = [Order(AS_GIVEN, as_given=True), Order(OWN, finer=finer)], dict[str, str]()
     if own.tolerance != 0.0:
-        orders.append(Order(EXACT_SOLVER, tolerance=0.0))
+        orders.append(Order(EXACT_SOLVER, tolerance=0.0, finer=finer))
     for preset in PRESETS:
         settings = engine.presets[preset](scene, steps)
         reason = engine.refusal(scene, settings)
         if reason is None:
-            orders.append(Order(preset, settings))
+            orders.append(Order(preset, settings, finer=finer))
         else:
             refused[preset] = reason
     return orders, refused
 
 
-def _refined_orders(
-    scene: Scene, scan: Scan, engine: Engine[Any], orders: list[Order], revolutions: float, most_samples: int
-) -> dict[str, list[Order]]:
-    """Orders at other steps, by the label of the one that they refine; a preset's rule is followed in the step.
-
-    Its own settings are refined without what the drive does through the solver's tolerance, as far as that is known.
-    """
-    steps, labels = scene.period / scan.facts.settings.timestep, {order.label for order in orders}
-    left_out = (AS_GIVEN, *([OWN] if EXACT_SOLVER in labels else []))
-    finer = [k for k in FINER if k * steps * revolutions <= most_samples]
-    return {
-        one.label: [
-            replace(
-                one,
-                label=f"{one.label}, {k:g}",
-                settings=one.settings and engine.presets[one.label](scene, max(2, round(k * steps))),
-                finer=k,
-            )
-            for k in finer
-        ]
-        for one in orders
-        if one.label not in left_out
-    }
-
-
-def _point(run: JudgedRun) -> RefinementPoint:
-    sizes = (run.worst(name) for name in ("position", "velocity", "acceleration"))
-    return RefinementPoint(round(run.steps_per_revolution), run.outcome.slug, *sizes)
+def _points(*runs: JudgedRun) -> tuple[RefinementPoint, ...]:
+    """Errors of runs of one kind, from coarse to fine."""
+    ordered = sorted(runs, key=lambda run: run.steps_per_revolution)
+    return tuple(
+        RefinementPoint(round(run.steps_per_revolution), run.outcome.slug, *(run.worst(name) for name in QUANTITIES))
+        for run in ordered
+    )
