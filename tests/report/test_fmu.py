@@ -138,6 +138,14 @@ def test_a_pass_ends_with_its_reason(tmp_path: Path, capfd: pytest.CaptureFixtur
 
 
 @compiled
+def test_every_function_of_the_standard_is_there(tmp_path: Path) -> None:
+    header = Path(fmpy.__file__).with_name("c-code") / "fmi3FunctionTypes.h"
+    library, names = loaded(tmp_path).dll, re.findall(r"\b(fmi3\w+)TYPE\b", header.read_text(encoding="utf-8"))
+    assert len(names) > 70
+    assert [name for name in names if not hasattr(library, name)] == []
+
+
+@compiled
 def test_a_state_is_put_back(tmp_path: Path) -> None:
     unit, x = loaded(tmp_path), [4]
     unit.instantiate()

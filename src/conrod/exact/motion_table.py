@@ -66,8 +66,9 @@ class MotionTable:
         quantity, sample, column = np.unravel_index(int(errors.argmax()), errors.shape)
         if not errors.max() <= TOLERANCE:
             raise InvalidInput(
-                f"{QUANTITIES[quantity]} of {self.names[column]} at crank angle {math.degrees(angle[sample]):.6g} deg: "
-                f"polynomials and the exact motion differ by {errors.max():.2g}; {TOLERANCE:g} is allowed"
+                f"{reference.mechanism().name} cannot be tabulated: {QUANTITIES[quantity]} of {self.names[column]} at "
+                f"crank angle {math.degrees(angle[sample]):.6g} deg: polynomials and the exact motion differ by "
+                f"{errors.max():.2g}; {TOLERANCE:g} is allowed"
             )
 
 
@@ -133,7 +134,9 @@ def _period(kinematics: Kinematics, scales: Array) -> tuple[int, Array]:
                 # A whole turn, or none, is that exactly: rounding would add up over many turns.
                 whole = TURN * np.rint(gains / TURN)
                 return turns, np.where(np.abs(gains - whole) < REPEATED * scales, whole, gains)
-    raise InvalidInput(f"{kinematics.mechanism.name}: its motion does not repeat within {PERIODS[-1]} turns")
+    raise InvalidInput(
+        f"{kinematics.mechanism.name} cannot be tabulated: its motion does not repeat within {PERIODS[-1]} turns"
+    )
 
 
 def _first_knots(kinematics: Kinematics, turns: int) -> Array:

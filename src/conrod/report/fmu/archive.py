@@ -17,7 +17,6 @@ from pathlib import Path
 import jinja2
 import numpy as np
 
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.motion_table import MotionTable, motion_table
 from conrod.report.escaping import visible
@@ -27,7 +26,6 @@ from conrod.scenes import Scene
 COMPILER = "cc"
 # A product and a sum stay two roundings, as in the check at export; nothing is exported but what FMI names.
 FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden")
-PATIENCE = 120.0  # [s], for the compiler
 ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}  # where FMI has another name
 SUFFIXES = {"linux": ".so", "darwin": ".dylib"}
 HERE = files("conrod.report.fmu")
@@ -42,10 +40,7 @@ def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
     Raises:
         InvalidInput: names the machine whose motion cannot be tabulated, with the reason.
     """
-    try:
-        table = motion_table(scene)
-    except InvalidInput as error:
-        raise InvalidInput(f"{name} cannot be an FMU: {error}") from error
+    table = motion_table(scene)
     start, stop = sorted(angle / scene.speed for angle in scene.kinematics.span)
     header = _header(table, scene.speed)
     about = {
@@ -76,8 +71,9 @@ def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
 def _rendered(file: str, about: Mapping[str, object]) -> str:
     """A file of XML, in which names stay names: all that is put in is escaped."""
     text = HERE.joinpath(f"{file}.jinja").read_text(encoding="utf-8")
-    escaping = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    return visible(escaping.from_string(text).render(about))
+    return visible(
+        jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text).render(about)
+    )
 
 
 def _header(table: MotionTable, speed: float) -> str:
@@ -116,7 +112,7 @@ def _built(identifier: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes
         library = identifier + SUFFIXES[sys.platform]
         command = [compiler, *FLAGS, "-o", library, "motion.c"]
         try:
-            subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=PATIENCE)
+            subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=120.0)
             place = f"binaries/{ARCHITECTURES.get(machine, machine)}-{sys.platform}/{library}"
             return {place: (Path(folder) / library).read_bytes()}, None
         except (OSError, subprocess.SubprocessError) as error:
