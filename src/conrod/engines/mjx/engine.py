@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from importlib.metadata import version
 
 from conrod.engines.engine import DOUBLE, PIECE, SINGLE, Engine, Machine
-from conrod.engines.mjx import rollout
+from conrod.engines.mjx import law, rollout
 from conrod.engines.mjx.settings import PRESETS, MJXSettings
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.engine import ENGINE as MUJOCO
@@ -20,6 +20,7 @@ class MJX(Engine[MJXSettings]):
     name = "mjx"
     version = version("mujoco-mjx")
     presets = PRESETS
+    expected_error = staticmethod(law.expected_error)
     stepper = staticmethod(rollout.stepper)
     reference_loop = staticmethod(rollout.reference_loop)
 

@@ -53,10 +53,10 @@ class MJXSettings(MuJoCoSettings):
         return replace(tuned, preset="tuned-single", precision="single")
 
 
-# MJX's documentation states no size of its errors: they are measured, and not judged.
+# What is rounded to single precision at every step is measured, and not judged.
 PRESETS: Mapping[str, Preset[MJXSettings]] = {
     STOCK: Preset(MJXSettings.stock, "MuJoCo's defaults, in single precision", judged=False, style=DOTTED),
-    "tuned": Preset(MJXSettings.tuned, "stiffest closures, in double precision", judged=False, style=DASHED),
+    "tuned": Preset(MJXSettings.tuned, "stiffest closures, in double precision", style=DASHED),
     "tuned-single": Preset(
         MJXSettings.tuned_single, "the same in single precision", judged=False, style=LOOSELY_DOTTED
     ),
