@@ -142,11 +142,13 @@ def test_a_body_that_would_move_more_than_two_units_in_a_step_is_slowed_down() -
     assert fast[1] > 0.1
 
 
-def test_a_slow_machine_falls_asleep_in_stock() -> None:
+def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
     slow = SAW.with_parameters(speed=0.01)  # [rad/s], below 2 deg/s
-    asleep, awake = (ran(slow, PRESETS[name](slow, 200)).trajectory for name in ("stock", "tuned"))
+    settings = replace(PRESETS["tuned"](slow, 400), length_scale=1.0)
+    asleep, awake = (ran(slow, replace(settings, sleeping=one)).trajectory for one in (True, False))
+    assert asleep.outcome is Outcome.STALLED
     assert awake.outcome is Outcome.COMPLETED
-    assert asleep.outcome is not Outcome.COMPLETED
+    assert (PRESETS["stock"](slow, 400).sleeping, settings.sleeping) == (True, False)
 
 
 @pytest.mark.parametrize("steps", [1, 7, 4096])

@@ -67,7 +67,8 @@ def build(mechanism: Mechanism, settings: Box2DSettings, poses: Array, rates: Ar
     bodies = [replace(b, centre_of_gravity=shaft) if b.name == mechanism.crank else b for b in mechanism.bodies]
     mechanism = replace(mechanism, bodies=tuple(bodies))
     gravity = (scale * mechanism.gravity[0], scale * mechanism.gravity[1])
-    world = Box2D.b2World(gravity=gravity, doSleep=settings.sleeping, continuousPhysics=settings.continuous_physics)
+    world = Box2D.b2World(gravity=gravity, continuousPhysics=settings.continuous_physics)
+    world.SetAllowSleeping(settings.sleeping)  # its keyword doSleep has no effect
     world.autoClearForces = False  # constant ones are given once
     states = zip(poses.reshape(-1, 3), rates.reshape(-1, 3), strict=True)
     made = Build(mechanism, world, tuple(_body(world, mechanism, k, scale, *s) for k, s in enumerate(states)), scale)
