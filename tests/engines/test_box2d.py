@@ -144,7 +144,7 @@ def test_a_body_that_would_move_more_than_two_units_in_a_step_is_slowed_down() -
 
 def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
     slow = SAW.with_parameters(speed=0.01)  # [rad/s], below 2 deg/s
-    settings = replace(PRESETS["tuned"](slow, 400), length_scale=1.0)
+    settings = replace(PRESETS["tuned"](slow, 400), length_scale=1.0, all_iterations=False)
     asleep, awake = (ran(slow, replace(settings, sleeping=one)).trajectory for one in (True, False))
     assert asleep.outcome is Outcome.STALLED
     assert awake.outcome is Outcome.COMPLETED
