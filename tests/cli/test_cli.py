@@ -206,7 +206,7 @@ def test_a_report_of_a_run_has_its_figures(tmp_path: Path) -> None:
     assert conrod(*QUICK, "--out", "report", cwd=tmp_path).returncode == 0
     page = (tmp_path / "report" / "saw-40rpm.md").read_text()
     named = {path for path in files_in(tmp_path / "report") if path.endswith(".svg") and "overview" not in path}
-    assert {f"figures/saw-40rpm-{name}.svg" for name in ("mechanism", "motion", "error", "order")} == named
+    assert {f"figures/saw-40rpm-{name}.svg" for name in ("mechanism", "moving", "motion", "error", "order")} == named
     for name in named:
         assert f"]({name})" in page
         assert (tmp_path / "report" / name).read_text().rstrip().endswith("</svg>")
