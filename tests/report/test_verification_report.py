@@ -224,6 +224,9 @@ def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_t
     for page in pages:
         assert seal_of(page.read_bytes())
     assert (REPORTS / "inputs" / "encoder.csv").read_text() == encoder_table()
+    model, scene = (page.read_text() for page in pages)
+    assert "Validation not performed" in scene
+    assert "Validation not performed" not in model
 
 
 @pytest.mark.slow
