@@ -130,7 +130,7 @@ def test_of_presets_the_figure_has_their_curves_alone_over_the_cost_of_a_second(
 def test_pages_of_presets_end_with_the_engine_that_wins(study: SweepStudy, tmp_path: Path) -> None:
     presets = of_presets(study)
     pages = report_batch(KIND, {"saw-500rpm": presets}, tmp_path, COMMAND).files
-    wins = "1e-3: pymunk (saw-500rpm); 1e-6: MuJoCo (saw-500rpm); 1e-9: MuJoCo (saw-500rpm)."
+    wins = "1e-9: MuJoCo (saw-500rpm); position alone: MuJoCo (saw-500rpm)."
     for page in ("README.md", "saw-500rpm.md"):
         assert str(pages[page]).rstrip().splitlines()[-1].endswith(wins)
     # A folder that has a sweep of settings too has the index of sweeps.

@@ -108,13 +108,12 @@ def test_the_engine_that_wins_is_the_cheapest_within_the_bar(study: SweepStudy) 
         ("mujoco", "hardened") if bar < 1e-4 else ("pymunk", "tuned") for bar in BARS
     ]
     assert winners_lines([study]) == [
-        "1e-3: pymunk (saw-500rpm)",
-        "1e-6: MuJoCo (saw-500rpm)",
-        "1e-9: MuJoCo (saw-500rpm)",
+        f"{bar}: {engine} (saw-500rpm); position alone: {engine} (saw-500rpm)"
+        for bar, engine in (("1e-3", "pymunk"), ("1e-6", "MuJoCo"), ("1e-9", "MuJoCo"))
     ]
     # Negative control: with pymunk a hundred times as dear, it wins nothing.
     dear = tuple(replace(p, cost=100.0 * (p.cost or 0.0)) if p.engine == "pymunk" else p for p in study.points)
-    assert winners_lines([replace(study, points=dear)])[0] == "1e-3: MuJoCo (saw-500rpm)"
+    assert winners_lines([replace(study, points=dear)])[0].startswith("1e-3: MuJoCo (saw-500rpm);")
 
 
 def test_another_load_of_the_machine_at_another_minute_does_not_decide(study: SweepStudy) -> None:
@@ -140,11 +139,11 @@ def test_every_preset_has_its_row_and_what_fails_or_is_refused_says_so(study: Sw
         for p in study.points
     )
     cells = [str(cell) for row in presets_table([replace(study, points=refused)]).rows for cell in row]
-    assert "20 to 20000: unsupported (mujoco has no such joint)" in cells
+    assert "unsupported: mujoco has no such joint" in cells
 
 
 def test_tables_name_the_machine_where_there_are_several(study: SweepStudy) -> None:
     assert winners_table([study]).headings[0] == "every error below"
     both = [study, replace(study, name="another")]
     assert {row[0] for row in winners_table(both).rows} == {"saw-500rpm", "another"}
-    assert winners_lines(both)[0] == "1e-3: pymunk (saw-500rpm and another)"
+    assert winners_lines(both)[0].startswith("1e-3: pymunk (saw-500rpm and another);")

@@ -11,12 +11,14 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.points import tolerance, within_all
 from conrod.report.sweep.tables import span_words
 from conrod.report.table import Table, table
+from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.equal_error import BARS, KEPT
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
 KEPT_HEADS = ("position", "position and velocity", "position, velocity and acceleration")
-ALL = KEPT[-1]
+UNSUPPORTED = Outcome.UNSUPPORTED.slug
+POSITION, *_, ALL = KEPT
 WINNERS_HEAD = ("every error below", *KEPT_HEADS)
 PRESETS_HEAD = ("engine", "preset", "steps", *QUANTITIES, "order", *(f"below {tolerance(b)}" for b in BARS), "outcome")
 
@@ -57,18 +59,22 @@ def _winner(study: SweepStudy, kept: Sequence[str], bar: float) -> str:
 
 
 def winners_lines(studies: Sequence[SweepStudy]) -> list[str]:
-    """For each bar the engines that keep it in all quantities at the least cost, that of most machines first."""
-    return [f"{tolerance(bar)}: {', '.join(_won(studies, bar)) or 'none'}" for bar in BARS]
+    """For each bar the engines that keep it at the least cost, in all quantities and in position alone."""
+    words = [[", ".join(_won(studies, kept, bar)) for kept in (ALL, POSITION)] for bar in BARS]
+    return [
+        f"{tolerance(bar)}: {both}; position alone: {place}" for bar, (both, place) in zip(BARS, words, strict=True)
+    ]
 
 
-def _won(studies: Sequence[SweepStudy], bar: float) -> Iterator[str]:
+def _won(studies: Sequence[SweepStudy], kept: Sequence[str], bar: float) -> Iterator[str]:
+    """The engines that win, that of most machines first, and where none keeps the bar."""
     machines: dict[str, list[str]] = {}
     for study in studies:
-        best = cheapest(study, ALL, bar)
+        best = cheapest(study, kept, bar)
         machines.setdefault("" if best is None else best.engine, []).append(study.name)
     for engine, names in sorted(machines.items(), key=lambda item: (item[0] == "", -len(item[1]))):
         where = f"{len(names)} of {len(studies)}" if len(names) > 2 else " and ".join(names)
-        yield f"{engine_title(engine) if engine else 'none'} ({where})"
+        yield f"{engine_title(engine)} ({where})" if engine else f"none keeps it on {where}"
 
 
 # -- presets -----------------------------------------------------------------------------------------------------------
@@ -107,11 +113,15 @@ def _order(rule: SweptRule, usual: SweptPoint, quantity: str) -> str:
 
 def _cost(study: SweepStudy, points: Sequence[SweptPoint], bar: float) -> str:
     within = within_all(points, dict.fromkeys(ALL, bar))
-    return cost_words(study, within[0]) if within else "no"
+    none = "no" if any(point.completed for point in points) else numbers.MISSING
+    return cost_words(study, within[0]) if within else none
 
 
 def outcome_words(points: Sequence[SweptPoint], unsupported: str | None) -> str:
     """How runs at increasing steps ended: `completed`, or which did not; and why there are no costs."""
+    refused = {point.reason if point.outcome == UNSUPPORTED else "" for point in points}
+    if len(refused) == 1 and "" not in refused:
+        return f"{UNSUPPORTED}: {refused.pop()}"
     ends = [words for _, group in groupby(points, lambda p: p.outcome) if (words := span_words(list(group)))]
     costs = [f"cost unsupported: {unsupported}"] if unsupported else []
     return "; ".join([*(ends or ["completed"]), *costs])
