@@ -110,7 +110,8 @@ def _front_style(engine: str) -> dict[str, Any]:
 
 
 def _legend(study: SweepStudy) -> list[Line2D]:
-    handles = preset_handles((curve.engine, curve.preset) for curve in preset_curves(study))
+    drawn = [curve for curve in preset_curves(study) if any(p.completed and p.cost for p in curve.points)]
+    handles = preset_handles((curve.engine, curve.preset) for curve in drawn)
     engines = timed_engines(study) if study.grid != PRESETS else []
     for engine in engines:
         style = _dot_style(engine) | {"alpha": 0.5, "markersize": 4.0}
