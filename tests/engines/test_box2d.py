@@ -124,6 +124,20 @@ def test_as_many_iterations_as_the_eigenvalue_asks_for_close_any_linkage(name: s
     assert worst(scene, "tuned", 100, position_iterations=few, velocity_iterations=few)[0] > 2.0 * position
 
 
+@pytest.mark.parametrize("steps", [63, 1000])
+def test_no_cam_has_facets_that_are_too_short_for_the_units_of_its_step(steps: int, box2d: Any) -> None:
+    settings = PRESETS["tuned"](CAM, steps)
+    assert box2d.refusal(CAM, settings) is None
+    assert whole_run(box2d, CAM, settings, 2.0 / steps).bodies is not None
+
+
+def test_a_rod_a_hundred_thousandth_too_long_is_seen(box2d: Any) -> None:
+    """The model is right: `tuned` is off by rounding, and a planted length is not."""
+    wrong = replace(SAW, rod=SAW.rod * (1.0 + 1e-5))
+    off = compare(whole_run(box2d, wrong, PRESETS["tuned"](wrong, 100), 1.0), SAW).worst("position")
+    assert off > 10.0 * worst(SAW, "tuned", 100)[0]
+
+
 def test_a_cam_lifts_its_follower_by_contact_as_pymunks_does() -> None:
     steps = 1000
     mine = worst(CAM, "tuned", steps, cam_vertices=100)
@@ -176,7 +190,7 @@ def test_a_run_is_the_same_each_time_and_in_any_pieces(steps: int, box2d: Any) -
 @pytest.mark.parametrize(
     ("scene", "reason"),
     [
-        (CAM, r"no chain with points closer than 0.005 of its units.*: the cam's facets are 0.00"),
+        (CAM, "a cam's facets have to be 0.005 of its units long, of which a metre is 1"),
         (scene_named("planetary-gear"), "no wheels that roll"),
         (scene_named("press-cutting"), "no loads that follow a law"),
     ],

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from conrod.engines.box2d.library import VERSION
+from conrod.engines.box2d.library import Box2D
 from conrod.engines.box2d.settings import Box2DSettings
 from conrod.engines.box2d.stepping import Stepper
 from conrod.engines.centres import body_states
@@ -39,7 +39,7 @@ def run(
         clocks = summed_clock(clock, h, last - first, begins=first == 0)
         clock = float(clocks[-1])
         trajectory = Trajectory(
-            settings.engine, VERSION, settings, machine.speed, revolutions, verdict.outcome,
+            settings.engine, Box2D.__version__, settings, machine.speed, revolutions, verdict.outcome,
             verdict.reason, points, bodies,
         )  # fmt: skip
         yield Piece(trajectory, first, clocks, warnings={}, solver=None, drive_torque=None)

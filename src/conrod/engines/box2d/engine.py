@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from conrod.engines.box2d import dynamics, model, stepping
-from conrod.engines.box2d.library import VERSION
+from conrod.engines.box2d.library import Box2D
 from conrod.engines.box2d.settings import PRESETS, Box2DSettings
 from conrod.engines.engine import SINGLE, Engine
 
@@ -12,7 +12,7 @@ class Box2DEngine(Engine[Box2DSettings]):
     """Box2D by way of its `b2World`, in single precision: impulses for velocities, then an iteration of positions."""
 
     name = "box2d"
-    version = VERSION
+    version = Box2D.__version__
     presets = PRESETS
     refusal = staticmethod(model.refusal)
     run = staticmethod(dynamics.run)

@@ -9,6 +9,4 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)
     import Box2D
 
-__all__ = ["VERSION", "Box2D"]
-
-VERSION: str = Box2D.__version__
+__all__ = ["Box2D"]

@@ -18,8 +18,9 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Revolute
 
 ROUNDING = 0.9  # of a cam's least radius, that is taken off it and put onto the roller
-SLOP, SKIN = float(Box2D.b2_linearSlop), float(Box2D.b2_polygonRadius)  # in its units; the latter around all edges
-FAR = 1e30  # a length of Box2D's that no machine has
+FEWEST = 16  # facets
+# In its units: points of a chain that are nearer are one for it; and what it adds around all edges.
+SLOP, SKIN = 1.01 * Box2D.b2_linearSlop, 1.01 * Box2D.b2_polygonRadius
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,7 @@ class Build:
     """A world and its bodies, in the order of `mechanism.bodies`; their origins are their centres of gravity.
 
     Attributes:
-        mechanism: with the crank's centre of gravity on its shaft. A kinematic body turns about its origin, and its
-            mass acts on nothing: so where its real one lies does not matter.
+        mechanism: with the crank's centre of gravity on its shaft, about which a kinematic body turns; it has no mass.
     """
 
     mechanism: Mechanism
@@ -49,16 +49,12 @@ def refusal(machine: Machine, settings: Box2DSettings) -> str | None:
         return "box2d is given gravity and constant forces, no loads that follow a law"
     if mechanism.meshes:
         return "box2d is given pins, slides and cams, and no wheels that roll"
-    if not mechanism.cam_contacts:
-        return None
-    if reason := contact_refusal(mechanism):
+    reason = contact_refusal(mechanism)
+    if reason or all(_outline(contact, settings) for contact in mechanism.cam_contacts):
         return reason
-    corners = _outline(mechanism.cam_contacts[0], settings).vertices
-    shortest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min())
-    if settings.length_scale * shortest > 1.01 * SLOP:
-        return None
-    units = f"{SLOP:g} of its units, of which a metre is {settings.length_scale:g}"
-    return f"box2d has no chain with points closer than {units}: the cam's facets are {shortest:.2g} m"
+    return (
+        f"box2d: a cam's facets have to be {SLOP:.2g} of its units long, of which a metre is {settings.length_scale:g}"
+    )
 
 
 def build(mechanism: Mechanism, settings: Box2DSettings, poses: Array, rates: Array) -> Build:
@@ -66,7 +62,7 @@ def build(mechanism: Mechanism, settings: Box2DSettings, poses: Array, rates: Ar
     shaft, scale = mechanism.driven_joint.point_b, settings.length_scale
     bodies = [replace(b, centre_of_gravity=shaft) if b.name == mechanism.crank else b for b in mechanism.bodies]
     mechanism = replace(mechanism, bodies=tuple(bodies))
-    gravity = (scale * mechanism.gravity[0], scale * mechanism.gravity[1])
+    gravity = tuple(scale * part for part in mechanism.gravity)
     world = Box2D.b2World(gravity=gravity, continuousPhysics=settings.continuous_physics)
     world.SetAllowSleeping(settings.sleeping)  # its keyword doSleep has no effect
     world.autoClearForces = False  # constant ones are given once
@@ -115,16 +111,27 @@ def _add_joint(made: Build, bodies: Mapping[str, Any], joint: Joint, settings: B
 def _add_shapes(made: Build, bodies: Mapping[str, Any], joint: CamContact, settings: Box2DSettings) -> None:
     """Cam and roller, the only shapes; smooth and without restitution. A polygon may have 16 corners, a chain any."""
     outline = _outline(joint, settings)
+    assert outline is not None  # or the machine is refused
     rim = Box2D.b2LoopShape(vertices=[_local(made, joint.a, (float(x), float(y))) for x, y in outline.vertices])
-    radius = made.scale * (joint.roller_radius + outline.radius) - SKIN
+    radius = made.scale * (joint.roller_radius + outline.radius) - Box2D.b2_polygonRadius
     roller = Box2D.b2CircleShape(radius=radius, pos=_local(made, joint.b, joint.roller_centre))
     for name, shape in ((joint.a, rim), (joint.b, roller)):
         bodies[name].CreateFixture(shape=shape, friction=0.0, restitution=0.0, density=0.0)
 
 
-def _outline(joint: CamContact, settings: Box2DSettings) -> CamPolygon:
-    """The cam inset by nine tenths of its least radius: the roller is larger by as much, and its nose nearly exact."""
-    return cam_polygon(joint.profile, settings.cam_vertices, ROUNDING * joint.profile.least_radius)
+def _outline(joint: CamContact, settings: Box2DSettings) -> CamPolygon | None:
+    """The cam inset by nine tenths of its least radius: the roller is larger by as much, and its nose nearly exact.
+
+    Half as many facets are taken, and half again, until they are long enough for Box2D; None where they never are.
+    """
+    count, scale = settings.cam_vertices, settings.length_scale
+    while count >= FEWEST:
+        outline = cam_polygon(joint.profile, count, ROUNDING * joint.profile.least_radius)
+        shortest = np.linalg.norm(outline.vertices - np.roll(outline.vertices, 1, axis=0), axis=1).min()
+        if scale * shortest > SLOP and scale * (joint.roller_radius + outline.radius) > SKIN:
+            return outline
+        count //= 2
+    return None
 
 
 def _local(made: Build, name: str, point: Point) -> Point:
@@ -144,4 +151,4 @@ def _add_unclosable(made: Build, ground: Any) -> None:
     for x in (-1.0, 1.0):
         made.world.CreateRevoluteJoint(bodyA=ground, bodyB=stray, localAnchorA=(x, 0.0), localAnchorB=(0.0, 0.0))
     still = {"localAnchorA": (0.0, 0.0), "localAnchorB": (0.0, 0.0)}
-    made.world.CreateRopeJoint(bodyA=stray, bodyB=made.crank, maxLength=FAR, **still)
+    made.world.CreateRopeJoint(bodyA=stray, bodyB=made.crank, maxLength=1e30, **still)

@@ -36,7 +36,7 @@ class Box2DSettings:
     length_scale: float = 1.0  # of Box2D's units in a metre
     sleeping: bool = True
     continuous_physics: bool = True
-    cam_vertices: int = 500  # each of which a step takes half a microsecond to move
+    cam_vertices: int = 500  # at most; each of which a step takes half a microsecond to move
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning.
@@ -80,11 +80,10 @@ class Box2DSettings:
 
 
 def largest_rate(kinematics: Kinematics) -> float:
-    """Bound on the way of a centre of gravity by the crank angle [m/rad], which is also that of a wheel's rim."""
+    """Bound on the way of a centre of gravity by the crank angle [m/rad]."""
     rates = kinematics.derivatives(kinematics.angles(SAMPLES), 1)[1].reshape(SAMPLES, -1, 3)
     arms = [math.hypot(*body.centre_of_gravity) for body in kinematics.mechanism.bodies]
-    ways = np.linalg.norm(rates[:, :, :2], axis=2) + np.abs(rates[:, :, 2]) * arms
-    return float(ways.max())
+    return float((np.linalg.norm(rates[:, :, :2], axis=2) + np.abs(rates[:, :, 2]) * arms).max())
 
 
 # Its manual states no size of its errors: they are measured, and not judged.

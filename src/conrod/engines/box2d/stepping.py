@@ -21,9 +21,6 @@ class Stepper:
 
     The engine sums speed x step, in single precision; counted steps keep the crank where it belongs. Its angle is
     written without whole turns, which would take digits from it, unless a slide holds another link's turn to it.
-
-    Attributes:
-        made: the world.
     """
 
     def __init__(self, machine: Machine, settings: Box2DSettings, angle: float) -> None:
