@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -95,8 +96,9 @@ def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
 
 def test_a_cell_of_a_map_says_what_happened_there() -> None:
     kind = kind_named("limits")
-    file = ROOT / "reports" / "limits" / "data" / "cam-follower.json"
+    file = ROOT / "reports" / "limits" / "data" / "saw-500rpm.json"
     study = restore(kind.findings, json.loads(file.read_text()))
+    study = replace(study, maps=study.maps[:2])
     assert kind.spots is not None
     assert study.maps
     for one, spots in zip(study.maps, kind.spots(study).values(), strict=True):
