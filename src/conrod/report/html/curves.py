@@ -11,12 +11,8 @@ from markupsafe import Markup, escape
 from conrod.exact.motion import Array
 from conrod.report.numbers import ROUNDING
 
-LEFT, RIGHT, TOP, BOTTOM = (
-    52.0,
-    386.0,
-    24.0,
-    122.0,
-)  # of the area in a drawing of 400 by 145; page.js knows the first two
+# Edges of the area in a drawing of 400 by 145; machine.js knows those at the sides.
+LEFT, RIGHT, TOP, BOTTOM = 52.0, 386.0, 24.0, 122.0
 MOST_DECADES = 4  # that are named
 TICKS = 5  # of the angle
 
