@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -156,6 +157,7 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
         "rod of the model is off by 0.30 mm: by its sensitivity that moves a point by up to 0.39 mm" in found.deviations
     )
     assert any("rod is 0.1 % too long" in sentence for sentence in found.deviations)
+    assert any("no criterion was fixed" in sentence for sentence in found.deviations)
     # Nothing of where the file is.
     assert str(tmp_path).encode() not in page
 
@@ -213,6 +215,17 @@ def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: 
         assert len(done.stderr.splitlines()) == 1
     assert other.read_text() == "<p>mine</p>"
     assert not (tmp_path / "new.html").exists()
+
+
+def test_every_input_is_there_though_two_have_one_name(tmp_path: Path) -> None:
+    files = [tmp_path / folder / "part.xml" for folder in "ab"]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text(f"<!-- of {file.parent.name} -->")
+    (inputs,) = beside.inputs(files, None).tables
+    assert [row[0] for row in inputs.rows] == ["part.xml", "part.xml (2)"]
+    assert [row[2] for row in inputs.rows] == ["of a", "of b"]
+    assert inputs.rows[0][1] == hashlib.sha256(b"<!-- of a -->").hexdigest()
 
 
 # -- what is committed -------------------------------------------------------------------------------------------------

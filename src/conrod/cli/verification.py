@@ -98,9 +98,7 @@ class Dossier:
         found["parameters"], moves, place = beside.parameters(scene, lengths, _off(study))
         is_model = subject.lower().endswith(MODELS)
         found["inputs"] = beside.inputs(_files(self.asked), scene)
-        found["software"] = beside.software(
-            [one.engine for one in getattr(study, "results", ())] or ["mujoco"] * is_model
-        )
+        found["software"] = beside.software(study)
         for section, (content, off) in {
             "validation": beside.validation(study, self.measured, (place, data)),
             "validity": beside.validity(self.limits, scene),

@@ -40,4 +40,4 @@ def package_hash(name: str) -> tuple[str, str, str]:
         return found.version, sha256("\n".join(lines).encode()), "source tree"
     lines = (found.read_text("RECORD") or "").splitlines()
     lines = sorted(line for line in lines if ",sha256=" in line and not BY_INSTALLER.match(line))
-    return found.version, sha256("\n".join(lines).encode()), "wheel's RECORD"
+    return found.version, sha256("\n".join(lines).encode()), "wheel's RECORD" if lines else "nothing: it has no RECORD"

@@ -121,7 +121,9 @@ def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
         for one in refined
         if one.is_off
     ]
-    return found, [*off, *([] if criteria else [NO_CRITERION])]
+    # A model's paths and clock are judged in any case.
+    unjudged = study.tolerance is None if isinstance(study, ModelStudy) else not criteria
+    return found, [*off, *([NO_CRITERION] if unjudged else [])]
 
 
 def _size(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
