@@ -14,6 +14,7 @@ SHAPES = re.compile(
     r"id|class|d|x|y|[xy][12]|c[xy]|r|r[xy]|width|height|points|transform|viewBox|opacity|text-anchor|font-size"
     r"|attributeName|type|values|dur|repeatCount|clip-(path|rule)|fill(-rule|-opacity)?|stroke(-[a-z]+)?"
 )
+AROUND = re.compile(r"\s*([A-Za-z])\s*")  # spaces about the letters of a path
 REFERENCE = re.compile(r"(url\(#|^#)")
 
 
@@ -49,6 +50,8 @@ def _clean(element: ElementTree.Element, prefix: str) -> None:
         if name in element.attrib:
             value = element.attrib[name]
             element.attrib[name] = prefix + value if name == "id" else REFERENCE.sub(rf"\1{prefix}", value)
+    if "d" in element.attrib:
+        element.attrib["d"] = AROUND.sub(r"\1", element.attrib["d"])
     element.tag = element.tag.removeprefix(SVG)
     element.tail = None
     if element.tag not in ("text", "tspan", "title"):
@@ -58,6 +61,18 @@ def _clean(element: ElementTree.Element, prefix: str) -> None:
             _clean(child, prefix)
         else:
             element.remove(child)
+    _share(element)
+
+
+def _share(group: ElementTree.Element) -> None:
+    """Give a group of marks the look that all of them have, and them no longer: figures have thousands."""
+    if group.tag == "g" and len(group) > 1 and all(child.tag == "use" for child in group):
+        alike = set.intersection(*(set(child.attrib.items()) for child in group))
+        for name, value in alike:
+            if name.startswith(("fill", "stroke")) and name not in group.attrib:
+                group.set(name, value)
+                for child in group:
+                    del child.attrib[name]
 
 
 def _is_inside(value: str) -> bool:
