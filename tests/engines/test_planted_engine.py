@@ -244,8 +244,8 @@ def test_the_documented_table_is_that_of_the_engines() -> None:
     # Only what is installed can be asked: column by column.
     installed = [one for one in loadable_engines(installed_extras())[0] if one.name in {**ENGINES, **OPTIONAL}]
     assert columns(made.text_of(installed)).items() <= columns(shown).items(), "python docs/capabilities.py"
-    # Negative control: a capability more is noticed.
-    assert not columns(made.text_of(installed)).items() <= columns(shown.replace("unsupported", "yes", 1)).items()
+    # Negative control: capabilities more are noticed, whichever engines are installed.
+    assert not columns(made.text_of(installed)).items() <= columns(shown.replace("unsupported", "yes")).items()
 
 
 def columns(text: str) -> dict[str, tuple[str, ...]]:
