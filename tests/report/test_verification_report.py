@@ -21,7 +21,7 @@ from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.table import table
 from conrod.report.verification import beside
 from conrod.report.verification.findings import CRITERIA, Section, Verification, changes
-from conrod.report.verification.page import data_of, seal_of, sealed_page
+from conrod.report.verification.page import SEAL, UNSEALED, data_of, seal_of, sealed_page
 from conrod.report.verification.sections import Refinement
 from conrod.runs.convergence import numerical_uncertainty
 from conrod.scenes import SCENES
@@ -39,6 +39,14 @@ def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
     sections = {name: Section((), ("nothing",)) for name in (*NAMES, "parameters")}
     sections[CRITERIA] = Section((criteria,))
     return Verification(subject, "within tolerance", "2026-01-01 00:00 UTC", f"conrod {subject}", sections, ())
+
+
+def resealed(page: bytes) -> bytes:
+    """A changed page with a hash that fits, as anybody can make it."""
+    found = SEAL.search(page)
+    assert found is not None
+    bare = page.replace(found[1], UNSEALED.encode())
+    return bare.replace(UNSEALED.encode(), hashlib.sha256(bare).hexdigest().encode())
 
 
 def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
@@ -195,12 +203,15 @@ def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_wher
 
 
 def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: Path) -> None:
-    file, other = tmp_path / "r.html", tmp_path / "other.html"
+    file, other, older = (tmp_path / f"{name}.html" for name in ("r", "other", "older"))
     file.write_bytes(sealed_page(report()).replace(b"1e-5", b"1e-6", 1))
     other.write_text("<p>mine</p>")
+    older.write_bytes(resealed(sealed_page(report()).replace(b'"subject"', b'"about"')))
+    assert seal_of(older.read_bytes())
     for arguments, said in {
         ("saw-500rpm", "--report", str(file)): "it was changed after it was written",
         ("saw-500rpm", "--report", str(other)): "no verification report of conrod; give another name",
+        ("saw-500rpm", "--report", str(older)): "do not fit Verification",
         ("saw-500rpm", "saw-40rpm", "--report", str(tmp_path / "new.html")): "one machine or file",
         ("saw-500rpm", "--limits", "reports"): "--limits does not go with no --report",
         ("saw-500rpm", "--report", str(tmp_path), "--preset", "tuned"): "it is a folder",

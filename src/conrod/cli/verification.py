@@ -153,6 +153,7 @@ def _replaced(file: Path) -> bytes | None:
     try:
         if seal_of(page) is None:
             raise InvalidInput("it was changed after it was written")
+        data_of(page)
     except InvalidInput as error:
         raise InvalidInput(f"cannot write {file}: {error}; give another name") from None
     return page

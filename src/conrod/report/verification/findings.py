@@ -76,7 +76,10 @@ def _looser(was: str, now: str) -> bool:
 
 def _statements(of: Verification) -> Statements:
     """All that a reader may rely on, row by row, by names that stay from report to report."""
-    found = {"report": {"verdict": of.verdict, "command": of.command}, OPEN: dict.fromkeys(of.deviations, "open")}
+    found = {
+        "report": {"on": of.subject, "verdict": of.verdict, "command": of.command},
+        OPEN: dict.fromkeys(of.deviations, "open"),
+    }
     for name, section in of.sections.items():
         rows = [(one, [text_of(cell) for cell in row]) for one in section.tables for row in one.rows]
         of_engine = name == SETTINGS  # which have a table each
