@@ -16,7 +16,9 @@ from command_line import conrod
 from html_pages import Found, found_in
 
 from conrod.report.html.markdown import Place, html_of
+from conrod.report.html.page import html_report
 from conrod.report.html.svg import inlined
+from conrod.studies.frame.writing import Batch
 
 REPORTS = Path(__file__).parents[2] / "reports"
 # Kinds of reports that are committed, by a folder of each.
@@ -60,6 +62,7 @@ def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_p
     done = conrod("report", str(small_copy(tmp_path / "r", REPORTS / name)), "--html", str(file))
     assert (done.returncode, done.stderr, done.stdout) == (0, "", f"wrote {file}\n")
     page = file.read_text()
+    assert not list((tmp_path / "r").glob("*.md"))  # the folder is as it was
     found = found_in(page)
     check_self_contained(found)
     tags = [tag for tag, _ in found.elements]
@@ -71,15 +74,14 @@ def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_p
         assert f"{kind}-src 'sha256-{digest}'" in page
 
 
-def test_a_figure_is_in_the_page_with_words_for_it(tmp_path: Path) -> None:
-    file = tmp_path / "r.html"
-    assert conrod("report", str(small_copy(tmp_path / "r")), "--html", str(file)).returncode == 0
-    found = found_in(file.read_text())
+def test_a_figure_is_in_the_page_with_words_for_it() -> None:
+    part = json.loads((REPORTS / "results.json").read_text())["parts"]["shear-press"]
+    files = {name: (REPORTS / name).read_text() for name in ("results.json", *part["files"])}
+    found = found_in(html_report([Batch(REPORTS, files)]))
     check_self_contained(found)
     pictures = [a for tag, a in found.elements if tag == "svg"]
     assert len(pictures) > 5
     assert all(a.get("aria-label") or a.get("aria-hidden") for a in pictures)
-    assert not list((tmp_path / "r").glob("*.md"))  # the folder is as it was
 
 
 def test_an_svg_keeps_what_draws_and_nothing_that_acts() -> None:
@@ -151,6 +153,7 @@ def test_a_folder_that_was_changed_is_refused_in_one_line(change: Any, said: str
     assert sorted(p.name for p in tmp_path.iterdir()) == ["r"]
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("file", ["", "none/r.html", "r", "r/results.json"])
 def test_a_page_that_cannot_be_written_is_refused(file: str, tmp_path: Path) -> None:
     small_copy(tmp_path / "r")
@@ -162,6 +165,7 @@ def test_a_page_that_cannot_be_written_is_refused(file: str, tmp_path: Path) -> 
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_validate_writes_the_page_alone_or_beside_a_folder(tmp_path: Path) -> None:
     asked = ("validate", "saw-500rpm", "--engine", "pymunk", "--preset", "stock", "--steps-per-rev", "60")
     assert conrod(*asked, "--html", "a.html", "--figures", "error", cwd=tmp_path).stdout.endswith("report: a.html\n")

@@ -142,9 +142,11 @@ def drawing_of(scene: Scene) -> Drawing:
     shapes, moved = _sketched(view), _sketched(later)
     before, after = (_scaled(one.poses, 1e3 * scale) for one in (view, later))
     carried: dict[str, list[Shape]] = {name: [] for name in before}
+    others: dict[tuple[int, bool], list[Array]] = {}
+    for shape in moved:
+        others.setdefault(shape.kin, []).append(shape.corners)
     for shape in shapes:
-        others = [one.corners for one in moved if one.kin == shape.kin]
-        for name in _owners(shape, others, before, after):
+        for name in _owners(shape, np.array(others.get(shape.kin, ())), before, after):
             carried[name].append(shape)
     bodies = {name: _svg(some, before[name]) for name, some in carried.items()}
     turn = scene.kinematics.poses(np.linspace(start, stop, 24)).reshape(24, -1, 3) * [1e3 * scale, 1e3 * scale, 1.0]
@@ -175,18 +177,17 @@ def _local(pose: Pose, places: Array) -> Array:
     return np.asarray((places - np.array(pose[:2])) @ np.array([[cos, -sin], [sin, cos]]))
 
 
-def _owners(shape: Shape, moved: Sequence[Array], before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
+def _owners(shape: Shape, moved: Array, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
     """Bodies that a shape moves with: all whose pin it is, else one; what changes its length stays where it begins.
 
     Args:
-        moved: places (N, 2) of the shapes that it may have become.
+        moved: places (M, N, 2) of the shapes that it may have become.
     """
     for part in (slice(None), slice(1)):
-        there = np.array([places[part] for places in moved])
         alike = [
             name
             for name in before
-            if len(there) and _some_same(_local(before[name], shape.corners[part]), _local(after[name], there))
+            if len(moved) and _some_same(_local(before[name], shape.corners[part]), _local(after[name], moved[:, part]))
         ]
         moving = [name for name in alike if name != GROUND]
         if alike:
