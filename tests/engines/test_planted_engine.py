@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
+import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -279,17 +280,45 @@ def test_without_it_its_name_is_unknown() -> None:
         engine_named(NAME)
 
 
+BARE = """
+from planted_engine import PlantedEngine
+
+class Bare(PlantedEngine):
+    name, presets = "bare", {}
+
+ENGINE = Bare()
+"""
+
+
 @pytest.mark.parametrize(
     ("value", "name", "reason"),
-    [("no_such_module:ENGINE", "broken", "cannot be loaded"), ("planted_engine:ENGINE", "other", "calls itself")],
+    [
+        ("no_such_module:ENGINE", "broken", "cannot be loaded"),
+        ("leaves:ENGINE", "leaves", r"cannot be loaded from leaves:ENGINE: SystemExit\(3\)"),
+        ("planted_engine:ENGINE", "other", "calls itself"),
+        ("planted_engine:PlantedEngine", NAME, "is a ABCMeta, no object of a class that extends Engine"),
+        ("bare:ENGINE", "bare", "has no presets"),
+    ],
 )
 def test_an_engine_that_cannot_be_loaded_is_named(
     value: str, name: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    (tmp_path / "leaves.py").write_text("raise SystemExit(3)")
+    (tmp_path / "bare.py").write_text(BARE)
     monkeypatch.syspath_prepend(str(installed_in(tmp_path, value, name)))
     forget()
     with pytest.raises(InvalidInput, match=f"engine '{name}'.*{reason}"):
         engine_named(name)
+    assert any(f"engine '{name}'" in line for line in loadable_engines()[1])
+    forget()
+
+
+def test_an_extra_that_is_installed_and_cannot_be_imported_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("exudyn")
+    monkeypatch.setitem(sys.modules, "conrod.engines.exudyn.engine", None)
+    forget()
+    (line,) = [line for line in loadable_engines(["exudyn"])[1] if "exudyn" in line]
+    assert line.startswith("engine 'exudyn' cannot be loaded from conrod.engines.exudyn.engine:ENGINE: ModuleNotFound")
     forget()
 
 

@@ -78,7 +78,7 @@ def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], lis
         try:
             found.append(engine_named(name))
         except InvalidInput as error:
-            left_out.append(f"{error} ({origin_of(name)})")
+            left_out.append(str(error))
     for point in entry_points(group=GROUP):
         if point.name in {**ENGINES, **OPTIONAL}:
             left_out.append(f"engine {point.name!r} of {_from(point)} is left out: conrod's own has this name")
@@ -99,23 +99,32 @@ def engine_named(name: str) -> Engine[Any]:
     """The engine of a name.
 
     Raises:
-        InvalidInput: there is none, with the choices; or it cannot be loaded, is an extra that is not installed, or
-            several packages bring one of this name.
+        InvalidInput: there is none, with the choices; or it cannot be loaded, is no engine, is an extra that is not
+            installed, or several packages bring one of this name.
     """
     if name in OPTIONAL and name not in installed_extras():
         raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
-    if name in ENGINES or name in OPTIONAL:
-        shipped: Engine[Any] = import_module(f"conrod.engines.{name}.engine").ENGINE
-        return shipped
-    if name not in _brought():
+    shipped = EntryPoint(name, f"conrod.engines.{name}.engine:ENGINE", GROUP)
+    point = shipped if name in {**ENGINES, **OPTIONAL} else _brought().get(name)
+    if point is None:
         raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL))
-    point = _brought()[name]
-    if len(entry_points(group=GROUP, name=name)) > 1:
+    if point is not shipped and len(entry_points(group=GROUP, name=name)) > 1:
         raise InvalidInput(f"engine {name!r} is brought by {origin_of(name)}: uninstall all but one of them")
+    return _loaded(name, point)
+
+
+def _loaded(name: str, point: EntryPoint) -> Engine[Any]:
     try:
         engine: Engine[Any] = point.load()
-    except Exception as error:  # importing it runs code of another package
-        raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {error!r}") from error
+    except (Exception, SystemExit) as error:  # importing it runs code of another package
+        reason = f"{error!r} ({origin_of(name)})"
+        raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {reason}") from error
+    if not isinstance(engine, Engine):
+        kind = type(engine).__name__
+        raise InvalidInput(f"engine {name!r}: {point.value} is a {kind}, no object of a class that extends Engine")
+    for needed in ("name", "version", "presets"):
+        if not getattr(engine, needed, None):
+            raise InvalidInput(f"engine {name!r}: {point.value} has no {needed}")
     if engine.name != name:
         raise InvalidInput(f"engine {name!r}: {point.value} calls itself {engine.name!r}")
     return engine
