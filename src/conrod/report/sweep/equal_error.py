@@ -27,8 +27,9 @@ PRESETS_HEAD = ("engine", "preset", "steps", *QUANTITIES, "order", *(f"below {to
 
 
 def cheapest(study: SweepStudy, kept: Sequence[str], bar: float) -> SweptPoint | None:
-    """The cheapest run of any engine whose errors of some quantities are all below a bar; None where there is none."""
-    within = within_all(study.points, dict.fromkeys(kept, bar))
+    """The cheapest preset at the fewest steps that keep all errors of some quantities below a bar, if any does."""
+    allowed = dict.fromkeys(kept, bar)
+    within = [p for rule in study.rules for p in within_all(study.points_of(rule), allowed)[:1]]
     return min(within, key=lambda point: point.cost or math.inf, default=None)
 
 
