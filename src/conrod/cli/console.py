@@ -52,8 +52,9 @@ def show_catalogue() -> None:
         _listed(out, title, ("name", "title", "moving links"), machines)
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     _listed(out, "machines in space (in MuJoCo: validate, export --format mjcf)", ("name", "title"), spatial)
-    engines = [f"{name} (presets {', '.join(presets_of(name))})" for name in (*engine_names(), *OPTIONAL)]
-    print_lines(out, [f"engines: {', '.join(engines)}", "`conrod show SCENE` has its source and all about it"])
+    engines = [(name, ", ".join(presets_of(name))) for name in (*engine_names(), *OPTIONAL)]
+    _listed(out, "engines (`conrod engines` says what they can do)", ("name", "presets"), engines)
+    print_lines(out, ["`conrod show SCENE` has its source and all about it"])
 
 
 def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
