@@ -47,6 +47,9 @@ versions: $(READY) ## measure what each release of the engines changed, and rewr
 audit: $(READY) ## check the documents' printed numbers and formulas against the exact motion, and rewrite reports/audit/
 	$(BIN)/python -m audits --out reports/audit
 
+batch: $(READY) ## a thousand saws of a drawing's tolerances in one call of MJX: rewrite reports/batch/; ten minutes
+	$(BIN)/python -m benchmarks.batch --out reports/batch
+
 test: $(READY) ## the fast tests, some minutes on two cores
 	$(BIN)/python -m pytest -n auto
 
