@@ -121,7 +121,7 @@ def page(machines: Sequence[Scene], found: Sequence[Measured]) -> str:
     cells = [(name, *(f"{value:.3g}" for value in np.percentile(values, SHARES))) for name, values in rows]
     per = 1e6 / len(machines) / STEPS
     costs = [(one.name, f"{one.compiling:.2g}", f"{one.stepping * per:.2g}") for one in found]
-    made = described()
+    made, spent = described(), ("engine", "compiling [CPU s]", "a step of a saw [CPU µs]")
     moved, spread = np.abs(travel - nominal).max(), np.ptp(found[0].errors) / np.median(found[0].errors)
     return "\n".join([
         "# Saws as they may be made", "",
@@ -133,7 +133,7 @@ def page(machines: Sequence[Scene], found: Sequence[Measured]) -> str:
         "one call, MuJoCo one after the other. Made by `make batch`.", "",
         table_text(table(headings, cells, headings[1:])), "",
         "No law is stated of single precision, nor of MuJoCo under Euler.", "",
-        table_text(table(("engine", "compiling [CPU s]", "a step of a saw [CPU µs]"), costs)), "",
+        table_text(table(spent, costs, spent[1:])), "",
         "MuJoCo's `tuned` is RK4, four evaluations a step; `as MJX` has the settings of MJX's `tuned`, Euler, one. On "
         f"{made['processor']}, {made['cores']} cores, {made['date']}, beside other work.", "",
     ])  # fmt: skip
