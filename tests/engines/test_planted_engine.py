@@ -19,6 +19,7 @@ from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 from watched import watched
 
 import conrod as package
+from conrod import PymunkSettings
 from conrod.engines import ENGINES, engine_named, engine_names
 from conrod.engines.capabilities import (
     MEANINGS,
@@ -46,7 +47,9 @@ from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import concatenate_pieces
 from conrod.scenes import SCENES
+from conrod.studies.execution.worker import perform
 from conrod.studies.frame.resolve_arguments import select_engines
+from conrod.studies.frame.run import RunCase
 
 SOURCE = Path(package.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"
@@ -219,6 +222,32 @@ def test_bad_engines_that_nobody_named_are_left_out_with_a_line_each(careless: A
     left_out = [line for line in done.stderr.splitlines() if line.startswith("conrod: left out: ")]
     assert [line.partition("engine ")[2].split()[0] for line in left_out] == ["'twice'", "'broken'", "'pymunk'"]
     assert left_out[2].endswith("'pymunk' of d 1.0 is left out: conrod's own has this name")
+
+
+RAISES = """
+from planted_engine import NAME, PlantedEngine
+
+class Raises(PlantedEngine):
+    def run(self, *_, **__):
+        raise RuntimeError("the solver is lost")
+
+ENGINE = Raises()
+"""
+
+
+def test_what_a_brought_engine_raises_ends_its_run_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "raises.py").write_text(RAISES)
+    monkeypatch.syspath_prepend(str(installed_in(tmp_path, "raises:ENGINE")))
+    done = conrod("validate", "saw-40rpm", "--engine", NAME, cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
+    assert (done.returncode, "Traceback" in done.stderr) == (1, False), done.stderr
+    assert "crashed: RuntimeError: the solver is lost" in done.stdout
+
+
+def test_what_an_engine_of_conrods_own_raises_is_a_mistake_of_conrods(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = RunCase("saw-40rpm", SAW, PymunkSettings.stock(SAW, STEPS), 1.0)
+    monkeypatch.setattr(type(engine_named("pymunk")), "run", staticmethod(lambda *_: 1 / 0))
+    with pytest.raises(ZeroDivisionError):
+        perform(case)
 
 
 def test_an_engine_that_cannot_be_timed_is_swept_without_costs(user: Any) -> None:

@@ -85,9 +85,14 @@ def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], lis
     return found, left_out
 
 
+def is_brought(name: str) -> bool:
+    """Whether an engine is another package's."""
+    return name in _brought()
+
+
 def origin_of(name: str) -> str:
     """Where an engine comes from: conrod, or the distributions that bring it."""
-    return " and ".join(map(_from, entry_points(group=GROUP, name=name))) if name in _brought() else "conrod"
+    return " and ".join(map(_from, entry_points(group=GROUP, name=name))) if is_brought(name) else "conrod"
 
 
 def _from(point: EntryPoint) -> str:

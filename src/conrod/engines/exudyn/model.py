@@ -100,9 +100,8 @@ def _add_body(system: Any, mechanism: Mechanism, body: Body, node: int) -> int:
     inertia = body.inertia + body.mass * (x * x + y * y)  # about the reference point
     rigid = ObjectRigidBody2D(nodeNumber=node, mass=body.mass, inertia=inertia, centerOfMass=[x, y])
     number: int = system.AddObject(rigid)
-    pushes = [push.force for push in mechanism.forces if push.body == body.name]
-    pushes.append((body.mass * mechanism.gravity[0], body.mass * mechanism.gravity[1]))
-    force = [*map(sum, zip(*pushes, strict=True)), 0.0]
+    push, (along, up) = mechanism.push_on(body.name), mechanism.gravity
+    force = [push[0] + body.mass * along, push[1] + body.mass * up, 0.0]
     system.AddLoad(LoadForceVector(markerNumber=_marker(system, number, (x, y)), loadVector=force))
     return number
 

@@ -15,7 +15,9 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import TypeVar
 
+from conrod.engines.registry import is_brought
 from conrod.errors import InvalidInput, portable
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.measurement import Measurement
@@ -28,8 +30,18 @@ SCENES_KEPT = 128
 
 
 def perform(case: Case) -> Measurement:
-    """The result of a case, for a worker process to be called with."""
-    return case.perform()
+    """The result of a case, for a worker process to be called with.
+
+    What an engine of another package raises is the end of that run; where conrod's own do, conrod is at fault.
+    """
+    try:
+        return case.perform()
+    except InvalidInput:
+        raise
+    except Exception as error:
+        if not is_brought(str(case.identity().get("engine"))) or _out_of_memory(error):
+            raise
+        return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")
 
 
 def on_known_scene(task: Callable[[AnyCase], Result], case: AnyCase) -> Result:
