@@ -36,6 +36,7 @@ TAKEN = (
     "--seconds",
     "--tolerance",
     "--out",
+    "--html",
     "--report",
     "--json",
 )
