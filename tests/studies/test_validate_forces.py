@@ -292,7 +292,7 @@ def test_a_mechanism_file_is_validated_and_its_report_names_it(tmp_path: Path) -
         (("saw-40rpm", "--quantity", "torque", "--tolerance", "torque=-1"), "tolerance torque"),
         (("saw-40rpm", "--quantity", "torque", "--figures", "motion"), "--figures does not go with --quantity"),
         (("saw-40rpm", "--quantity", "torque", "--motion", "free"), "does not go with --motion"),
-        (("saw-40rpm", "--figures", "motion"), "--figures motion is for a report: name its folder with --out"),
+        (("saw-40rpm", "--figures", "motion"), "--figures motion is for a report: name it with --out or --html"),
         ((TABLE, "--scene", "saw-40rpm", "--quantity", "torque"), "--quantity does not go with a file"),
     ],
 )
