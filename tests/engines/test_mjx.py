@@ -151,6 +151,7 @@ def test_its_law_holds_and_is_near(name: str) -> None:
         assert largest_errors(scene, 1000, replace(scene, rod=scene.rod * 1.001))[0][0] > 2.0 * bound
 
 
+@pytest.mark.slow
 def test_no_law_is_stated_of_what_it_does_not_cover() -> None:
     pytest.importorskip("jax", reason="the extra conrod[mjx] is not installed")
     engine, tuned = engine_named("mjx"), PRESETS["tuned"](SAW, 1000)

@@ -83,6 +83,7 @@ def test_published_runs_of_the_iftomm_four_bars_approach_the_exact_motion_at_ord
     assert np.abs(limit[:2] - exact[:2] - 1e-6 * exact[2:]).max() > 1e-6
 
 
+@pytest.mark.slow
 def test_a_published_slider_crank_is_off_by_what_its_own_energy_is(tmp_path: Path) -> None:
     (file := tmp_path / "published.toml").write_text(MACHINE)
     times, angles, rates = np.array(SLIDER_CRANK).T

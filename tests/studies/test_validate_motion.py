@@ -142,6 +142,7 @@ def test_a_run_on_the_other_branch_is_flipped_and_has_no_errors() -> None:
     assert "from 0." in flipped.reason
 
 
+@pytest.mark.slow
 def test_a_friction_that_reverses_within_a_step_is_measured_and_judged_only_where_a_tolerance_is_given() -> None:
     scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
     saw = exact_course("saw-coasting", scene, MotionPlan(FREE, 0.1, 6e-5))
@@ -154,6 +155,7 @@ def test_a_friction_that_reverses_within_a_step_is_measured_and_judged_only_wher
     assert result(resolved).passed is True
 
 
+@pytest.mark.slow
 def test_a_long_chain_that_crosses_is_measured_and_a_short_one_judged() -> None:
     # The same loops where no branches cross yet are judged; hardened MuJoCo is off by 0.046 after ten seconds.
     long, early = course("four-bar-chain-11", FREE, 0.8), course("four-bar-chain-11", FREE, 0.5)
