@@ -60,8 +60,10 @@ def panel(title: str, lines: Sequence[Line], ends: tuple[float, float], at: floa
         for h, name in zip(y(ticks), names, strict=True)
     )
     for share in np.linspace(0.0, 1.0, TICKS):
-        degrees = ends[0] + share * (ends[1] - ends[0])
-        marks += f'<text x="{_x(share):.0f}" y="{BOTTOM + 16}" text-anchor="middle">{degrees:.0f}</text>'
+        degrees = f"{ends[0] + share * (ends[1] - ends[0]):.0f}"
+        place, anchor = (_x(share), "middle") if share < 1.0 else (400.0, "end")
+        unit = "" if share < 1.0 else " deg"
+        marks += f'<text x="{place:.0f}" y="{BOTTOM + 16}" text-anchor="{anchor}">{degrees}{unit}</text>'
     drawn = "".join(
         _path(line, y(np.log10(np.maximum(line.values, ROUNDING)) if log else line.values)) for line in lines
     )
