@@ -90,8 +90,8 @@ def test_an_svg_keeps_what_draws_and_nothing_that_acts() -> None:
     <g id="k" style="fill: #fff; clip-path: url(http://e/#x)" onclick="a()"><use xlink:href="#k"/>
     <use xlink:href="http://e#x"/></g><rect clip-path="url(#k)"/><foreignObject/></svg>"""
     assert inlined(planted, "f1-", 'a "b"') == (
-        '<svg stroke-linejoin="round" role="img" aria-label="a &quot;b&quot;"><g id="f1-k" fill="#fff">'
-        '<use href="#f1-k" /><use /></g><rect clip-path="url(#f1-k)" /></svg>'
+        '<svg stroke-linejoin="round" role="img" aria-label="a &quot;b&quot;"><g id="f1-0" fill="#fff">'
+        '<use href="#f1-0" /><use /></g><rect clip-path="url(#f1-0)" /></svg>'
     )
 
 

@@ -111,4 +111,4 @@ def test_a_cell_of_a_map_says_what_happened_there() -> None:
 def test_words_of_a_place_close_no_script() -> None:
     page = with_spots("<svg></svg>", [(0.5, 0.5, "</script><b>")])
     assert re.findall("</script>", page) == ["</script>"]
-    assert json.loads(re.findall('json">(.*)</script>', page)[0])["words"] == ["</script><b>"]
+    assert json.loads(re.findall('json">(.*)</script>', page)[0])["phrases"] == ["</script><b>"]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+PHRASE = re.compile(r".+?(?:[,:;] |position |velocity |acceleration |$)", re.DOTALL)
 Spot = tuple[float, float, str]  # parts of the figure's width and height from its upper left corner, and the words
 
 
@@ -25,10 +27,14 @@ def spots_in(figure: Figure, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
 
 def with_spots(figure: str, spots: Sequence[Spot]) -> str:
     """A figure's markup with its spots, from left to right."""
-    words = list(dict.fromkeys(text for *_, text in spots))
-    number = {text: k for k, text in enumerate(words)}
+    texts = list(dict.fromkeys(text for *_, text in spots))
+    number = {text: k for k, text in enumerate(texts)}
     places = [(x, y, number[text]) for x, y, text in sorted(spots)]
-    data = json.dumps({"words": words, "places": places}, separators=(",", ":")).replace("<", "\\u003c")
+    # Thousands of texts that say much the same: each is the numbers of its phrases.
+    phrases = {phrase: k for k, phrase in enumerate(dict.fromkeys(p for text in texts for p in PHRASE.findall(text)))}
+    told = [[phrases[phrase] for phrase in PHRASE.findall(text)] for text in texts]
+    given = {"phrases": list(phrases), "words": told, "places": places}
+    data = json.dumps(given, separators=(",", ":")).replace("<", "\\u003c")
     return str(
         Markup('<span class="spots">{}<script type="application/json">{}</script></span>').format(
             Markup(figure), Markup(data)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from xml.etree import ElementTree
 
 SVG, XLINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}"
@@ -15,7 +16,7 @@ SHAPES = re.compile(
     r"|attributeName|type|values|dur|repeatCount|clip-(path|rule)|fill(-rule|-opacity)?|stroke(-[a-z]+)?"
 )
 AROUND = re.compile(r"\s*([A-Za-z])\s*")  # spaces about the letters of a path
-REFERENCE = re.compile(r"(url\(#|^#)")
+REFERENCE = re.compile(r"(url\(#|^#)([^)]+)")
 
 
 def inlined(text: str, prefix: str, alt: str) -> str:
@@ -29,8 +30,9 @@ def inlined(text: str, prefix: str, alt: str) -> str:
     Raises:
         ElementTree.ParseError: it is no XML.
     """
-    root = ElementTree.fromstring(text)
-    _clean(root, prefix)
+    root, ids = ElementTree.fromstring(text), dict[str, str]()
+    # Short ones: thousands of marks refer to them.
+    _clean(root, lambda given: ids.setdefault(given, f"{prefix}{len(ids)}"))
     # matplotlib gives these by a style sheet, which would be the whole page's.
     root.attrib = {"stroke-linejoin": "round", **root.attrib, "role": "img", "aria-label": alt}
     for name in ("width", "height"):
@@ -38,7 +40,7 @@ def inlined(text: str, prefix: str, alt: str) -> str:
     return ElementTree.tostring(root, encoding="unicode", short_empty_elements=True)
 
 
-def _clean(element: ElementTree.Element, prefix: str) -> None:
+def _clean(element: ElementTree.Element, named: Callable[[str], str]) -> None:
     """Keep of an element and all in it what draws; a style becomes attributes, which need no permission of a page."""
     style = dict(part.split(":", 1) for part in element.get("style", "").split(";") if ":" in part)
     reference = element.get(f"{XLINK}href") or element.get("href") or ""
@@ -49,7 +51,9 @@ def _clean(element: ElementTree.Element, prefix: str) -> None:
     for name in ("id", "href", "clip-path"):
         if name in element.attrib:
             value = element.attrib[name]
-            element.attrib[name] = prefix + value if name == "id" else REFERENCE.sub(rf"\1{prefix}", value)
+            element.attrib[name] = (
+                named(value) if name == "id" else REFERENCE.sub(lambda found: found[1] + named(found[2]), value)
+            )
     if "d" in element.attrib:
         element.attrib["d"] = AROUND.sub(r"\1", element.attrib["d"])
     element.tag = element.tag.removeprefix(SVG)
@@ -58,7 +62,7 @@ def _clean(element: ElementTree.Element, prefix: str) -> None:
         element.text = None
     for child in list(element):
         if isinstance(child.tag, str) and DRAWN.fullmatch(child.tag.removeprefix(SVG)):
-            _clean(child, prefix)
+            _clean(child, named)
         else:
             element.remove(child)
     _share(element)

@@ -2,7 +2,8 @@
 const SVG = "http://www.w3.org/2000/svg";
 
 for (const root of document.querySelectorAll(".spots")) {
-  const { words, places } = JSON.parse(root.querySelector("script").textContent), svg = root.querySelector("svg");
+  const { phrases, words, places } = JSON.parse(root.querySelector("script").textContent);
+  const svg = root.querySelector("svg");
   const { width, height } = svg.viewBox.baseVal, ring = document.createElementNS(SVG, "circle");
   const label = document.createElement("label"), slider = document.createElement("input");
   const said = document.createElement("output");
@@ -12,7 +13,7 @@ for (const root of document.querySelectorAll(".spots")) {
   root.prepend(label, said);
 
   function show(k) {
-    const [x, y, number] = places[k], text = words[number];
+    const [x, y, number] = places[k], text = words[number].map((phrase) => phrases[phrase]).join("");
     ring.setAttribute("cx", x * width);
     ring.setAttribute("cy", y * height);
     ring.setAttribute("r", 6);
