@@ -18,12 +18,14 @@ from conrod import Outcome
 from conrod.engines import engine_names
 from conrod.engines.engine import DOUBLE, SINGLE, with_fields
 from conrod.engines.mjx.settings import PRESETS
+from conrod.engines.mujoco.settings import exchanged_inertia
 from conrod.engines.registry import engine_named, presets_of
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces
 from conrod.scenes.catalogue import scene_named
+from conrod.studies.detection.variants import variant
 from conrod.testing import EngineConformance
 
 FAST_SAW = EVERY_SCENE["saw-500rpm"]
@@ -149,6 +151,14 @@ def test_its_law_holds_and_is_near(name: str) -> None:
     assert acceleration > 0.3 * most
     if name == "saw-500rpm":
         assert largest_errors(scene, 1000, replace(scene, rod=scene.rod * 1.001))[0][0] > 2.0 * bound
+
+
+@needs_mjx
+@pytest.mark.parametrize(("machine", "more"), [(variant(scene_named("double-rocker"), 14)[0], True), (SAW, False)])
+def test_its_flywheel_varies_with_all_that_turns(machine: Any, more: bool) -> None:
+    settings = PRESETS["tuned"](machine, 414)
+    by_points = exchanged_inertia(machine) / settings.armature
+    assert (engine_named("mjx").expected_error(machine, settings).ripple > by_points) == more
 
 
 @pytest.mark.slow

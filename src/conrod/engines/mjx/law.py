@@ -17,9 +17,9 @@ from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mjx.settings import MJXSettings
 from conrod.engines.mujoco.closure_errors import Course, followed, largest_point_errors, yielding
-from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER
+from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, ripple
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.settings import LEAST_STEPS, exchanged_inertia
+from conrod.engines.mujoco.settings import LEAST_STEPS
 from conrod.engines.numerics import UNDETERMINED, largest_derivatives
 from conrod.exact.motion import Array
 
@@ -54,8 +54,8 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
     stale = 0.5 * step * np.array(largest_derivatives(machine.kinematics, 3)[2:])
     errors = np.array([position, STEPPED * velocity + stale[0], acceleration + stale[1]])
     position, velocity, acceleration = (errors * (1.0 + LEFT_OUT + SECOND_ORDER * errors[0])).tolist()
-    ripple = exchanged_inertia(machine) / settings.armature
-    return ExpectedError(position, velocity, acceleration, law=LAW, ripple=ripple)
+    varying = ripple(machine, settings.armature)
+    return ExpectedError(position, velocity, acceleration, law=LAW, ripple=varying)
 
 
 def missing(made: Build, course: Course) -> Array:

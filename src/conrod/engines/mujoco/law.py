@@ -42,11 +42,15 @@ def expected_error(machine: Machine, settings: MuJoCoSettings, start_angle: floa
     The drive is a flywheel, whose rate varies by what the crank exchanges with the links over what it holds.
     """
     bounds = _bounds(machine, settings, start_angle)
-    if settings.armature <= 0.0:
-        return bounds
-    # Near its ends a rocker turns its links faster than an observed point tells, by which the flywheel was chosen.
-    exchanged = max(exchanged_inertia(machine), _varying_inertia(machine))
-    return replace(bounds, ripple=exchanged / settings.armature)
+    return replace(bounds, ripple=ripple(machine, settings.armature)) if settings.armature > 0.0 else bounds
+
+
+def ripple(machine: Machine, armature: float) -> float:
+    """Bound on the share by which a flywheel's rate varies: what it exchanges with the links over its own [kg m^2].
+
+    The flywheel is chosen by the motion of observed points; near its ends a rocker turns its links faster than these.
+    """
+    return max(exchanged_inertia(machine), _varying_inertia(machine)) / armature
 
 
 def _varying_inertia(machine: Machine) -> float:

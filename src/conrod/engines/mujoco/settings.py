@@ -166,9 +166,9 @@ class MuJoCoSettings:
 def flywheel(machine: Machine) -> float:
     """Armature [kg m^2] that keeps the crank at its speed, a power of ten.
 
-    The ripple of the rate is (energy exchanged in a turn) / (armature x speed^2). All links moving with the largest
-    velocity of an observed point, and falling through its whole travel, exchange more than any turn does, but for the
-    work of loads; the armature bounds the ripple by 1e-13 of that.
+    The ripple of the rate is (energy exchanged in a turn) / (armature x speed^2). The armature makes it 1e-13 where all
+    links move with the largest velocity of an observed point and fall through its whole travel. What turns faster than
+    that exchanges more, see `law.ripple`.
     """
     exchanged = exchanged_inertia(machine)
     if not math.isfinite(exchanged):
@@ -179,7 +179,7 @@ def flywheel(machine: Machine) -> float:
 
 
 def exchanged_inertia(machine: Machine) -> float:
-    """Bound on the energy that the crank exchanges in a turn over the square of its speed [kg m^2], see `flywheel`."""
+    """Energy exchanged in a turn over the square of the speed [kg m^2], by the observed points; see `flywheel`."""
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
