@@ -12,10 +12,10 @@ from catalogue import CAM, PRESS, SAW
 
 from conrod import MuJoCoSettings, PymunkSettings, compare
 from conrod.engines import engine_named
+from conrod.engines.engine import LATER_FIELDS
 from conrod.engines.mujoco import recorder
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
-from conrod.engines.rule import LATER_FIELDS
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.studies.frame.run import RunCase

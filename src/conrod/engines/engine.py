@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import Field, dataclass, field, replace
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
+from conrod.mechanism.units import check_count, check_number
 from conrod.runs.trajectory import Piece, Settings
 
 
@@ -82,17 +83,48 @@ def default_steps(machine: Machine) -> int:
     return CONTACT_STEPS if contacts else LINKAGE_STEPS
 
 
-# -- presets -----------------------------------------------------------------------------------------------------------
+# -- settings and presets ----------------------------------------------------------------------------------------------
+
+# Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
+# has it, it is left out: keys of results, and reports, stay what they were.
+LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
 
 
-class FieldSettings(Settings, Protocol):
-    """Settings that are a frozen dataclass, whose fields are varied."""
+@dataclass(frozen=True)
+class EngineSettings(ABC):
+    """What the settings of every engine that ships have; SI. InvalidInput names a value out of its range."""
 
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    engine: ClassVar[str]
+
+    preset: str
+    steps_per_revolution: int
+    timestep: float  # [s]
+
+    def __post_init__(self) -> None:
+        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
+        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
+
+    @abstractmethod
+    def time_constant(self, contact: bool) -> float:
+        """Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The fields as values that JSON has, later ones only where they differ from before."""
+        # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
+        return {
+            name: list(value) if type(value) is tuple else value
+            for name, value in vars(self).items()
+            if name not in LATER_FIELDS or value != LATER_FIELDS[name]
+        }
+
+    @classmethod
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
+        """The engine as it comes: its defaults."""
+        return cls(STOCK, steps_per_revolution, step_length(machine, steps_per_revolution))
 
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
-AnyFields = TypeVar("AnyFields", bound=FieldSettings)
+AnyFields = TypeVar("AnyFields", bound=EngineSettings)
 MadeSettings_co = TypeVar("MadeSettings_co", bound=Settings, covariant=True)
 
 STOCK = "stock"  # by convention the preset that has an engine as it comes, which studies compare others with

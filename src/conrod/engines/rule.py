@@ -1,4 +1,4 @@
-"""Rules of a sweep, whose settings differ in their step alone; and settings as plain values, for keys."""
+"""Rules of a sweep, whose settings differ in their step alone."""
 
 from __future__ import annotations
 
@@ -64,21 +64,3 @@ def texts_of(knobs: Any) -> dict[str, str]:
     """Where each of the knobs stands that are the fields of a dataclass."""
     values = {one.name: getattr(knobs, one.name) for one in fields(knobs)}
     return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
-
-
-# Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
-# has it, it is left out: keys of results, and reports, stay what they were.
-LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
-
-
-def plain(settings: object) -> dict[str, Any]:
-    """The fields of a settings object as values that JSON has, later ones only where they differ from before."""
-    # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
-    values = vars(settings).copy()
-    for name, before in LATER_FIELDS.items():
-        if values.get(name) == before:
-            del values[name]
-    for name, value in values.items():
-        if type(value) is tuple:
-            values[name] = list(value)
-    return values

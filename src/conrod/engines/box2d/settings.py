@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from conrod.engines.box2d.iteration import iterations_needed
-from conrod.engines.engine import DASHED, DOTTED, STOCK, Machine, Preset, step_length
-from conrod.engines.rule import plain
+from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset, step_length
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.units import check_count, check_number
 
@@ -22,15 +21,12 @@ SAMPLES = 720
 
 
 @dataclass(frozen=True)
-class Box2DSettings:
+class Box2DSettings(EngineSettings):
     """Settings of a Box2D run; the names are Box2D's own where it has one. SI."""
 
     engine: ClassVar[str] = "box2d"
 
-    preset: str
-    steps_per_revolution: int
-    timestep: float  # [s]
-    velocity_iterations: int = 8
+    velocity_iterations: int = 8  # its manual suggests these two
     position_iterations: int = 3  # at most: they end where all joints are closed to 5 mm, b2_linearSlop
     all_iterations: bool = False  # a joint that cannot be closed, beside the machine, has none of them left out
     length_scale: float = 1.0  # of Box2D's units in a metre
@@ -39,30 +35,15 @@ class Box2DSettings:
     cam_vertices: int = 500  # at most; each of which a step takes half a microsecond to move
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning.
-
-        Raises:
-            InvalidInput: names the value and its range.
-        """
-        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
+        super().__post_init__()
         check_count("velocity_iterations", self.velocity_iterations, 1, 10**6)
         check_count("position_iterations", self.position_iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
-        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
         check_number("length_scale", self.length_scale, 1.0 / LARGEST_SCALE, LARGEST_SCALE)
 
     def time_constant(self, contact: bool) -> float:
         # A contact mends a fifth of its overlap (b2_baumgarte) in each iteration of a step; joints all of their gap.
         return self.timestep if contact else 0.0
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values, see `plain`."""
-        return plain(self)
-
-    @classmethod
-    def stock(cls, machine: Machine, steps_per_revolution: int) -> Box2DSettings:
-        """Box2D's defaults, with the iterations that its manual suggests; a metre is one of its units."""
-        return cls(STOCK, steps_per_revolution, step_length(machine, steps_per_revolution))
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> Box2DSettings:

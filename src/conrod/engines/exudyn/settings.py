@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from conrod.engines.engine import DASHED, DOTTED, STOCK, Machine, Preset, step_length
-from conrod.engines.rule import plain
+from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset, step_length
 from conrod.errors import unknown_choice
-from conrod.mechanism.units import check_count, check_number
+from conrod.mechanism.units import check_number
 
 # Exudyn's own names: constraints on positions (index 3), or on velocities (index 2).
 GENERALIZED_ALPHA, TRAPEZOIDAL = "GeneralizedAlpha", "TrapezoidalIndex2"
@@ -20,28 +19,20 @@ SHORTEST_STEP = 1e-9  # [s]
 
 
 @dataclass(frozen=True)
-class ExudynSettings:
+class ExudynSettings(EngineSettings):
     """Settings of an Exudyn run; the names are Exudyn's own. SI."""
 
     engine: ClassVar[str] = "exudyn"
 
-    preset: str
-    steps_per_revolution: int
-    timestep: float  # [s]
     solver: str = GENERALIZED_ALPHA
     spectral_radius: float = 0.9  # at infinite frequency; the trapezoidal rule has no use of it
     relative_tolerance: float = 1e-8  # of Newton's iteration, on the residual
     absolute_tolerance: float = 1e-10
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning.
-
-        Raises:
-            InvalidInput: names the value and its range or choices.
-        """
+        super().__post_init__()
         if self.solver not in SOLVERS:
             raise unknown_choice("solver", self.solver, SOLVERS)
-        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_number("timestep", self.timestep, SHORTEST_STEP, 1e8, "s")
         check_number("spectral_radius", self.spectral_radius, 0.0, 1.0)
         check_number("relative_tolerance", self.relative_tolerance, 1e-15, 1.0)
@@ -50,15 +41,6 @@ class ExudynSettings:
     def time_constant(self, contact: bool) -> float:
         # Constraints on velocities never mend a gap that is there; those on positions do so at every step.
         return math.inf if self.solver == TRAPEZOIDAL else 0.0
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values, see `plain`."""
-        return plain(self)
-
-    @classmethod
-    def stock(cls, machine: Machine, steps_per_revolution: int) -> ExudynSettings:
-        """Exudyn's defaults: the generalised-alpha method on constraints of index 3."""
-        return cls(STOCK, steps_per_revolution, step_length(machine, steps_per_revolution))
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> ExudynSettings:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from conrod.engines.engine import DASHED, DOTTED, STOCK, LineStyle, Machine, Preset
 from conrod.engines.mujoco.settings import STIFF_SOLIMP, MuJoCoSettings
@@ -31,12 +31,12 @@ class MJXSettings(MuJoCoSettings):
             raise unknown_choice("precision", self.precision, PRECISIONS)
 
     @classmethod
-    def stock(cls, machine: Machine, steps_per_revolution: int) -> MJXSettings:
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
         """MuJoCo's defaults plus the drive, in JAX's own single precision."""
-        return replace(super().stock(machine, steps_per_revolution), iterations=ITERATIONS)  # type: ignore[return-value]
+        return replace(super().stock(machine, steps_per_revolution), iterations=ITERATIONS)
 
     @classmethod
-    def tuned(cls, machine: Machine, steps_per_revolution: int) -> MJXSettings:
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> Self:
         """The stiffest closure that MuJoCo admits, in double precision.
 
         A closure of MJX knows nothing of how its points curve (the term dJ/dt v): its spring has to do all of that, and

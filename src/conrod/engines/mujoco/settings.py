@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
-from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, ForceBars, Machine, Preset, step_length
+from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, ForceBars, Machine, Preset, step_length
 from conrod.engines.forces import load_work
 from conrod.engines.massless_rod import BODY, ROD_FORMS
-from conrod.engines.rule import plain
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
 
@@ -60,14 +59,11 @@ CONTACT_SOLIMP = (0.9, 0.9, 0.001, 0.5, 2.0)
 
 
 @dataclass(frozen=True)
-class MuJoCoSettings:
+class MuJoCoSettings(EngineSettings):
     """Settings of a MuJoCo run; the names are MuJoCo's own where it has one. SI."""
 
     engine: ClassVar[str] = "mujoco"
 
-    preset: str
-    steps_per_revolution: int
-    timestep: float  # [s]
     integrator: str = "Euler"
     solver: str = "Newton"
     iterations: int = 100
@@ -88,11 +84,7 @@ class MuJoCoSettings:
     dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning in MuJoCo.
-
-        Raises:
-            InvalidInput: names the value and its range or choices.
-        """
+        super().__post_init__()
         # Equal models are equal settings, and have one key, however their dressing was put together.
         object.__setattr__(self, "dressing", tuple(sorted(set(self.dressing))))
         for kind, value, choices in (
@@ -102,10 +94,8 @@ class MuJoCoSettings:
         ):
             if value not in choices:
                 raise unknown_choice(kind, value, choices)
-        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 0, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
-        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
         check_number("tolerance", self.tolerance, 0.0, 1.0)
         check_number("armature", self.armature, 0.0, 1e30, "kg m²")
         if self.hardening is not None:
@@ -120,23 +110,17 @@ class MuJoCoSettings:
     def time_constant(self, contact: bool) -> float:
         return (self.contact_solref if contact else self.solref)[0]
 
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values, see `plain`."""
-        return plain(self)
-
     @classmethod
-    def stock(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
         """MuJoCo's defaults plus the drive (and the solver tolerance of 0 that the drive forces)."""
-        return cls(
-            "stock", steps_per_revolution, step_length(machine, steps_per_revolution), armature=flywheel(machine)
-        )
+        return replace(super().stock(machine, steps_per_revolution), armature=flywheel(machine))
 
     @classmethod
-    def tuned(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> Self:
         """The best that MJCF can express, see `as_tuned`."""
         return cls.stock(machine, steps_per_revolution).as_tuned(bool(machine.kinematics.mechanism.cam_contacts))
 
-    def as_tuned(self, contact: bool) -> MuJoCoSettings:
+    def as_tuned(self, contact: bool) -> Self:
         """The same with integrator, softness and contact of the preset `tuned`.
 
         Loops: RK4, stiffest impedance, time constant of eight steps: fewer close tighter (the gap follows its square),
@@ -156,7 +140,7 @@ class MuJoCoSettings:
         )
 
     @classmethod
-    def hardened(cls, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+    def hardened(cls, machine: Machine, steps_per_revolution: int) -> Self:
         """Regularisation removed after compiling; stabilisation slow, a tenth of the period, whatever the step."""
         slow = 0.1 * step_length(machine, 1)
         tuned = cls.tuned(machine, steps_per_revolution)

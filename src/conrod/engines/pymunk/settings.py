@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from conrod.engines.engine import DASHED, DOTTED, STOCK, ForceBars, Machine, Preset, step_length
+from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, ForceBars, Machine, Preset
 from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.pymunk.iteration import MOST, iterations_needed
-from conrod.engines.rule import plain
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.mechanism.mechanism import Mechanism
@@ -31,14 +30,11 @@ ITERATIONS = 16  # with equal masses and one loop, where the motion is not known
 
 
 @dataclass(frozen=True)
-class PymunkSettings:
+class PymunkSettings(EngineSettings):
     """Settings of a pymunk run; the names are pymunk's own where it has one. SI."""
 
     engine: ClassVar[str] = "pymunk"
 
-    preset: str
-    steps_per_revolution: int
-    timestep: float  # [s]
     iterations: int = 10
     error_bias: float = STOCK_BIAS  # of the joints: share of an error left after a second
     collision_bias: float = STOCK_BIAS  # of contacts, likewise
@@ -50,20 +46,15 @@ class PymunkSettings:
     dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning, or what Chipmunk aborts the interpreter on.
-
-        Raises:
-            InvalidInput: names the value and its range or choices.
-        """
+        # On most of what is out of these ranges Chipmunk would abort the interpreter.
+        super().__post_init__()
         if self.rod not in ROD_FORMS:
             raise unknown_choice("rod", self.rod, ROD_FORMS)
         for name in sorted({*self.dressing} - {*NAMES}):
             raise unknown_choice("dressing", name, NAMES)
         object.__setattr__(self, "dressing", tuple(name for name in NAMES if name in self.dressing))
-        check_count("steps_per_revolution", self.steps_per_revolution, 2, 10**8)
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
-        check_number("timestep", self.timestep, 1e-14, 1e8, "s")
         check_number("error_bias", self.error_bias, 0.0, 1.0)
         check_number("collision_bias", self.collision_bias, 0.0, 1.0)
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
@@ -82,15 +73,6 @@ class PymunkSettings:
         bias = self.collision_bias if contact else self.error_bias
         # What is left after a time t is bias^t.
         return math.inf if bias >= 1.0 else 0.0 if bias == 0.0 else -1.0 / math.log(bias)
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values, see `plain`."""
-        return plain(self)
-
-    @classmethod
-    def stock(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
-        """pymunk's defaults."""
-        return cls("stock", steps_per_revolution, step_length(machine, steps_per_revolution))
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
