@@ -13,7 +13,6 @@ from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
 from conrod.engines.releases import Releases
 from conrod.engines.rule import PRESETS, Grid, Rule
-from conrod.engines.variations import Variations
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
@@ -132,10 +131,18 @@ class Swept(Protocol):
 
 @runtime_checkable
 class Varied(Protocol):
-    """Settings varied on purpose, one thing at a time."""
+    """Settings varied on purpose, one thing at a time.
 
-    @property
-    def variations(self) -> Variations[Any]: ...
+    They have the fields `iterations`, `rounded_state` and `cam_vertices`, and two more things that engines say each in
+    their own way. `stabilised`: with a time constant of so many steps, of what closes the joints or, of a cam, of the
+    contacts; guards of the engine against short ones are off where they would act. `regularised`: with a share in
+    (0, 1] of the regularisation that the engine puts on a joint by itself, of a contact what impedance lacks of 1; None
+    where the engine has none.
+    """
+
+    def stabilised(self, machine: Machine, settings: Any, steps: float) -> Any: ...
+
+    def regularised(self, machine: Machine, settings: Any, share: float) -> Any | None: ...
 
 
 @runtime_checkable
@@ -225,11 +232,6 @@ def required(engine: Engine[Any], kind: type[Wanted]) -> Wanted:
     if isinstance(found, Lacking):
         raise InvalidInput(found.reason)
     return found
-
-
-def variations_of(engine: Engine[Any]) -> Variations[Any]:
-    """Variations of an engine's settings; InvalidInput where it has none."""
-    return required(engine, Varied).variations
 
 
 def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, ...]:

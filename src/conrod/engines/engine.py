@@ -131,9 +131,9 @@ STOCK = "stock"  # by convention the preset that has an engine as it comes, whic
 CUSTOM = "custom"  # the name of settings that are those of no preset
 
 
-def with_fields(settings: AnyFields, **fields: Any) -> AnyFields:
-    """The settings with these values, which are then those of no preset."""
-    return replace(settings, preset=CUSTOM, **fields)
+def with_fields(settings: AnySettings, **fields: Any) -> AnySettings:
+    """The settings, a dataclass, with these values, which are then those of no preset."""
+    return replace(settings, preset=CUSTOM, **fields)  # type: ignore[type-var]
 
 
 def shortened(machine: Machine, settings: AnySettings) -> AnySettings:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 from conrod.engines.engine import Machine, with_fields
@@ -10,26 +9,21 @@ from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import LEAST_STEPS, MuJoCoSettings
 from conrod.engines.tree import tree_of
-from conrod.engines.variations import Variations
 
 
-class MuJoCoVariations(Variations[MuJoCoSettings]):
-    """Time constants, impedances and hardening of a MuJoCo run."""
+def stabilised(machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
+    """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
+    field = "contact_solref" if machine.kinematics.mechanism.cam_contacts else "solref"
+    solref = (steps * settings.timestep, getattr(settings, field)[1])
+    return with_fields(settings, refsafe=settings.refsafe and steps >= LEAST_STEPS, **{field: solref})
 
-    def stabilised(self, machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
-        """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
-        guarded = settings.refsafe and steps >= LEAST_STEPS
-        same = with_fields(settings, refsafe=guarded)
-        if machine.kinematics.mechanism.cam_contacts:
-            return replace(same, contact_solref=(steps * settings.timestep, settings.contact_solref[1]))
-        return replace(same, solref=(steps * settings.timestep, settings.solref[1]))
 
-    def regularised(self, machine: Machine, settings: MuJoCoSettings, share: float) -> MuJoCoSettings:
-        """Loops by hardening; contacts, which it is not for, by an impedance that does not change with the overlap."""
-        if machine.kinematics.mechanism.cam_contacts:
-            impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
-            return with_fields(settings, contact_solimp=impedance)
-        return with_fields(settings, hardening=share)
+def regularised(machine: Machine, settings: MuJoCoSettings, share: float) -> MuJoCoSettings:
+    """Loops by hardening; contacts, which it is not for, by an impedance that does not change with the overlap."""
+    if machine.kinematics.mechanism.cam_contacts:
+        impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
+        return with_fields(settings, contact_solimp=impedance)
+    return with_fields(settings, hardening=share)
 
 
 # What settings say in MJCF: the rest of a model is the machine itself.

@@ -7,26 +7,23 @@ import math
 from conrod.engines.engine import Machine, with_fields
 from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.variations import Variations
 
 
-class PymunkVariations(Variations[PymunkSettings]):
-    """Biases of a pymunk run."""
+def stabilised(machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
+    """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
 
-    def stabilised(self, machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
-        """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
+    That one is no number any more where the second has very many time constants (745): it becomes zero, and a step
+    mends all.
+    """
+    bias = math.exp(-1.0 / (steps * settings.timestep))
+    if machine.kinematics.mechanism.cam_contacts:
+        return with_fields(settings, collision_bias=bias)
+    return with_fields(settings, error_bias=bias)
 
-        That one is no number any more where the second has very many time constants (745): it becomes zero, and a step
-        mends all.
-        """
-        bias = math.exp(-1.0 / (steps * settings.timestep))
-        if machine.kinematics.mechanism.cam_contacts:
-            return with_fields(settings, collision_bias=bias)
-        return with_fields(settings, error_bias=bias)
 
-    def regularised(self, machine: Machine, settings: PymunkSettings, share: float) -> None:
-        """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
-        return
+def regularised(machine: Machine, settings: PymunkSettings, share: float) -> None:
+    """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
+    return
 
 
 def paste(machine: Machine, settings: PymunkSettings) -> str:

@@ -56,7 +56,7 @@ Plants = Callable[[Recording], Iterator[tuple[str, Plant]]]  # by where they are
 def softness(given: Recording) -> Iterator[tuple[str, Plant]]:
     """The run made again, with joints or contacts that take so many steps longer to mend an error."""
     engine = given.made_by
-    if engine is None or isinstance(variations := capability(engine, Varied), Lacking):
+    if engine is None or isinstance(varied := capability(engine, Varied), Lacking):
         return
     settings: Any = given.run.trajectory.settings
     contact = bool(given.reference.mechanism().cam_contacts)
@@ -65,7 +65,7 @@ def softness(given: Recording) -> Iterator[tuple[str, Plant]]:
     def softer(now: Recording, steps: float) -> Recording:
         if steps == 0.0:
             return now
-        changed = variations.variations.stabilised(now.reference, settings, own + abs(steps))
+        changed = varied.stabilised(now.reference, settings, own + abs(steps))
         turns = now.run.trajectory.revolutions
         return Recording.of(engine, now.reference, changed, turns, now.start_angle)
 

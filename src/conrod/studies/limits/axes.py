@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from conrod.engines.engine import with_fields
 from conrod.mechanism.units import check_number
 from conrod.studies.limits.axis import Axis, Spans
 from conrod.studies.limits.case import LimitCase, Setup
@@ -82,7 +83,7 @@ def _of_length(setup: Setup, revolutions: float) -> LimitCase:
 
 
 def _stabilised(setup: Setup, steps: float) -> LimitCase:
-    return setup.run(setup.variations.stabilised(setup.scene, setup.settings(), steps))
+    return setup.run(setup.varied.stabilised(setup.scene, setup.settings(), steps))
 
 
 def _stabilisation_ends(setup: Setup) -> Spans:
@@ -105,7 +106,7 @@ def _time_constant(setup: Setup, steps: float) -> str:
 def _regularised(setup: Setup, share: float) -> LimitCase:
     if setup.contact:
         check_number("regularisation of a contact", share, CONTACT_LEAST, 1.0)
-    settings = setup.variations.regularised(setup.scene, setup.settings(), share)
+    settings = setup.varied.regularised(setup.scene, setup.settings(), share)
     assert settings is not None
     return setup.run(settings)
 
@@ -113,7 +114,7 @@ def _regularised(setup: Setup, share: float) -> LimitCase:
 def _unregularised(setup: Setup) -> str | None:
     if setup.not_varied():
         return setup.not_varied()
-    regularised = setup.variations.regularised(setup.scene, setup.settings(), 1.0)
+    regularised = setup.varied.regularised(setup.scene, setup.settings(), 1.0)
     return f"{setup.engine} does not regularise its constraints" if regularised is None else None
 
 
@@ -184,7 +185,7 @@ ROWS = (
     ),
     Axis(
         "iterations", "Solver iterations", "iterations allowed in a step", Scale.COUNT,
-        lambda setup, value: setup.run(setup.variations.iterated(setup.settings(), round(value))),
+        lambda setup, value: setup.run(with_fields(setup.settings(), iterations=round(value))),
         1000.0, 1.0, (1.0, 1e5), Setup.not_varied, text=_counted("iteration"),
     ),
     Axis(
@@ -198,7 +199,7 @@ ROWS = (
     ),
     Axis(
         "rounding", "State rounded to single precision", "rounded after each step (0: no, 1: yes)", Scale.LISTED,
-        lambda setup, value: setup.run(setup.variations.rounded(setup.settings(), bool(value))),
+        lambda setup, value: setup.run(with_fields(setup.settings(), rounded_state=bool(value))),
         lacks=Setup.not_varied, values=lambda setup: (0.0, 1.0),
         text=lambda setup, value: "single precision" if value else "double precision",
     ),

@@ -11,8 +11,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import Lacking, Varied, capability, variations_of
-from conrod.engines.variations import Variations
+from conrod.engines.capabilities import Lacking, Varied, capability, required
 from conrod.exact.motion import Motion, Side
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
@@ -145,9 +144,9 @@ class Setup:
         return engine_named(self.engine)
 
     @property
-    def variations(self) -> Variations[Any]:
-        """Variations of the engine's settings; InvalidInput where there are none, see `not_varied`."""
-        return variations_of(self.made_by)
+    def varied(self) -> Varied:
+        """The engine as one whose settings can be varied; InvalidInput where they cannot, see `not_varied`."""
+        return required(self.made_by, Varied)
 
     def not_varied(self) -> str | None:
         """None, or why the engine's settings cannot be varied."""

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import bisect
 
+from conrod.engines.engine import with_fields
 from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.outcome import joint_gaps
@@ -139,7 +140,7 @@ class _Bench:
         """The run at a speed, with the coarser step (0) or the finer one (1)."""
         setup = replace(self.setup, steps_per_revolution=self.steps[finer])
         case = AXES["float"].case(setup, speed)
-        settings = setup.variations.faceted(case.settings, self.vertices[finer])
+        settings = with_fields(case.settings, cam_vertices=self.vertices[finer])
         return replace(case, settings=settings, revolutions=REVOLUTIONS)
 
     def at(self, speed: float) -> CamFollower:
