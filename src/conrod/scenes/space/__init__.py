@@ -7,12 +7,9 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from conrod.errors import Named
-from conrod.scenes.space.cardan import cardan_joint, double_cardan
-from conrod.scenes.space.four_bar import rssr, spherical_four_bar
-from conrod.scenes.space.machine import SpatialMachine, SpatialMotion
-from conrod.scenes.space.overconstrained import bennett, sarrus
-from conrod.scenes.space.parallel import delta, stewart
-from conrod.scenes.space.tilted import tilted_slider_crank
+from conrod.scenes.space.machine import SpatialMachine
+from conrod.scenes.space.several_loops import delta, double_cardan, sarrus, stewart
+from conrod.scenes.space.single_loop import bennett, cardan_joint, rssr, spherical_four_bar, tilted_slider_crank
 
 # Each builds its machine, with its parameters as keywords.
 _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
@@ -32,4 +29,4 @@ _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
 SPATIAL = "spatial"
 MACHINES: Mapping[str, Callable[..., SpatialMachine]] = Named(_BUILDERS, "spatial machine")
 
-__all__ = ["MACHINES", "SPATIAL", "SpatialMachine", "SpatialMotion"]
+__all__ = ["MACHINES", "SPATIAL", "SpatialMachine"]

@@ -1,36 +1,62 @@
-"""A spatial machine whose motion is known in closed form."""
+"""A spatial machine whose motion is known in closed form, and its MuJoCo model.
+
+A model is made of its links as they stand in the reference pose: every frame of a link is parallel to the world there,
+and every joint coordinate 0.
+"""
 
 from __future__ import annotations
 
 import math
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.jet import Jet
 from conrod.exact.motion import Array
-from conrod.scenes.space.model import Closure, Link, model_text
 
-Drives: TypeAlias = Mapping[str, Jet]  # coordinate of each driven joint, (T, 1) [rad] or [m]
+# Links are steel rods that touch nothing; what turns in the middle of a joint is a ball of the same radius.
+RADIUS, DENSITY = 0.008, 7800.0  # [m], [kg/m^3]
+ORIGIN = np.zeros(3)
+
+# Coordinates of the driven joints, (T, 1) [rad] or [m], to positions of observed points in the world, (T, 3) [m].
+# A site of the model has each one's name.
+Drives: TypeAlias = Mapping[str, Jet]
+ClosedForm: TypeAlias = Callable[[Drives], Mapping[str, Jet]]
 
 
 @dataclass(frozen=True)
-class SpatialMotion:
-    """Where a machine is.
+class Joint:
+    """A joint between a link and its parent, at the link's origin; the second of two turns with the first."""
 
-    Attributes:
-        points: positions of observed points in the world, (T, 3) [m]; a site of the model has each one's name.
-        joints: coordinates of the model's hinges and slides, (T, 1) [rad] or [m], each up to a constant.
-    """
-
-    points: Mapping[str, Jet]
-    joints: Mapping[str, Jet]
+    name: str
+    axis: Array  # in the world, in the reference pose; of any length
+    kind: Literal["hinge", "slide", "ball"] = "hinge"
 
 
-ClosedForm: TypeAlias = Callable[[Drives], SpatialMotion]
+@dataclass(frozen=True)
+class Link:
+    """A rigid body: all positions are in the world, in the reference pose [m]."""
+
+    name: str
+    origin: Array
+    joints: tuple[Joint, ...]
+    rods: tuple[Array, ...] = ()  # far ends of straight rods from the origin
+    sites: Mapping[str, Array] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()  # carried by this one
+
+
+@dataclass(frozen=True)
+class Closure:
+    """What closes a loop: two sites that coincide (connect), or two links that are one (weld)."""
+
+    name: str
+    first: str
+    second: str
+    kind: Literal["connect", "weld"] = "connect"
 
 
 @dataclass(frozen=True)
@@ -40,24 +66,33 @@ class SpatialMachine:
     Attributes:
         links, closures: its model; the reference pose is assembled, on the branch of the closed form.
         drives: law of each driven joint, as text ("60rpm", "sine:20deg,1Hz"); 0 in the reference pose.
-        degrees_of_freedom: of the model as it moves, idle spins of rods included.
-        gruebler: Gruebler-Kutzbach count, 6 (links - 1) - sum of (6 - freedoms of a joint), of the mechanism.
     """
 
     name: str
     title: str
-    source: str  # of the formulas: document, equation
     links: Sequence[Link]
     closures: Sequence[Closure]
     drives: Mapping[str, str]
     closed_form: ClosedForm
-    degrees_of_freedom: int
-    gruebler: int
 
     @property
     def mjcf(self) -> str:
         """The complete model: gravity, masses, no contacts."""
-        return model_text(self.name, self.links, self.closures)
+        root = ET.Element("mujoco", model=self.name)
+        ET.SubElement(root, "compiler", angle="radian")
+        ET.SubElement(root, "option", timestep="0.001", gravity="0 0 -9.81")
+        geom = {"type": "capsule", "size": str(RADIUS), "density": str(DENSITY), "contype": "0", "conaffinity": "0"}
+        ET.SubElement(ET.SubElement(root, "default"), "geom", geom)
+        world = ET.SubElement(root, "worldbody")
+        for link in self.links:
+            _write(world, link, ORIGIN)
+        equality = ET.SubElement(root, "equality")
+        for closure in self.closures:
+            part = "site" if closure.kind == "connect" else "body"
+            ends = {f"{part}1": closure.first, f"{part}2": closure.second}
+            ET.SubElement(equality, closure.kind, {"name": closure.name, **ends})
+        ET.indent(root)
+        return ET.tostring(root, encoding="unicode") + "\n"
 
     def points(self, drives: Mapping[str, Array]) -> dict[str, Array]:
         """Positions of the observed points and their derivatives by time, each (K, T, 3) [m, m/s, ...].
@@ -65,18 +100,19 @@ class SpatialMachine:
         Args:
             drives: coordinate of each driven joint and its derivatives by time, (K, T); K = 1 gives positions alone.
         """
-        motion = self.closed_form(_jets(drives))
-        return {name: _derivatives(jet, drives) for name, jet in motion.points.items()}
-
-    def joints(self, drives: Mapping[str, Array]) -> dict[str, Array]:
-        """Coordinates of hinges and slides and their derivatives by time, each (K, T); 0 in the reference pose.
-
-        Of a joint that turns fully, the angle is known up to whole turns.
-        """
-        start = self.closed_form({joint: Jet([np.zeros((1, 1))]) for joint in self.drives}).joints
-        motion = self.closed_form(_jets(drives))
+        samples = next(iter(drives.values())).shape[1]
+        factors = [math.factorial(k) for k in range(max(map(len, drives.values())))]
+        found = self.closed_form(
+            {joint: Jet([d[:, None] / f for d, f in zip(rows, factors, strict=True)]) for joint, rows in drives.items()}
+        )
         return {
-            name: _derivatives(jet - start[name].coefficients[0], drives)[..., 0] for name, jet in motion.joints.items()
+            name: np.stack(
+                [
+                    np.broadcast_to(f * np.asarray(c), (samples, 3))
+                    for f, c in zip(factors, one.coefficients, strict=True)
+                ]
+            )
+            for name, one in found.items()
         }
 
 
@@ -87,7 +123,7 @@ def start_pose(closed_form: ClosedForm, driven: Iterable[str]) -> dict[str, Arra
         InvalidInput: links of these sizes do not reach each other there.
     """
     with np.errstate(invalid="ignore"):
-        points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven}).points
+        points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven})
     start = {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
     if apart := [name for name, point in start.items() if not np.isfinite(point).all()]:
         raise InvalidInput(
@@ -96,13 +132,32 @@ def start_pose(closed_form: ClosedForm, driven: Iterable[str]) -> dict[str, Arra
     return start
 
 
-def _jets(drives: Mapping[str, Array]) -> dict[str, Jet]:
-    return {
-        joint: Jet([d[:, None] / math.factorial(k) for k, d in enumerate(values)]) for joint, values in drives.items()
-    }
+def hinge_closure(name: str, pin: Array, axis: Array) -> tuple[dict[str, Array], dict[str, Array], list[Closure]]:
+    """A hinge held at both ends of its pin: sites of the one link, sites of the other, closures; one row is redundant.
+
+    Args:
+        pin, axis: the middle [m], and from there to one end [m].
+    """
+    ends = {"1": pin + axis, "2": pin - axis}
+    pins, eyes = ({f"{name}_{part}_{k}": end for k, end in ends.items()} for part in ("pin", "eye"))
+    return pins, eyes, [Closure(f"{name}_{k}", f"{name}_pin_{k}", f"{name}_eye_{k}") for k in ends]
 
 
-def _derivatives(jet: Jet, drives: Mapping[str, Array]) -> Array:
-    samples = next(iter(drives.values())).shape[1]
-    values = [math.factorial(k) * np.asarray(c) for k, c in enumerate(jet.coefficients)]
-    return np.stack([np.broadcast_to(v, (samples, v.shape[-1])) for v in values])
+def _write(parent: ET.Element, link: Link, parent_origin: Array) -> None:
+    body = ET.SubElement(parent, "body", name=link.name, pos=_text(link.origin - parent_origin))
+    for joint in link.joints:
+        axis = {} if joint.kind == "ball" else {"axis": _text(joint.axis)}
+        ET.SubElement(body, "joint", {"name": joint.name, "type": joint.kind, **axis})
+    for end in link.rods:
+        ET.SubElement(body, "geom", fromto=f"0 0 0 {_text(end - link.origin)}")
+    if not link.rods:
+        ET.SubElement(body, "geom", type="sphere")
+    for site, point in link.sites.items():
+        ET.SubElement(body, "site", name=site, pos=_text(point - link.origin))
+    for child in link.links:
+        _write(body, child, link.origin)
+
+
+def _text(vector: Array) -> str:
+    """Coordinates to the last digit; what is below rounding of a metre is 0."""
+    return " ".join(repr(round(float(x), 17) + 0.0) for x in vector)

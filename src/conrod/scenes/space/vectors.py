@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from conrod.exact.jet import Jet, direction, reciprocal, sine_cosine, square_root
+from conrod.exact.jet import Jet, sine_cosine
 from conrod.exact.motion import Array
 
 Vector: TypeAlias = Jet | Array  # moving (T, 3), or fixed (3,)
@@ -53,35 +53,3 @@ def _rolled(vector: Jet, places: int) -> Jet:
 
 def _shifted(vector: Vector, places: int) -> Vector:
     return _rolled(vector, places) if isinstance(vector, Jet) else np.roll(vector, -places)
-
-
-def length(vector: Jet) -> Jet:
-    """Length (T, 1) of a vector that never vanishes."""
-    return square_root(dot(vector, vector))
-
-
-def hinge_angle(axis: Vector, before: Vector, after: Jet) -> Jet:
-    """Angle [rad] about a unit axis from one vector to another, as seen along the axis."""
-    across = cross(after, axis)
-    return direction(-dot(cross(across, axis), before), dot(across, before))
-
-
-def rod_angles(rod: Jet, axis: Array, zero: Array) -> tuple[Jet, Jet]:
-    """Both angles [rad] of a universal joint that carries a rod.
-
-    Args:
-        axis: first hinge's unit axis, which keeps its direction; the second hinge is across it and the rod.
-        zero: direction, across the axis, from which the first angle counts; the second counts from the plane across.
-    """
-    return hinge_angle(axis, zero, rod), direction(length(cross(rod, axis)), -dot(rod, axis))
-
-
-def harmonic_root(a: Jet, b: Jet, c: Jet, branch: float) -> tuple[Jet, Jet]:
-    """Cosine and sine of the angle with a cos + b sin = c; the branch, +1 or -1, is the side of (a, b) that it is on.
-
-    The output angle of a four-bar obeys such an equation (McCarthy and Soh, Geometric Design of Linkages).
-    """
-    square = a * a + b * b
-    root = branch * square_root(square - c * c)
-    inverse = reciprocal(square)
-    return (a * c - b * root) * inverse, (b * c + a * root) * inverse
