@@ -28,7 +28,7 @@ from conrod.report.terminal import console, print_lines
 from conrod.report.writer import environment
 from conrod.runs.plain import plain
 from conrod.scenes import Scene
-from conrod.scenes.canonical import canonical
+from conrod.scenes.scene import canonical
 from conrod.studies.frame.baseline import FACTORS, Baseline, Line, Number, banded, read, write
 from conrod.studies.frame.case import key_of
 from conrod.studies.frame.drift import ORDER, Held, check_same, compared

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from conrod.errors import Named
 from conrod.scenes.cam_follower import CamFollower
-from conrod.scenes.saw import RPM, Saw
 from conrod.scenes.scene import Scene
-from conrod.scenes.shear_press import ShearPress
+from conrod.scenes.slider_cranks import RPM, Saw, ShearPress
 
 SCENES: dict[str, Scene] = Named(
     {

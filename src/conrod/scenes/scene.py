@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from abc import abstractmethod
 from collections.abc import Mapping
 from functools import cached_property, partial
@@ -14,13 +15,22 @@ from conrod.errors import Named
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.parameters import Parameter, parameters_of
-from conrod.scenes.canonical import canonical
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
 SAMPLES_PER_TURN = 7200
 # Samples computed together: more would not fit the cache, fewer would be mostly calls.
 CHUNK = 8192
+
+
+def canonical(values: Any) -> str:
+    """JSON of plain values, keys sorted: what is hashed to the key of a run, so it must never change.
+
+    Raises:
+        ValueError: a float is not finite.
+        TypeError: a value is not plain.
+    """
+    return json.dumps(values, sort_keys=True, allow_nan=False, separators=(",", ":"))
 
 
 class Scene(ExactReference):

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, TypeVar
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.scenes.canonical import canonical
+from conrod.scenes.scene import canonical
 from conrod.studies.frame.measurement import Measurement
 
 # Raised when the measurement of the same run would come out otherwise, or mean something else, than before.

@@ -17,7 +17,7 @@ import msgspec
 import platformdirs
 
 from conrod.errors import InvalidInput
-from conrod.scenes.canonical import canonical
+from conrod.scenes.scene import canonical
 from conrod.studies.frame.case import Case, key_of
 from conrod.studies.frame.claims import Claims
 from conrod.studies.frame.ledger_file import PATIENCE, connected, connected_to_read, naming_ledger
