@@ -129,7 +129,7 @@ def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it
     )
     study = harden_file(model, Request(seconds=1.0))
     assert len(study.refusals) == 1
-    assert "as it is" in study.refusals[0]
+    assert "nothing shows what hardening does" in study.refusals[0]
     assert study.content is None
     # Control: without the motor it is hardened.
     model.write_text(TWO_ARMS.format(BELT.format("")))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,10 +14,11 @@ from conrod.cli import FAILED, options
 from conrod.cli.options import option
 from conrod.cli.say import waiting
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mjcf.harden.results import HardenedModel, Request
+from conrod.mjcf.harden.results import Drift, HardenedModel, Request, Variant
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
-from conrod.report.hardened import closing_words, figures_table, reading_words, run_words
+from conrod.report import numbers
+from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
@@ -27,6 +29,13 @@ MODELS = (".xml", ".mjcf", ".urdf", BINARY)
 SECONDS = 1.0
 AUTO, KEEP = "auto", "keep"
 INTEGRATORS = ("RK4", KEEP)
+MOST_LOOPS, MM = 12, 1e3
+ALWAYS = (
+    "mj_setConst makes the weights anew and so undoes this: run the lines again after it, or after changing masses "
+    "in a way that calls it",
+    "for double precision only: in single precision (MJX, Warp, a float32 build) keep the model as it is",
+    "a binary model is read by the version of MuJoCo that wrote it; the lines above are for every version",
+)
 
 
 @dataclass(frozen=True)
@@ -118,17 +127,94 @@ def _outputs(path: Path, output: str | None, document: str | None) -> dict[str, 
     return files
 
 
+# -- printing ----------------------------------------------------------------------------------------------------------
+
+
 def print_hardened(found: HardenedModel, file: Path | None) -> None:
     """Figures before and after, lines to paste, and notes; or why there are none."""
     out = console()
     if found.variants:
-        print_lines(out, [*run_words(found), ""])
-        print_table(out, figures_table(found))
-        print_lines(out, reading_words(found))
+        print_lines(out, _run_words(found))
+        print_table(out, _figures(found))
+        print_lines(out, _reading_words(found))
     if found.lines and not found.refusals:
         print_lines(out, ["", "in Python:", ""])
         print_lines(out, [found.lines], verbatim=True)
     print_lines(out, (f"not hardened: {refusal}" for refusal in found.refusals))
-    print_lines(out, (f"note: {warning}" for warning in found.warnings))
+    print_lines(out, (f"note: {note}" for note in (*found.warnings, *(() if found.refusals else ALWAYS))))
     if not found.refusals:
-        print_lines(out, closing_words(file))
+        written = f"the hardened model: {file}" if file else "nothing written: -o FILE.mjb writes the model"
+        print_lines(out, [written])
+
+
+def _run_words(found: HardenedModel) -> Iterator[str]:
+    """The runs, and how far the loops are open at their start."""
+    shown = {numbers.SHOWN_UNITS[unit]: value for unit, value in (found.start_opening or {}).items()}
+    opened = ", ".join(f"{_figure(factor * value)} {unit}" for (unit, factor), value in shown.items())
+    begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
+    yield (
+        f"{found.path}: MuJoCo {found.mujoco}, {found.seconds:.4g} s in steps of {found.timestep:g} s from "
+        f"{found.start}; size {MM * found.size:.4g} mm"
+    )
+    yield from (f"its loops are open by {opened} there; {begin}", "")
+
+
+def _figures(found: HardenedModel) -> Table:
+    """Figures of the model as it is, and hardened."""
+    names = tuple(variant.name for variant in found.variants)
+    return table(("", *names), _rows(found), names, "largest in the run")
+
+
+def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
+    variants = found.variants
+    yield ["steps completed", *(_completed(v) for v in variants)]
+    for k, loop in enumerate(found.loops[:MOST_LOOPS]):
+        unit, factor = numbers.SHOWN_UNITS[loop.unit]
+        values = (None if v.openings is None else factor * v.openings[k] for v in variants)
+        yield [f"opening of {loop.kind} {loop.name} [{unit}]", *map(_figure, values)]
+    if len(found.loops) > MOST_LOOPS:
+        yield [f"... and {len(found.loops) - MOST_LOOPS} loops more (--json has them)", *[""] * len(variants)]
+    yield ["largest opening over size", *(_figure(v.opening_over_size) for v in variants)]
+    yield ["drift from the reference [mm]", *(_drift(found, v.drift) for v in variants)]
+    yield ["  order in the step", *(_order(v.drift) for v in variants)]
+
+
+def _completed(variant: Variant) -> Cell:
+    return Toned(f"{variant.steps}, then {variant.broke}", "bad") if variant.broke else str(variant.steps)
+
+
+def _drift(found: HardenedModel, drift: Drift | None) -> str:
+    if drift is None or found.reference_known_to is None or drift.values[0] <= found.reference_known_to:
+        return "-"
+    return _figure(MM * drift.values[0])
+
+
+def _order(drift: Drift | None) -> str:
+    if drift is None or all(pair is None for pair in drift.pairs):
+        return "-"
+    if drift.claimed is not None:
+        return f"{drift.claimed:.2f}"
+    return ", ".join("-" if pair is None else f"{pair:z.1f}" for pair in drift.pairs)
+
+
+def _figure(value: float | None) -> str:
+    return "-" if value is None else numbers.measured(value)
+
+
+def _reading_words(found: HardenedModel) -> Iterator[str]:
+    """Explanation of the figures."""
+    if found.reference_known_to is None or found.travel is None:
+        yield "drift: none, the reference (hardened, RK4, a sixteenth of the step) breaks off"
+    else:
+        yield (
+            "drift: of any body's centre of gravity, from the hardened model under RK4 at a sixteenth of the step, "
+            f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that); travel "
+            f"{MM * found.travel:.3g} mm"
+        )
+    yield f"weights: times {found.factor:g} for {', '.join(found.scaled)}"
+    if found.cost is not None:
+        cost = found.cost
+        yield (
+            f"cost of a step, hardened over as it is: {cost.ratio:.2f} (quartiles {cost.low:.2f} to {cost.high:.2f}), "
+            f"{1e6 * cost.seconds:.3g} µs on this machine"
+        )

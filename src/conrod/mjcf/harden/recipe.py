@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
@@ -65,17 +65,10 @@ class Recipe:
     integrator: str = ""  # MuJoCo's name; empty for the model's own
     newton: bool = False  # whether the solver is set to Newton
 
-    @property
-    def weights_alone(self) -> Recipe:
-        """Nothing but the weights."""
-        return replace(self, time_constants=(), integrator="", newton=False)
 
-
-def edited(model: mujoco.MjModel, recipe: Recipe | None) -> mujoco.MjModel:
+def edited(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
     """A copy of a model with a recipe applied."""
     changed = copy.copy(model)
-    if recipe is None:
-        return changed
     for holder, chosen in recipe.weights.indices.items():
         getattr(changed, f"{holder}_invweight0")[list(chosen)] *= recipe.factor
     for index, constant in recipe.time_constants:
@@ -197,8 +190,6 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
     """Limits of the hardened model."""
     names = [name_or_number(model, "equality", index) for index in range(model.neq)]
     known = [bool(kind_of(model, index)) for index in range(model.neq)]
-    # The larger contact dimension of two geoms counts, so that one of 1 may well slide with friction.
-    slides = bool(np.any(model.geom_condim > 1) or np.any(model.pair_dim > 1))
     found = (
         (
             [one.name for one in closures if one.curved],
@@ -210,22 +201,17 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
             "not active at the start, so not hardened",
         ),
         ([name for i, name in enumerate(names) if not known[i]], "of a flex, so not hardened"),
-        (_colliding(model, Weights.of(closures)) if slides else [], "contacts with friction harden there too"),
+        (_touching(model, Weights.of(closures)), "what touches there hardens with the loops, friction too"),
     )
     return tuple(f"{listed(which)}: {what}" for which, what in found if which)
 
 
-def touching_scaled(model: mujoco.MjModel, weights: Weights) -> tuple[str, ...]:
+def _touching(model: mujoco.MjModel, weights: Weights) -> list[str]:
     """Geoms that can collide and joint limits whose own weights are scaled."""
-    joints = sorted({int(model.dof_jntid[dof]) for dof in weights.indices["dof"]})
-    limits = [f"limit of {_called(model, 'joint', joint)}" for joint in joints if model.jnt_limited[joint]]
-    return (*_colliding(model, weights), *limits)
-
-
-def _colliding(model: mujoco.MjModel, weights: Weights) -> list[str]:
-    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONTACT):
-        return []
     able = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     able[[*model.pair_geom1, *model.pair_geom2]] = True
+    able &= not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     held = np.isin(model.geom_bodyid, weights.indices["body"])
-    return [_called(model, "geom", int(geom)) for geom in np.flatnonzero(able & held)]
+    joints = sorted({int(model.dof_jntid[dof]) for dof in weights.indices["dof"]})
+    limits = [f"limit of {_called(model, 'joint', joint)}" for joint in joints if model.jnt_limited[joint]]
+    return [*(_called(model, "geom", int(geom)) for geom in np.flatnonzero(able & held)), *limits]

@@ -9,7 +9,7 @@ from conrod.own.models.request import Controls
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedCost
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 @dataclass(frozen=True)
@@ -41,43 +41,24 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Orders:
-    """Values at three steps, and the order at which they shrink."""
+class Drift:
+    """Largest distance of a body from where the reference has it, at three steps, and the order at which it shrinks."""
 
     values: tuple[float, ...]  # at the model's step, half of it and a quarter [m]
     claimed: float | None  # observed order; None where the pairs do not agree
-    pairs: tuple[float | None, ...]  # order from each step to the next, None where one is zero
-
-
-@dataclass(frozen=True)
-class Touching:
-    """Contacts and joint limits in a run, in the poses that were looked at."""
-
-    contacts: int  # the most that acted at once
-    penetration: float  # deepest [m]
-    limits: int  # the most limits that were passed at once
-    excess: float  # furthest beyond a limit [rad or m]
+    pairs: tuple[float | None, ...]  # order from each step to the next, None where rounding hides it
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One way to run the model.
+    """The model as it is, or hardened; where its run broke off, nothing but the first three is known."""
 
-    Attributes:
-        broke: the engine's warning that ended it; None where it completed. The rest is None then.
-        energy: largest change of the energy over the kinetic energy exchanged; None where that says nothing.
-    """
-
-    name: str  # of the way
+    name: str
     steps: int  # that it completed at the model's own step, of those asked for
-    broke: str | None = None
+    broke: str = ""  # the engine's warning that ended it
     openings: tuple[float, ...] | None = None  # largest of each loop, in the order and units of the study's loops
     opening_over_size: float | None = None  # the largest in metres, over the model's size
-    closing: Orders | None = None  # order of the largest opening, of those in metres where there are any
-    drift: Orders | None = None  # largest distance of a body from where the reference has it [m], at three steps
-    energy: float | None = None
-    touching: Touching | None = None  # contacts and limits
-    iterations: float | None = None  # of the solver, mean over the steps that were looked at
+    drift: Drift | None = None
 
 
 @dataclass(frozen=True)
@@ -104,12 +85,9 @@ class HardenedModel:
     factor: float | None = None  # on the inverse weights
     scaled: tuple[str, ...] = ()  # what has these weights: names of bodies, joints, tendons
     lines: str = ""  # Python that does it
-    variants: tuple[Variant, ...] = ()  # as it is, weights alone, hardened
+    variants: tuple[Variant, ...] = ()  # as it is, hardened
     travel: float | None = None  # the longest way of a body in the reference [m]
     reference_known_to: float | None = None
-    energy_without: tuple[str, ...] = ()  # what was left out of the copies whose energy was looked at
-    energy_note: str = ""  # why the energy says nothing; empty where it does
-    touching_scaled: tuple[str, ...] = ()  # geoms that can collide and limits that harden with the loops
     cost: PairedCost | None = None  # of a hardened step over one as it is; None where one of them broke
     content: bytes | None = None  # the binary model; None where none was asked for or it was refused
 

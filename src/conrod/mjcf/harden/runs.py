@@ -1,10 +1,11 @@
-"""Runs of a model that nothing drives: their start, and what loops, contacts, limits and the energy do."""
+"""Runs of a model as it is and hardened, at three steps each, against the machine with its loops closed."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import mujoco
 import numpy as np
@@ -14,12 +15,18 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, rows_at
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
-from conrod.mjcf.harden.results import Loop, Request, Touching
-from conrod.mjcf.runs import STATE, broken, data_at, state_of
+from conrod.mjcf.harden.results import Drift, Loop, Request, Variant
+from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
 from conrod.own.models.loading import data_at_start, start_words
+from conrod.runs.convergence import observed_order
+from conrod.studies.frame.paired_timing import PairedCost, paired_cost
 
 CLOSED = 1e-12  # of the model's size
-LIMITS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT, mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+LEVELS = (1, 2, 4)
+# Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
+REFERENCE, CHECK = 16, 8
+# A drift of less than this many times what the reference is known to says nothing about its order.
+RESOLVED = 3.0
 
 
 @dataclass(frozen=True)
@@ -41,11 +48,8 @@ def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure
     """
     data, index = data_at_start(model, request.keyframe, request.controls)
     mujoco.mj_fwdPosition(model, data)
-    given, name = (
-        largest_by_unit(loops_of(closures), openings(model, data, closures)),
-        start_words(model, index, data.ctrl),
-    )
-    before = state_of(model, data)
+    given = largest_by_unit(loops_of(closures), openings(model, data, closures))
+    before, name = state_of(model, data), start_words(model, index, data.ctrl)
     if not close_loops(model, data, CLOSED * float(model.stat.extent)):
         return Start(before, name, given, closed=False)
     jacobian, fastest = rows_at(model, data).jacobian, float(np.abs(data.qvel).max(initial=0.0))
@@ -87,46 +91,34 @@ class Swing:
     openings: Array  # (S + 1, loops) as `openings` has them
     steps: int  # that were completed
     broke: str  # the engine's warning that ended it, empty where it completed; the samples end before it
-    touching: Touching  # contacts and limits
-    iterations: float  # of the solver, mean over the last steps of the samples
+
+    @property
+    def travel(self) -> float:
+        """The longest way of a body from where it was at the start [m]."""
+        return float(np.linalg.norm(self.points - self.points[0], axis=2).max())
+
+    def drift(self, other: Swing) -> float:
+        """The largest distance of a body from where it is in another run [m]."""
+        return float(np.linalg.norm(self.points - other.points, axis=2).max(initial=0.0))
 
 
 def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:
     """Run a model from a state; it ends at the first warning of numbers that are none."""
-    points, gaps, rubs, passes, broke = list[Array](), list[Array](), list[tuple[float, ...]](), list[int](), ""
-    for data, aside in _sampled(model, state, pace):
-        if broke := broken(data):
-            break
-        points.append(aside.xipos[model.body_weldid > 0].copy())
-        gaps.append(openings(model, aside, closures))
-        rubs.append(_touching(aside))
-        passes.append(int(data.solver_niter.max(initial=0)))
-    contacts, penetration, limits, excess = np.max(rubs, axis=0).tolist()
-    return Swing(
-        np.array(points),
-        np.array(gaps),
-        pace.stride * (len(points) - 1),
-        broke,
-        Touching(int(contacts), penetration, int(limits), excess),
-        float(np.mean(passes[1:])) if passes[1:] else 0.0,
-    )
-
-
-def _sampled(model: mujoco.MjModel, state: Array, pace: Pace) -> Iterator[tuple[mujoco.MjData, mujoco.MjData]]:
-    """Data of a run at its samples, and data with the constraints of that state: the run's own are of the step before.
-
-    The first that are broken are the last.
-    """
     run = paced(model, pace)
     data, aside = data_at(run, state), mujoco.MjData(run)
+    points, gaps, broke = list[Array](), list[Array](), ""
     with warnings_kept_quiet():
         for sample in range(pace.samples + 1):
             if sample:
                 mujoco.mj_step(run, data, pace.stride)
-            if not broken(data):
-                mujoco.mj_setState(run, aside, state_of(run, data), STATE)
-                mujoco.mj_fwdPosition(run, aside)
-            yield data, aside
+            if broke := broken(data):
+                break
+            # In data of their own: after a step, constraints in the data of the run are of the step before.
+            mujoco.mj_setState(run, aside, state_of(run, data), STATE)
+            mujoco.mj_fwdPosition(run, aside)
+            points.append(aside.xipos[model.body_weldid > 0].copy())
+            gaps.append(openings(model, aside, closures))
+    return Swing(np.array(points), np.array(gaps), pace.stride * (len(points) - 1), broke)
 
 
 def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
@@ -137,65 +129,52 @@ def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
     return run
 
 
-def _touching(data: mujoco.MjData) -> tuple[float, ...]:
-    """The fields of `Touching` in data whose constraints were made."""
-    acting = data.contact.efc_address >= 0
-    depths = -np.asarray(data.contact.dist)[acting]
-    beyond = -data.efc_pos[: data.nefc][np.isin(data.efc_type[: data.nefc], LIMITS)]
-    return (acting.sum(), depths.max(initial=0.0), np.sum(beyond > 0.0), beyond.max(initial=0.0))
+# -- figures -----------------------------------------------------------------------------------------------------------
 
 
-# -- energy ------------------------------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Reference:
+    """The machine with its loops closed: the hardened model under RK4 at a sixteenth of the step.
 
-BIT = mujoco.mjtDisableBit
-# Of the largest energy: where what is exchanged is less than this share of it, rounding hides the drift.
-HIDDEN = 1e-9
-
-
-def conservative(model: mujoco.MjModel) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """A copy without what takes or gives energy, and the names of what was left out of it."""
-    flags, bare = int(model.opt.disableflags), copy.copy(model)
-    for name in ("CONTACT", "LIMIT", "FRICTIONLOSS", "DAMPER", "ACTUATION"):
-        bare.opt.disableflags |= older.flag(name)
-    if not older.flag("DAMPER"):
-        bare.dof_damping[:] = bare.tendon_damping[:] = 0.0
-    # MuJoCo's potential energy does not know of the gravity that it takes away.
-    bare.body_gravcomp[:] = 0.0
-    bare.opt.density = bare.opt.viscosity = 0.0
-    bare.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-    collides = model.geom_contype.any() or model.geom_conaffinity.any() or model.npair
-    left_out = {
-        "contacts": collides and not flags & int(BIT.mjDSBL_CONTACT),
-        "limits": (model.jnt_limited.any() or model.tendon_limited.any()) and not flags & int(BIT.mjDSBL_LIMIT),
-        "friction": model.dof_frictionloss.any() or model.tendon_frictionloss.any(),
-        "damping": model.dof_damping.any() or model.tendon_damping.any(),
-        "actuators": model.nu,
-        "gravity compensation": model.body_gravcomp.any(),
-        "fluid": model.opt.density or model.opt.viscosity,
-    }
-    return bare, tuple(name for name, there in left_out.items() if there)
-
-
-def energy_drift(model: mujoco.MjModel, state: Array, pace: Pace) -> tuple[float | None, str]:
-    """Largest change of the energy over the kinetic energy exchanged, in a run of a conservative copy of a model.
-
-    Returns:
-        None where it says nothing, and why.
+    What a soft loop adds to the motion is thus an error, as it is for the user.
     """
-    found = []
-    for data, aside in _sampled(model, state, pace):
-        if broken(data):
-            return None, "without them a run breaks off"
-        mujoco.mj_fwdVelocity(model, aside)
-        mujoco.mj_energyPos(model, aside)
-        mujoco.mj_energyVel(model, aside)
-        found.append(aside.energy.copy())
-    potential, kinetic = np.array(found).T
-    exchanged = float(kinetic.max() - kinetic.min())
-    largest = float(max(np.abs(potential).max(), kinetic.max()))
-    if exchanged == 0.0:
-        return None, "nothing moves"
-    if exchanged <= HIDDEN * largest:
-        return None, f"of {largest:.1e} J only {exchanged:.1e} J are exchanged: rounding hides it"
-    total = potential + kinetic
-    return float(np.abs(total - total[0]).max()) / exchanged, ""
+
+    swing: Swing
+    known_to: float | None  # how far it is from itself at an eighth [m]; None where one of the two broke
+
+    @classmethod
+    def of(cls, precise: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Reference:
+        """The reference, by a hardened model under RK4."""
+        fine, check = (swing(precise, state, pace.finer(times), closures) for times in (REFERENCE, CHECK))
+        rounding = float(np.finfo(float).eps) * float(precise.stat.extent)
+        return cls(fine, None if fine.broke or check.broke else max(fine.drift(check), rounding))
+
+    @property
+    def travel(self) -> float | None:
+        """The longest way of a body [m]; None where it broke."""
+        return None if self.swing.broke else self.swing.travel
+
+    def variant(
+        self, name: str, model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure], standing: bool
+    ) -> Variant:
+        """Figures of a model's runs at its own step, a half and a quarter of it; no order of one that stands."""
+        runs = [swing(model, state, pace.finer(times), closures) for times in LEVELS]
+        own = runs[0]
+        if own.broke:
+            return Variant(name, own.steps, own.broke)
+        widest, drift = own.openings.max(axis=0), None
+        if self.known_to is not None and not any(run.broke for run in runs):
+            values = tuple(run.drift(self.swing) for run in runs)
+            order, least = observed_order(LEVELS, values), RESOLVED * self.known_to
+            resolved = 0 if standing else sum(1 for _ in takewhile(lambda value: value > least, values))
+            pairs = tuple(pair if k + 1 < resolved else None for k, pair in enumerate(order.pairs))
+            drift = Drift(values, order.claimed if resolved == len(values) else None, pairs)
+        in_metres = largest_by_unit(loops_of(closures), widest).get("m")
+        over_size = None if in_metres is None else in_metres / float(model.stat.extent)
+        return Variant(name, own.steps, "", tuple(widest.tolist()), over_size, drift)
+
+
+def cost(own: mujoco.MjModel, hardened: mujoco.MjModel, state: Array, pace: Pace) -> PairedCost:
+    """Cost of a hardened step over one as it is, both through the same motion, again and again from its start."""
+    soft, hard = (looping_stepper(paced(one, pace), state, pace.samples * pace.stride) for one in (own, hardened))
+    return paired_cost(hard, soft)

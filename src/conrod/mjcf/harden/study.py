@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,22 +12,16 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.harden.closures import active_closures, loops_of
-from conrod.mjcf.harden.measuring import AS_IT_IS, HARDENED, cost, measured, stands
-from conrod.mjcf.harden.recipe import (
-    edited,
-    nothing_to_do,
-    python_lines,
-    recipe_for,
-    soft_on_purpose,
-    to_know,
-    touching_scaled,
-)
+from conrod.mjcf.harden.recipe import edited, nothing_to_do, python_lines, recipe_for, soft_on_purpose, to_know
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
-from conrod.mjcf.harden.runs import Pace, Start, largest_by_unit, start_of
+from conrod.mjcf.harden.runs import Pace, Reference, Start, cost, largest_by_unit, start_of
 from conrod.own.models.loading import check_finite, controls_at_start, load_model
 
+AS_IT_IS, HARDENED = "as it is", "hardened"
 SAMPLES = 500
 LEAST_STEPS, MOST_STEPS = 20, 200_000
+# A machine whose bodies move by less than this share of its size stands.
+STANDS = 1e-9
 # Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size, rad].
 WORSE, ROUNDING = 2.0, 1e-9
 # A change of the rates at the start of more than this share is worth a word.
@@ -69,11 +64,17 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
     soft = soft_on_purpose(model, closures)
     if soft and not request.force:
         return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-    recipe = recipe_for(model, closures, request)
-    start = start_of(model, request, closures)
+    recipe, start, size = recipe_for(model, closures, request), start_of(model, request, closures), model.stat.extent
+    hard = edited(model, recipe)
+    reference = Reference.of(edited(model, replace(recipe, integrator="RK4")), start.state, pace, closures)
+    standing = reference.travel is not None and reference.travel < STANDS * size
+    before, after = (
+        reference.variant(name, one, start.state, pace, closures, standing)
+        for name, one in ((AS_IT_IS, model), (HARDENED, hard))
+    )
     found = replace(
         found,
-        size=float(model.stat.extent),
+        size=float(size),
         timestep=pace.timestep,
         seconds=pace.timestep * pace.samples * pace.stride,
         start=start.name,
@@ -83,25 +84,20 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
         factor=recipe.factor,
         scaled=recipe.weights.names(model),
         lines=python_lines(model, recipe, path.absolute()),
-        touching_scaled=touching_scaled(model, recipe.weights),
+        variants=(before, after),
+        travel=reference.travel,
+        reference_known_to=reference.known_to,
     )
-    found = measured(found, model, closures, recipe, start.state, pace)
-    before, after = (next(v for v in found.variants if v.name == name) for name in (AS_IT_IS, HARDENED))
     harm = _harm(found, before, after)
-    idle = bool(controls) and not any(controls.values())
     refused = bool(harm) and not request.force
-    runs = before.broke is None and after.broke is None
+    idle = bool(controls) and not any(controls.values())
+    told = [harm] if harm and not refused else []
     return replace(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
-        warnings=(
-            *soft,
-            *((harm,) if harm and not refused else ()),
-            *_doubts(found, start, before, after, idle),
-            *notes,
-        ),
-        cost=cost(model, recipe, start.state, pace) if runs else None,
-        content=None if refused or not request.content else binary(edited(model, recipe)),
+        warnings=(*soft, *told, *_doubts(found, start, before, after, idle), *notes),
+        cost=None if before.broke or after.broke else cost(model, hard, start.state, pace),
+        content=None if refused or not request.content else binary(hard),
     )
 
 
@@ -124,49 +120,40 @@ def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
 
 def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
     """Reason why the hardened model is worse than none; empty where it is not."""
-    if before.broke is not None and after.broke is not None:
-        return (
-            f"the run breaks off as it is after {before.steps} steps ({before.broke}), and hardened after "
-            f"{after.steps} ({after.broke}): nothing shows what hardening does"
-        )
-    if before.broke is not None:
-        return ""
-    if after.broke is not None:
-        return (
-            f"the run breaks off after {after.steps} of {before.steps} steps ({after.broke}), and as it is "
-            f"it does not: {ADVICE}"
-        )
+    if after.broke:
+        hardened = f"the run breaks off hardened after {after.steps} steps ({after.broke}), and as it is"
+        if before.broke:
+            return f"{hardened} after {before.steps} ({before.broke}): nothing shows what hardening does"
+        return f"{hardened} it does not: {ADVICE}"
     for unit, least in (("m", ROUNDING * found.size), ("rad", ROUNDING)):
         then, now = (largest_by_unit(found.loops, one.openings or ()).get(unit, 0.0) for one in (before, after))
-        if now > max(WORSE * then, least):
+        if not before.broke and now > max(WORSE * then, least):
             return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {ADVICE}"
     return ""
 
 
-def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant, idle: bool) -> tuple[str, ...]:
+def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant, idle: bool) -> Iterator[str]:
     """Reasons to doubt the figures, or the hardened model."""
-    doubts = []
     if not start.closed:
-        doubts.append("no pose near the start closes the loops: the runs start with them open")
+        yield "no pose near the start closes the loops: the runs start with them open"
     if idle:
-        doubts.append("all controls are 0, so that nothing commands a motion: --ctrl NAME=VALUE does")
+        yield "all controls are 0, so that nothing commands a motion: --ctrl NAME=VALUE does"
     if start.rates_changed > RATES:
-        doubts.append(
+        yield (
             f"the rates of the start would open its loops: the runs start with the nearest that do not, changed by "
             f"{start.rates_changed:.1e} of the largest"
         )
-    if before.broke is not None and after.broke is None:
-        doubts.append(f"as it is, the run breaks off after {before.steps} steps ({before.broke})")
-    if stands(found.travel, found.size):
-        doubts.append(
+    if before.broke and not after.broke:
+        yield f"as it is, the run breaks off after {before.steps} steps ({before.broke})"
+    if found.travel is not None and found.travel < STANDS * found.size:
+        yield (
             f"nothing moves in these runs (travel {found.travel:.1e} m): they show how far the loops open at rest, "
             "and nothing else; --keyframe KEY starts others"
         )
     elif before.drift and after.drift and found.reference_known_to is not None:
         then, now = before.drift.values[0], after.drift.values[0]
         if now > BETTER * then and now > found.reference_known_to:
-            doubts.append("the motion is hardly any better than it was: the step is the larger part of the error")
-    return tuple(doubts)
+            yield "the motion is hardly any better than it was: the step is the larger part of the error"
 
 
 def binary(model: mujoco.MjModel) -> bytes:
