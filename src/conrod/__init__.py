@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from conrod.scenes import Saw as Saw
     from conrod.scenes import Scene as Scene
     from conrod.scenes import ShearPress as ShearPress
-    from conrod.studies.frame.drift import Drift as Drift
-    from conrod.studies.frame.drift import Held as Held
+    from conrod.studies.frame.baseline import Drift as Drift
+    from conrod.studies.frame.baseline import Held as Held
     from conrod.studies.frame.resolve_arguments import scene as scene
 
     __version__: str
@@ -54,7 +54,7 @@ _PUBLIC = {
     "conrod.runs.comparison": ("Comparison", "compare"),
     "conrod.runs.trajectory": ("Outcome", "Trajectory"),
     "conrod.scenes": ("SCENES", "CamFollower", "Saw", "Scene", "ShearPress"),
-    "conrod.studies.frame.drift": ("Drift", "Held"),
+    "conrod.studies.frame.baseline": ("Drift", "Held"),
     "conrod.studies.frame.resolve_arguments": ("scene",),
 }
 _HOMES = {name: module for module, names in _PUBLIC.items() for name in names}

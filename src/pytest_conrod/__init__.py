@@ -79,7 +79,7 @@ def conrod_check(request: pytest.FixtureRequest) -> Callable[..., Checked]:
 def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any], file: Path) -> Checked:
     __tracebackhide__ = True
     import conrod
-    from conrod.studies.frame.drift import OtherBaseline
+    from conrod.studies.frame.baseline import OtherBaseline
 
     forced, accepted = (request.config.getoption(f"--conrod-{one}") for one in ("force-regen", "regen-all"))
     try:

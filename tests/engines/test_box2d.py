@@ -17,6 +17,7 @@ from catalogue import CAM, EVERY_SCENE, SAW
 from conrod import Outcome
 from conrod.engines.box2d.settings import PRESETS, Box2DSettings
 from conrod.engines.engine import SINGLE
+from conrod.engines.numerics import largest_derivatives
 from conrod.engines.registry import engine_named, engine_packages, look_of, presets_of
 from conrod.engines.running import whole_run
 from conrod.errors import InvalidInput
@@ -24,7 +25,6 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.frame.precision import error_floor
 from conrod.testing import EngineConformance
 
 pytestmark = pytest.mark.skipif(find_spec("Box2D") is None, reason="the extra conrod[box2d] is not installed")
@@ -68,11 +68,11 @@ class TestConformance(EngineConformance):
 @pytest.mark.parametrize("name", TURNS)
 def test_tuned_is_off_by_rounding_whatever_the_step(name: str) -> None:
     scene = TURNS[name]
-    floor = error_floor(scene, SINGLE)
+    floor = [SINGLE * size for size in largest_derivatives(scene.kinematics, 1)]
     for steps in (50, 400):
         position, velocity, _ = worst(scene, "tuned", steps)
-        assert position < 10.0 * floor["position"]
-        assert velocity < 10.0 * floor["velocity"]
+        assert position < 10.0 * floor[0]
+        assert velocity < 10.0 * floor[1]
 
 
 def test_accelerations_are_differences_of_order_two_until_rounding_grows_with_the_steps() -> None:

@@ -30,7 +30,7 @@ from conrod.mjcf.lint.linting import RULES, described, lint, prepared
 from conrod.own.files import as_outputs_must_not_be, files_of_model
 from conrod.own.models.request import Place
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.paired_timing import MOST_STEPS, STEPPER_BLOCK_TIME, paired_cost
+from conrod.studies.frame.paired_timing import BLOCK_TIME, MOST_STEPS, paired_cost
 
 SHORT = Request(seconds=0.03)
 CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)) + "".join(
@@ -407,6 +407,6 @@ def test_a_block_is_bounded() -> None:
     paired_cost(lambda: asked.append, lambda: asked.append, rounds=1, clock=lambda: 0)
     assert max(asked) == MOST_STEPS
     clock = Clock()
-    slow = clock.stepper(round(1e10 * STEPPER_BLOCK_TIME))
+    slow = clock.stepper(round(1e10 * BLOCK_TIME))
     paired_cost(slow, slow, rounds=1, clock=lambda: clock.now)
-    assert clock.now < 1e12 * STEPPER_BLOCK_TIME
+    assert clock.now < 1e12 * BLOCK_TIME

@@ -11,8 +11,21 @@ from typing import Any
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.studies.frame.baseline import DEVIATIONS, FACTORS, SCHEMA, Baseline, Line, Number, banded, read, write
-from conrod.studies.frame.drift import Drift, OtherBaseline, check_same, compared
+from conrod.studies.frame.baseline import (
+    DEVIATIONS,
+    FACTORS,
+    SCHEMA,
+    Baseline,
+    Drift,
+    Line,
+    Number,
+    OtherBaseline,
+    banded,
+    check_same,
+    compared,
+    read,
+    write,
+)
 
 ERROR, SPREAD = 4.6446e-5, 3e-13
 FILE = Path("b.json")

@@ -29,9 +29,20 @@ from conrod.report.writer import environment
 from conrod.runs.plain import plain
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical
-from conrod.studies.frame.baseline import FACTORS, Baseline, Line, Number, banded, read, write
+from conrod.studies.frame.baseline import (
+    FACTORS,
+    ORDER,
+    Baseline,
+    Held,
+    Line,
+    Number,
+    banded,
+    check_same,
+    compared,
+    read,
+    write,
+)
 from conrod.studies.frame.case import key_of
-from conrod.studies.frame.drift import ORDER, Held, check_same, compared
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.resolve_arguments import TOLERANCES

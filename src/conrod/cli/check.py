@@ -28,7 +28,7 @@ from conrod.own.tables.study import TableStudy
 from conrod.report.validation.report import KIND
 from conrod.report.writer import document_text
 from conrod.scenes import Scene
-from conrod.studies.frame.drift import Held
+from conrod.studies.frame.baseline import Held
 from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.frame.result import SceneResults
 

@@ -215,6 +215,6 @@ def _reading_words(found: HardenedModel) -> Iterator[str]:
     if found.cost is not None:
         cost = found.cost
         yield (
-            f"cost of a step, hardened over as it is: {cost.ratio:.2f} (quartiles {cost.low:.2f} to {cost.high:.2f}), "
+            f"cost of a step, hardened over as it is: {cost.ratio:.2f} ({cost.low:.2f} to {cost.high:.2f}), "
             f"{1e6 * cost.seconds:.3g} µs on this machine"
         )

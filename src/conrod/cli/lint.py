@@ -23,7 +23,7 @@ from conrod.own.models.request import controls_of, places_of
 from conrod.report.terminal import console, print_lines
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.paired_timing import PairedCost
+from conrod.studies.frame.paired_timing import PairedTiming
 from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.frame.writing import naming, real_path, single, write_together
 
@@ -165,7 +165,7 @@ def _fixed(fixed: Fixed, file: Path | None) -> str:
     return f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}{cost}"
 
 
-def _cost(cost: PairedCost) -> str:
+def _cost(cost: PairedTiming) -> str:
     seen = "" if not cost.low <= 1.0 <= cost.high else ", no difference seen"
     return f"{cost.ratio:.2f} x a step ({cost.low:.2f} to {cost.high:.2f}{seen})"
 

@@ -56,7 +56,6 @@ def recommend(scene: str, asked: Asked) -> None:
     from conrod.report.recommendation import KIND, advice_of
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import files_to_write
-    from conrod.studies.frame.precision import check_precision
     from conrod.studies.frame.resolve_arguments import select_scene
     from conrod.studies.frame.writing import naming, single, write_together
     from conrod.studies.sweep.prior import shipped
@@ -72,9 +71,6 @@ def recommend(scene: str, asked: Asked) -> None:
     if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, swept)
-    for engine in engines:
-        tried = [case.settings for rule in plan.rules if rule.engine is engine for case in rule.cases]
-        check_precision(name, chosen, engine, tried, allowed)
     prior = None if thorough else shipped()
     with Runner.of(asked) as runner, runner.answering() as run:
         answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)

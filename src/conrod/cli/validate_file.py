@@ -32,7 +32,7 @@ from conrod.report.kind import Kind
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
 from conrod.studies.execution import isolation
-from conrod.studies.frame.drift import Held
+from conrod.studies.frame.baseline import Held
 from conrod.studies.frame.resolve_arguments import (
     MOST_SAMPLES,
     REVOLUTIONS,

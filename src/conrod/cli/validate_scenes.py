@@ -20,9 +20,8 @@ from conrod.report.kind import Kind
 from conrod.report.results import name_of, summary_words, verdict_words
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
+from conrod.studies.frame.baseline import Held
 from conrod.studies.frame.case import Study, pursue
-from conrod.studies.frame.drift import Held
-from conrod.studies.frame.precision import check_precision
 from conrod.studies.frame.resolve_arguments import (
     MOST_SAMPLES,
     MOST_STREAMED,
@@ -137,7 +136,6 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
 
     most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
     plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, most)
-    _check_precision(chosen, plan)
     if asked.figures is not None and asked.out is None and asked.html is None:
         raise InvalidInput(f"--figures {asked.figures} is for a report: name it with --out or --html")
     few = asked.figures is None and CATALOGUE in asked.subjects
@@ -150,14 +148,6 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
         drawn={"figures": shown},
         given={"--figures": FEW_FIGURES} if few else {},
     )
-
-
-def _check_precision(chosen: Chosen, plan: Plan) -> None:
-    """Refuse tolerances that a preset's numbers cannot tell; raises InvalidInput."""
-    for name, scene in chosen.scenes.items():
-        for engine in chosen.engines:
-            for preset in chosen.presets[engine.name]:
-                check_precision(name, scene, engine, [engine.presets[preset](scene, plan.steps(scene))], plan.tolerance)
 
 
 def _validation(chosen: Chosen, plan: Plan, qualify: bool) -> Study[Sequence[SceneStudy]]:

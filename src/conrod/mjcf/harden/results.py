@@ -7,7 +7,7 @@ from typing import Any
 
 from conrod.own.models.request import Controls
 from conrod.runs.plain import plain
-from conrod.studies.frame.paired_timing import PairedCost
+from conrod.studies.frame.paired_timing import PairedTiming
 
 SCHEMA = 2
 
@@ -88,7 +88,7 @@ class HardenedModel:
     variants: tuple[Variant, ...] = ()  # as it is, hardened
     travel: float | None = None  # the longest way of a body in the reference [m]
     reference_known_to: float | None = None
-    cost: PairedCost | None = None  # of a hardened step over one as it is; None where one of them broke
+    cost: PairedTiming | None = None  # of a hardened step over one as it is; None where one of them broke
     content: bytes | None = None  # the binary model; None where none was asked for or it was refused
 
     def document(self) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from conrod.mjcf.harden.results import Drift, Loop, Request, Variant
 from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
 from conrod.own.models.loading import data_at_start, start_words
 from conrod.runs.convergence import observed_order
-from conrod.studies.frame.paired_timing import PairedCost, paired_cost
+from conrod.studies.frame.paired_timing import PairedTiming, paired_cost
 
 CLOSED = 1e-12  # of the model's size
 LEVELS = (1, 2, 4)
@@ -174,7 +174,7 @@ class Reference:
         return Variant(name, own.steps, "", tuple(widest.tolist()), over_size, drift)
 
 
-def cost(own: mujoco.MjModel, hardened: mujoco.MjModel, state: Array, pace: Pace) -> PairedCost:
+def cost(own: mujoco.MjModel, hardened: mujoco.MjModel, state: Array, pace: Pace) -> PairedTiming:
     """Cost of a hardened step over one as it is, both through the same motion, again and again from its start."""
     soft, hard = (looping_stepper(paced(one, pace), state, pace.samples * pace.stride) for one in (own, hardened))
     return paired_cost(hard, soft)

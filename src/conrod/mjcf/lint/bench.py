@@ -19,7 +19,7 @@ from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.findings import Change, Edit, Finding, Note, SetOption
 from conrod.mjcf.runs import STATE, Run, data_at, looping_stepper, run
 from conrod.own.models.loading import FoundPoint, name_or_number
-from conrod.studies.frame.paired_timing import Clock, PairedCost, paired_cost
+from conrod.studies.frame.paired_timing import Clock, PairedTiming, paired_cost
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
@@ -154,12 +154,12 @@ class Bench:
             cost=self.cost(edits),
         )
 
-    def cost(self, edits: Sequence[Edit]) -> PairedCost:
+    def cost(self, edits: Sequence[Edit]) -> PairedTiming:
         """Cost of a step of the model over one with edits."""
         own, edited = (looping_stepper(one.model, self.start, self.steps) for one in (self, self.edited(edits)))
         return paired_cost(own, edited, clock=self.clock)
 
-    def cost_of(self, kind: str, indices: Sequence[int]) -> PairedCost | None:
+    def cost_of(self, kind: str, indices: Sequence[int]) -> PairedTiming | None:
         """Cost of elements together; None where they cannot be left out without making another machine."""
         edits = tuple(Change(kind, index, name_or_number(self.model, kind, index)) for index in indices)
         if self.run.broke or not self.document.can_make(edits):

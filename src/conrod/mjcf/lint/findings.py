@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.own.models.request import Controls, Place
 from conrod.runs.plain import plain
-from conrod.studies.frame.paired_timing import PairedCost
+from conrod.studies.frame.paired_timing import PairedTiming
 
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
 MOST_STEPS = 1_000_000
@@ -137,7 +137,7 @@ class Finding:
     edits: tuple[Edit, ...] = ()  # the same for the model file; empty where words must do
     safe: bool = False  # whether the edits keep the machine and its observed motion
     change: float | None = None
-    cost: PairedCost | None = None  # of a step with it over one without it, measured; None where it has none
+    cost: PairedTiming | None = None  # of a step with it over one without it, measured; None where it has none
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Note:
     """Something that is good to know, and no finding."""
 
     what: str
-    cost: PairedCost | None = None
+    cost: PairedTiming | None = None
     rule: str = ""
 
 
@@ -156,7 +156,7 @@ class Fixed:
     text: str = ""  # of the file; empty where there was nothing to do safely
     edits: tuple[Edit, ...] = ()
     change: float = 0.0  # largest change of the observed positions, over the travel
-    cost: PairedCost | None = None  # of a step of the original over one of it
+    cost: PairedTiming | None = None  # of a step of the original over one of it
 
 
 @dataclass(frozen=True)
