@@ -13,10 +13,9 @@ from command_line import conrod, said
 from slider_crank_fmu import BINARY, BOTH, compiled, description, write_fmu
 
 from conrod.errors import InvalidInput
-from conrod.own.fmu import archive
-from conrod.own.fmu.columns import in_columns
-from conrod.own.fmu.description import read_fmu
-from conrod.own.fmu.running import Order, simulate
+from conrod.own.fmu import unit
+from conrod.own.fmu.study import in_columns
+from conrod.own.fmu.unit import Order, read_fmu, simulate
 from conrod.studies.execution import isolation
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
@@ -131,7 +130,7 @@ def test_a_crash_costs_that_run_alone(tmp_path: Path, library: Path, monkeypatch
         ("none", ("--point", "C=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
         ("none", ("--point", "K=slider.r[1]"), "unknown observed point 'K'"),
         ("none", ("--point", "C=slider.s"), "slider.s has no unit in the model description: say with --unit C.x=m"),
-        ("none", ("--point", "C=slider.v"), "variable 'slider.v': 'm/s' is no unit of length"),
+        ("none", ("--point", "C=slider.v"), "column 'slider.v': 'm/s' is no unit of length"),
         ("none", ("--point", "C=a,b,c"), "C=a,b,c: give its x and y"),
         ("none", (*POINT, "--column", "C.x=slider.s"), "--column C.x: given twice"),
         ("none", (*POINT, "--unit", "M.x=mm"), "no column of the table takes its unit from it"),
@@ -180,14 +179,14 @@ WHOLE = description()
         ({"modelDescription.xml": " " * 10_001}, "10001 bytes: at most 10000 are read"),
         ({"modelDescription.xml": WHOLE, "resources/a": "a" * 100_000}, "at most 100000, 100000 are"),
         ({"modelDescription.xml": WHOLE, "binaries/win64/a.dll": ""}, "it has no binary for this platform"),
-        ({"modelDescription.xml": WHOLE, "sources/a.c": ""}, "it has none; it has its C sources: `fmpy compile`"),
+        ({"modelDescription.xml": WHOLE, "sources/a.c": ""}, "but none; of C sources `fmpy compile` builds one"),
     ],
 )
 def test_an_archive_that_was_made_to_do_harm_is_refused(
     files: dict[str, str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(archive, "MOST_DESCRIPTION", 10_000)
-    monkeypatch.setattr(archive, "MOST_BYTES", 100_000)
+    monkeypatch.setattr(unit, "MOST_DESCRIPTION", 10_000)
+    monkeypatch.setattr(unit, "MOST_BYTES", 100_000)
     write_fmu(tmp_path / "saw.fmu", None, files)
     refused(*POINT, words=words, cwd=tmp_path)
 

@@ -105,7 +105,7 @@ def test_what_is_read_says_where_its_units_are_from_and_what_is_left_out(tmp_pat
     assert [(column.unit, column.unit_from) for column in found.columns] == [("s", "heading"), *[("m", "--unit")] * 2]
     assert (found.unused, found.repeated) == (("who",), 1)
     found = read(written(tmp_path, "Time,C_x\nsec,\n0,1\n0.25,2\n"), SAW)
-    assert [(column.unit, column.unit_from) for column in found.columns] == [("sec", "rows"), ("m", "assumed")]
+    assert [(column.unit, column.unit_from) for column in found.columns] == [("sec", "heading"), ("m", "assumed")]
 
 
 def test_the_only_point_needs_no_name(tmp_path: Path) -> None:

@@ -8,8 +8,7 @@ from conrod.cli.options import refuse
 from conrod.cli.validate_request import DEFAULT_REVOLUTIONS, Request
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_count
-from conrod.own.fmu.columns import in_columns
-from conrod.own.fmu.study import study_fmu
+from conrod.own.fmu.study import in_columns, study_fmu
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.study import TableStudy

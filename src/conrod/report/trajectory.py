@@ -21,7 +21,15 @@ from conrod.report.table import Table, table
 from conrod.report.template import rendered
 
 PART = "table"  # of the report, which has one
-SHOWN = {"s": ("ms", 1e3), "rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3)}
+# Of what is estimated: the unit that it is shown in, the factor from SI, its meaning.
+SHOWN = {
+    "time": ("ms", 1e3, "the table's clock minus the scene's"),
+    "phase": ("deg", 180.0 / math.pi, "crank angle at the scene's time 0"),
+    "zero": ("deg", 180.0 / math.pi, "crank angle where the table's crank angle is 0"),
+    "x": ("mm", 1e3, "the scene's origin in the table's frame, x"),
+    "y": ("mm", 1e3, "the scene's origin in the table's frame, y"),
+    "rotation": ("deg", 180.0 / math.pi, "turn of the scene's axes in the table's frame"),
+}
 LEAST_DIGITS, MOST_DIGITS = 2, 10
 # Below a part in so many of its unit an estimate is rounding.
 ROUNDING = 1e-13
@@ -141,9 +149,9 @@ def estimates_table(estimation: Estimation | None) -> Table:
     """Estimated quantities; a value has the digits that its error leaves it."""
     rows = []
     for one in estimation.estimates if estimation else ():
-        unit, factor = SHOWN[one.unit]
+        unit, factor, meaning = SHOWN[one.name]
         value, error = one.value * factor, one.error * factor
-        rows.append((one.name, _with_digits(value, error), numbers.measured(error), unit, one.meaning))
+        rows.append((one.name, _with_digits(value, error), numbers.measured(error), unit, meaning))
     return table(("what", "value", "standard error", "unit", "meaning"), rows, right=("value", "standard error"))
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.tables.fitting import Fit, fitted
+from conrod.own.tables.estimation import Fit, fitted
 from conrod.own.tables.samples import ERRORS, Exact, Observed, Samples
 
 TURN = 2.0 * math.pi

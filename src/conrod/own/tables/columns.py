@@ -15,7 +15,6 @@ from conrod.own.tables.headings import (
     DIMENSIONS,
     TIME,
     Target,
-    bare_unit,
     factor,
     is_unit,
     meant_by,
@@ -53,7 +52,7 @@ class Column:
         heading: as in the table.
         unit: in words.
         factor: to SI.
-        unit_from: source of the unit: heading, rows (a row of units), --unit, or assumed.
+        unit_from: source of the unit: heading, --unit, or assumed.
     """
 
     target: Target
@@ -70,14 +69,12 @@ class Source:
 
     Attributes:
         form: how it is written, in words.
-        headings: of all columns.
-        units: in the row under the headings; empty without.
+        headings: of all columns, with their units where they have any.
         read: gives values (T, columns) of some columns and the number of each row (T,); at most so many rows.
     """
 
     form: str
     headings: tuple[str, ...]
-    units: tuple[str, ...]
     read: Callable[[Sequence[Column], int], tuple[Array, NDArray[np.int64]]]
 
 
@@ -100,12 +97,11 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
     return Request(named, own, general)
 
 
-def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
+def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
     """The columns of a table that are used, in the order of `targets`.
 
     Args:
-        headings: of all columns.
-        row_units: units in the row under the headings; empty without.
+        headings: of all columns, with their units where they have any.
         points: names of the scene's observed points.
 
     Raises:
@@ -113,16 +109,18 @@ def choose(headings: Sequence[str], row_units: Sequence[str], points: Sequence[s
     """
     known = targets(points)
     places = _places(headings, known, asked)
-    if TIME not in places:
-        raise _missing("no column for the time", TIME, headings)
-    if len(places) == 1:
-        raise _missing(f"no column for any of {', '.join(points)} or the crank", f"{points[0]}.x", headings)
-    columns = []
-    for target in known:
-        if (place := places.get(target.name)) is not None:
-            unit, unit_from = unit_of(target, headings[place], row_units[place] if row_units else "", asked)
-            scale = factor_of(unit, target, f"column {headings[place]!r}")
-            columns.append(Column(target, place, headings[place], unit, scale, unit_from))
+    missing = () if places.keys() - {TIME} else (f"any of {', '.join(points)} or the crank", f"{points[0]}.x")
+    missing = missing if TIME in places else ("the time", TIME)
+    if missing:
+        raise InvalidInput(
+            f"no column for {missing[0]} among {', '.join(map(repr, filter(None, headings[:LISTED])))}; "
+            f"say which it is, by its name or its number from 1, with --column {missing[1]}=..."
+        )
+    columns = [
+        column_of(target, places[target.name], headings[places[target.name]], None, asked)
+        for target in known
+        if target.name in places
+    ]
     _check_units(columns)
     check_units_used(columns, asked)
     return columns
@@ -171,36 +169,35 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
     raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
 
 
-def _missing(what: str, example: str, headings: Sequence[str]) -> InvalidInput:
-    return InvalidInput(
-        f"{what} among {', '.join(map(repr, filter(None, headings[:LISTED])))}; "
-        f"say which it is, by its name or its number from 1, with --column {example}=..."
-    )
-
-
 # -- units -----------------------------------------------------------------------------------------------------------
 
 
-def unit_of(target: Target, heading: str, row_unit: str, asked: Request) -> tuple[str, str]:
-    """The unit of a column, and where it is from; raises InvalidInput where two are stated."""
-    if target.name in asked.units:
-        return asked.units[target.name], "--unit"
-    under = bare_unit(row_unit) or ""
-    stated = [unit for _, unit in readings(heading) if unit]
+def column_of(target: Target, place: int, heading: str, stated: str | None, asked: Request) -> Column:
+    """A column with its unit: that which the user names, that which is stated, or SI.
+
+    Args:
+        stated: its unit by another account than the heading's, empty for none; None: by the heading.
+
+    Raises:
+        InvalidInput: the unit is none of what the column holds.
+    """
+    unit, source = asked.units.get(target.name), "--unit"
+    if unit is None:
+        unit, source = _stated(target, heading) if stated is None else stated, "heading"
+    if not unit:
+        ways = [way for given in asked.default_units for way in _ways(given)]
+        unit, source = next((way for way in ways if factor(way, target.unit) is not None), ""), "--unit"
+    if not unit:
+        unit, source = target.unit, "assumed"
+    return Column(target, place, heading, unit, factor_of(unit, target, f"column {heading!r}"), source)
+
+
+def _stated(target: Target, heading: str) -> str:
+    """The unit in a heading; without brackets it is one only where it is a unit of what the column holds."""
+    found = [unit for _, unit in readings(heading) if unit]
     if not BRACKETED.fullmatch(heading):
-        stated = [unit for unit in stated if factor(unit, target.unit) is not None]
-    inside = stated[0] if stated else ""
-    if under and inside and factor(under, target.unit) != factor(inside, target.unit):
-        raise InvalidInput(
-            f"mixed units: {heading!r} has {under!r} in the row under it; say with --unit {target.name}="
-        )
-    if under or inside:
-        return under or inside, "rows" if under else "heading"
-    for unit in asked.default_units:
-        for way in _ways(unit):
-            if factor(way, target.unit) is not None:
-                return way, "--unit"
-    return target.unit, "assumed"
+        found = [unit for unit in found if factor(unit, target.unit) is not None]
+    return found[0] if found else ""
 
 
 def _ways(unit: str) -> tuple[str, str, str]:

@@ -55,6 +55,11 @@ def readings(heading: str) -> tuple[tuple[str, str], ...]:
     return ((whole, ""),)
 
 
+def with_unit(heading: str, unit: str) -> str:
+    """The heading with its unit from elsewhere, empty for none; of one that has another both stand there."""
+    return heading if not unit or unit in [own for _, own in readings(heading)] else f"{heading} [{unit}]"
+
+
 def bare_unit(cell: str) -> str | None:
     """The unit in a cell of a row of units, with or without brackets; empty for none, None where it is no unit."""
     text = cell.strip().strip("[](){}").strip()

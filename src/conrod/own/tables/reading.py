@@ -16,7 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.files import check_readable
 from conrod.own.tables.columns import Column, Request, Source, choose
-from conrod.own.tables.headings import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME
+from conrod.own.tables.headings import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME, with_unit
 from conrod.own.tables.samples import QUANTITIES, Observed, Samples
 from conrod.own.tables.text_tables import open_text
 
@@ -58,21 +58,17 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     """
     check_readable(path)
     try:
-        return _reading(path, points, asked)
+        if path.stat().st_size == 0:
+            raise InvalidInput("it is empty")
+        openers = {".npz": open_npz, ".parquet": open_parquet}  # all else is text
+        source = openers.get(path.suffix.lower(), open_text)(path)
+        columns = choose(source.headings, points, asked)
+        values, numbers = source.read(columns, MOST_ROWS)
+        used = {column.index for column in columns}
+        unused = tuple(heading for k, heading in enumerate(source.headings) if k not in used)
+        return reading_of(columns, values, numbers, unused, source.form)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
-
-
-def _reading(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
-    if path.stat().st_size == 0:
-        raise InvalidInput("it is empty")
-    openers = {".npz": open_npz, ".parquet": open_parquet}  # all else is text
-    source = openers.get(path.suffix.lower(), open_text)(path)
-    columns = choose(source.headings, source.units, points, asked)
-    values, numbers = source.read(columns, MOST_ROWS)
-    used = {column.index for column in columns}
-    unused = tuple(heading for k, heading in enumerate(source.headings) if k not in used)
-    return reading_of(columns, values, numbers, unused, source.form)
 
 
 def reading_of(
@@ -86,12 +82,34 @@ def reading_of(
     Raises:
         InvalidInput: a value is no number, or times are not in order; says in which row.
     """
-    _check_values(columns, values, numbers)
     count = len(values)
-    values, numbers = _without_repeated(values, numbers, [column.target.name for column in columns].index(TIME))
+    if count < 2:
+        raise InvalidInput(f"it has {count} row{'s' * (count != 1)} of numbers: at least 2 are needed")
+    with np.errstate(invalid="ignore"):
+        bad = ~(np.abs(values * [column.factor for column in columns]) < LARGEST)
+    if bad.any():
+        row, place = np.argwhere(bad)[0]
+        value, name = values[row, place], columns[place].target.name
+        what = "is too large to be a motion" if np.isfinite(value) else "is not finite"
+        raise InvalidInput(f"row {numbers[row]}: {name} = {value:g} {what}")
+    keep = _new(values, [column.target.name for column in columns].index(TIME))
+    values, numbers = values[keep], numbers[keep]
     by_name = {column.target.name: values[:, k] * column.factor for k, column in enumerate(columns)}
-    _check_times(by_name[TIME], numbers)
+    times = by_name[TIME]
+    for k in np.flatnonzero(np.diff(times) <= 0.0)[:1]:
+        what = "repeated" if times[k + 1] == times[k] else "not in order"
+        raise InvalidInput(
+            f"times are {what}: {times[k + 1]:.9g} s in row {numbers[k + 1]} after {times[k]:.9g} s in row {numbers[k]}"
+        )
     return Reading(_observed(columns, by_name), tuple(columns), unused, form, count - len(values))
+
+
+def _new(values: Array, time: int) -> NDArray[np.bool_]:
+    """Rows (T,) but for the second one of each event: Modelica tools write two at one time, that say the same."""
+    keep, first = np.full(len(values), True), np.flatnonzero(np.diff(values[:, time]) == 0.0)
+    close = np.abs(values[first + 1] - values[first]) <= SAME * np.abs(values).max(axis=0)
+    keep[first[close.all(axis=1)] + 1] = False
+    return keep
 
 
 def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:
@@ -102,40 +120,8 @@ def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:
             if own:
                 stacked = np.column_stack([values[target.name] for target in own])
                 points.setdefault(point, {})[quantity] = Samples(stacked, tuple(target.axis for target in own))
-    angle, rate, acceleration = (values.get(name) for name in (CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION))
+    angle, rate, acceleration = map(values.get, (CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION))
     return Observed(values[TIME], angle, rate, acceleration, points)
-
-
-def _check_values(columns: Sequence[Column], values: Array, numbers: NDArray[np.int64]) -> None:
-    if len(values) < 2:
-        raise InvalidInput(f"it has {len(values)} row{'s' * (len(values) != 1)} of numbers: at least 2 are needed")
-    with np.errstate(invalid="ignore"):
-        bad = ~(np.abs(values * [column.factor for column in columns]) < LARGEST)
-    if bad.any():
-        row, place = np.argwhere(bad)[0]
-        value, name = values[row, place], columns[place].target.name
-        what = "is too large to be a motion" if np.isfinite(value) else "is not finite"
-        raise InvalidInput(f"row {numbers[row]}: {name} = {value:g} {what}")
-
-
-def _without_repeated(values: Array, numbers: NDArray[np.int64], time: int) -> tuple[Array, NDArray[np.int64]]:
-    """Without the second row of each event: Modelica tools write two at one time, that say the same."""
-    same = np.diff(values[:, time]) == 0.0
-    if not same.any():
-        return values, numbers
-    close = np.abs(np.diff(values, axis=0)) <= SAME * np.abs(values).max(axis=0)
-    keep = np.append(True, ~(same & close.all(axis=1)))
-    return values[keep], numbers[keep]
-
-
-def _check_times(times: Array, numbers: NDArray[np.int64]) -> None:
-    backward = np.flatnonzero(np.diff(times) <= 0.0)
-    if len(backward):
-        k = int(backward[0])
-        what = "repeated" if times[k + 1] == times[k] else "not in order"
-        raise InvalidInput(
-            f"times are {what}: {times[k + 1]:.9g} s in row {numbers[k + 1]} after {times[k]:.9g} s in row {numbers[k]}"
-        )
 
 
 # -- archives ----------------------------------------------------------------------------------------------------------
@@ -161,7 +147,8 @@ def open_npz(path: Path) -> Source:
     except (OSError, ValueError, OverflowError, zipfile.BadZipFile, EOFError, KeyError) as error:
         reason = "it holds Python objects, which are not loaded" if "pickle" in str(error) else "it is no numpy archive"
         raise InvalidInput(reason) from None
-    units, columns = _units_entry(arrays.get("units")), dict[str, Any]()
+    named, columns = arrays.get("units", np.empty(0)), dict[str, Any]()
+    units = dict(named.astype(str).tolist()) if named.dtype.kind == "U" and named.shape[1:] == (2,) else {}
     for name, array in arrays.items():
         numeric = array.dtype.kind in "fiu"
         if numeric and array.ndim == 1:
@@ -177,17 +164,7 @@ def open_npz(path: Path) -> Source:
         numbers = _numbered(max(lengths.values()), most)
         return np.column_stack([np.asarray(values, dtype=float) for values in chosen.values()]), numbers
 
-    return Source("numpy archive", tuple(_heading(name, units.get(name)) for name in columns), (), read)
-
-
-def _units_entry(units: Any) -> dict[str, str]:
-    if units is None or units.ndim != 2 or units.shape[1] != 2 or units.dtype.kind != "U":
-        return {}
-    return {str(name): str(unit) for name, unit in units}
-
-
-def _heading(name: str, unit: str | None) -> str:
-    return f"{name} [{unit}]" if unit else name
+    return Source("numpy archive", tuple(with_unit(name, units.get(name, "")) for name in columns), read)
 
 
 def _numbered(rows: int, most: int) -> NDArray[np.int64]:
@@ -226,4 +203,4 @@ def open_parquet(path: Path) -> Source:
         return np.column_stack([values_of(schema.names[column.index]) for column in wanted]), numbers
 
     units = [(field.metadata or {}).get(b"unit", b"").decode(errors="replace") for field in schema]
-    return Source("Parquet", tuple(map(_heading, schema.names, units)), (), read)
+    return Source("Parquet", tuple(map(with_unit, schema.names, units)), read)

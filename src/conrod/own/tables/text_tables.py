@@ -17,14 +17,12 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.columns import Column, Source
-from conrod.own.tables.headings import bare_unit
+from conrod.own.tables.headings import bare_unit, with_unit
 
 LONGEST_LINE = 1_000_000  # characters
 HEAD = 1 << 16  # bytes that an encoding is derived from
 SAMPLE = 400  # lines that the layout is derived from
 BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
-# What other programs save by, and people then rename.
-SIGNATURES = {b"PK\x03\x04": "a zip archive or an Excel workbook", b"\x1f\x8b": "compressed", b"%PDF": "a PDF file"}
 BLANKS = " "  # as a separator: any run of blanks
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", BLANKS: "blanks"}
 # Where two fit as well, the earlier one is meant: `0, 1, 2` is separated by commas.
@@ -48,7 +46,6 @@ class TextTable:
     Attributes:
         separator: a character; `BLANKS` for any run of blanks.
         decimal: mark.
-        units: in the row under the headings; empty where there is none.
         first: line with the first numbers.
     """
 
@@ -57,7 +54,6 @@ class TextTable:
     separator: str
     decimal: str
     headings: tuple[str, ...]
-    units: tuple[str, ...]
     first: int
 
     def read(self, columns: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
@@ -127,14 +123,11 @@ def _encoding_of(path: Path) -> str:
         head = file.read(HEAD)
     if not head.strip():
         raise InvalidInput("it is empty")
-    for signature, what in SIGNATURES.items():
-        if head.startswith(signature):
-            raise InvalidInput(f"it is no table of text but {what}; save the sheet as CSV")
     for mark, encoding in BOMS.items():
         if head.startswith(mark):
             return encoding
     if b"\0" in head:
-        raise InvalidInput("it is no table of text: it holds zero bytes")
+        raise InvalidInput("it is no table of text: it holds zero bytes; save a sheet as CSV")
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:
@@ -178,10 +171,9 @@ def open_text(path: Path) -> Source:
         raise InvalidInput(f"there is no row of numbers with at least two columns in its first {SAMPLE} rows{hint}")
     first, row, _ = numeric[0]
     above = [(number, _heading_cells(line, separator)) for number, line in sample if number < first]
-    headings, units = _headings(above, NUMBERS[decimal], len(row))
-    there = TextTable(path, encoding, separator, decimal, headings, units, first)
+    there = TextTable(path, encoding, separator, decimal, _headings(above, NUMBERS[decimal], len(row)), first)
     marks = {".": "decimal points", ",": "decimal commas"}
-    return Source(f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, units, there.read)
+    return Source(f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", there.headings, there.read)
 
 
 def _numeric_rows(sample: Sequence[Line], separator: str, decimal: str) -> list[tuple[int, list[str], int]]:
@@ -198,8 +190,8 @@ def _heading_cells(line: str, separator: str) -> list[str]:
     return WORD.findall(text) if separator == BLANKS else cells(text, separator)
 
 
-def _headings(above: Sequence[Row], pattern: re.Pattern[str], width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Headings and units from the rows above the numbers; without any, the columns' numbers from 1."""
+def _headings(above: Sequence[Row], pattern: re.Pattern[str], width: int) -> tuple[str, ...]:
+    """Headings with their units from the rows above the numbers; without any, the columns' numbers from 1."""
     texts = [row for row in above if not any(map(pattern.fullmatch, row[1]))]
     fitting = [row for row in texts if len(row[1]) == width]
     if not fitting:
@@ -209,15 +201,13 @@ def _headings(above: Sequence[Row], pattern: re.Pattern[str], width: int) -> tup
                 f"row {number} has {len(row)} headings, the rows of numbers have {width} cells "
                 "(decimal commas need another separator than a comma)"
             )
-        return tuple(str(k + 1) for k in range(width)), ()
+        return tuple(str(k + 1) for k in range(width))
     # The last row of names: above it there may be titles and remarks, under it units.
-    names = [row for row in fitting if None in map(bare_unit, row[1])]
-    place, headings = (names or fitting)[-1]
-    under = [row for row in above if row[0] > place]
-    if not under:
-        return tuple(headings), ()
-    number, row = under[0]
-    if len(under) > 1 or len(row) != width or None in map(bare_unit, row):
-        bad = next((cell for cell in row if not pattern.fullmatch(cell)), row[0])
-        raise InvalidInput(f"row {number}: {bad!r} is no number, and no unit under the headings of row {place}")
-    return tuple(headings), tuple(row)
+    place, headings = next((row for row in reversed(fitting) if None in map(bare_unit, row[1])), fitting[-1])
+    for number, row in (row for row in above if row[0] > place):
+        units = [unit for unit in map(bare_unit, row) if unit is not None]
+        if not len(units) == len(row) == width or number != above[-1][0]:
+            bad = next((cell for cell in row if not pattern.fullmatch(cell)), row[0])
+            raise InvalidInput(f"row {number}: {bad!r} is no number, and no unit under the headings of row {place}")
+        headings = list(map(with_unit, headings, units))
+    return tuple(headings)
