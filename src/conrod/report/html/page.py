@@ -26,7 +26,8 @@ from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
 ENDED = ".md"
-SCRIPTS = ("page.js", "machine.js", "spots.js")
+# What a page has a script and styles for, beyond those of every page, where a tag says that it is there.
+USED = {"machine": '<div class="machine"', "spots": '<span class="spots"'}
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ def document(sections: Sequence[Section], home: str = "") -> str:
     Args:
         home: address of the page that this one belongs to; empty for none.
     """
-    style, script = _asset("page.css"), "\n".join(map(_asset, SCRIPTS))
+    used = ["page", *(name for name, tag in USED.items() if any(tag in section.html for section in sections))]
+    style, script = ("\n".join(_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
     return template("page.html.jinja").render(
         sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script), home=home
     )  # fmt: skip
