@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from conrod.scenes.catalogue import scene_named
-from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.inverse import joint_forces, State
 from conrod.exact.kinematics import Kinematics
 
 saw = scene_named("saw-coasting")  # or read_scene(Path("my_saw.toml"))
@@ -22,7 +22,7 @@ def shaking(counterweight: float) -> np.ndarray:
     place = -counterweight / saw.parameters["bodies.crank.mass"]  # of the crank's centre of gravity
     weighted = saw.with_parameters(**{"bodies.crank.centre_of_gravity.x": place}).mechanism()
     bare = replace(weighted, gravity=(0.0, 0.0), loads=())  # neither weight nor friction shakes a frame
-    joints = InverseDynamics(Kinematics(bare)).forces(steady).components
+    joints = joint_forces(Kinematics(bare), steady).components
     return -np.array([joints["shaft"]["x"], joints["shaft"]["y"] + joints["slide"]["normal"]])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from conrod import MuJoCoSettings, run
 from conrod.scenes.catalogue import scene_named
-from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.inverse import joint_forces, State
 
 SPEED, LEAST_PUSH, PRELOAD = 20.0, 5.0, 10.0  # [rad/s], [N] left between cam and roller, [N] on the base circle
 cam = scene_named("cam-spring-slow")  # or read_scene(Path("my_cam.toml"))
@@ -22,7 +22,7 @@ def sprung(stiffness: float):  # the cam with another spring, which is 255 mm lo
 
 
 def push(stiffness: float) -> np.ndarray:  # between cam and roller [N]
-    return InverseDynamics(sprung(stiffness).kinematics).forces(steady).components["contact"]["contact"]
+    return joint_forces(sprung(stiffness).kinematics, steady).components["contact"]["contact"]
 
 
 soft, rise = push(100.0), (push(200.0) - push(100.0)) / 100.0  # the push grows with the stiffness in proportion

@@ -13,7 +13,7 @@ from conrod.engines.running import whole_run
 from conrod.runs.comparison import ExactMotions
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.detection.variants import variant
-from conrod.studies.forces.exact import tolerance_of
+from conrod.studies.forces.measuring import tolerance_of
 
 CAM = "cam-3-4-5"
 

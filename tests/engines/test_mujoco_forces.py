@@ -15,7 +15,7 @@ from conrod.engines.forces import ForceTracks, applied_forces
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (
     Displacement,
@@ -74,7 +74,7 @@ def errors(tracks: ForceTracks, judge: Machine) -> tuple[float, float]:
     assert not tracks.unsupported
     assert tracks.drive_torque is not None
     at = tracks.instants
-    exact = InverseDynamics(judge.kinematics).forces(State(at.angle, at.rate, at.acceleration, at.times))
+    exact = joint_forces(judge.kinematics, State(at.angle, at.rate, at.acceleration, at.times))
     torque = np.abs(tracks.drive_torque - exact.drive_torque).max() / np.abs(exact.drive_torque).max()
     worst = 0.0
     for joint in judge.mechanism.joints:
@@ -209,7 +209,7 @@ def test_the_cams_push_is_within_two_percent_between_its_arc_joints() -> None:
     settings = replace(MuJoCoSettings.tuned(scene, 6283), cam_vertices=4000)
     tracks = ENGINE.forces(scene, settings, 0.25)
     at = tracks.instants
-    exact = InverseDynamics(scene.kinematics).forces(State(at.angle, at.rate, at.acceleration, at.times))
+    exact = joint_forces(scene.kinematics, State(at.angle, at.rate, at.acceleration, at.times))
     joints = np.array(scene.break_angles())
     away = np.abs((at.angle[:, None] - joints + np.pi) % (2.0 * np.pi) - np.pi).min(axis=1) > 0.02
     away[:50] = False  # a contact that starts without overlap gives nothing yet

@@ -16,7 +16,7 @@ from conrod.engines.forces import ForceTracks
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import started
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.exact.dynamics.inverse import InverseDynamics, JointForces, State
+from conrod.exact.dynamics.inverse import JointForces, State, joint_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (
     Displacement,
@@ -51,7 +51,7 @@ def measured(machine: Any, steps: int, **settings: Any) -> ForceTracks:
 
 def exact(machine: Any, told: ForceTracks) -> JointForces:
     at = told.instants
-    return InverseDynamics(machine.kinematics).forces(State(at.angle, at.rate, at.acceleration, at.times))
+    return joint_forces(machine.kinematics, State(at.angle, at.rate, at.acceleration, at.times))
 
 
 def errors(machine: Any, told: ForceTracks) -> dict[str, float]:

@@ -18,8 +18,7 @@ from swinging import chain, four_bar, pendulum, slider_crank
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.configurations import Configurations
 from conrod.exact.dynamics.forward import ForwardDynamics
-from conrod.exact.dynamics.inverse import InverseDynamics, State
-from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
+from conrod.exact.dynamics.inverse import TORQUE, State, joint_forces, sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (
     Displacement,
@@ -79,7 +78,7 @@ def test_the_torque_of_the_multipliers_is_that_of_the_energy(name: str) -> None:
     kinematics, speed = kinematics_of(name)
     loaded = Kinematics(random_loads(kinematics.mechanism, len(name)))
     state = some_states(loaded, speed)
-    forces, energy = InverseDynamics(loaded).forces(state), torque_from_energy(loaded, state)
+    forces, energy = joint_forces(loaded, state), torque_from_energy(loaded, state)
     peak = np.abs(energy).max()
     assert np.abs(forces.drive_torque - energy).max() < 1e-10 * peak
     # Without the loads it is another torque: the loads do count.
@@ -91,7 +90,7 @@ def test_the_torque_of_the_multipliers_is_that_of_the_energy(name: str) -> None:
 def test_a_mass_wrong_by_a_percent_is_seen_in_the_torque(name: str) -> None:
     kinematics, speed = kinematics_of(name)
     mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
-    exact = InverseDynamics(kinematics).forces(state).drive_torque
+    exact = joint_forces(kinematics, state).drive_torque
     heavy = max(mechanism.bodies[1:], key=lambda body: body.mass)
     bodies = tuple(replace(b, mass=1.01 * b.mass) if b is heavy else b for b in mechanism.bodies)
     wrong = torque_from_energy(Kinematics(replace(mechanism, bodies=bodies)), state)
@@ -106,7 +105,7 @@ def test_constant_forces_on_one_body_add_up(second: float) -> None:
         replace(kinematics.mechanism, forces=forces) for forces in (two, (ConstantForce("slider", (5.0, -100.0)),))
     )
     state = some_states(kinematics, speed)
-    torques = [InverseDynamics(Kinematics(machine)).forces(state).drive_torque for machine in (several, one)]
+    torques = [joint_forces(Kinematics(machine), state).drive_torque for machine in (several, one)]
     assert np.array_equal(*torques) == (second == 40.0)
 
 
@@ -242,8 +241,8 @@ def test_the_inverse_torque_drives_the_prescribed_motion_back() -> None:
     motion = ForwardDynamics(mechanism).motion(times, 12.0)
     kinematics = Kinematics(mechanism)
     state = State(motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times)
-    forces = InverseDynamics(kinematics).forces(state)
-    held = InverseDynamics(kinematics).forces(replace(state, acceleration=0.0 * times))
+    forces = joint_forces(kinematics, state)
+    held = joint_forces(kinematics, replace(state, acceleration=0.0 * times))
     assert np.abs(forces.drive_torque).max() < 1e-9 * np.abs(held.drive_torque).max()
 
 
@@ -308,7 +307,7 @@ def test_a_spring_whose_ends_meet_is_refused_at_a_prescribed_speed_too() -> None
     spring = Load("spring", Distance("crank", "rod", (0.1, 0.0), (0.0, 0.0)), Elastic(100.0, 0.1))
     state = State(*(np.array([some]) for some in (0.5, 3.0, 0.0, 0.0)))
     with pytest.raises(InvalidInput, match="the force of spring is not finite"):
-        InverseDynamics(Kinematics(replace(slider_crank(), loads=(spring,)))).forces(state)
+        joint_forces(Kinematics(replace(slider_crank(), loads=(spring,))), state)
 
 
 def test_a_load_on_no_body_is_refused() -> None:
@@ -334,7 +333,7 @@ def test_sensitivities_are_difference_quotients_of_the_forces(name: str) -> None
                 else b
                 for b in mechanism.bodies
             )
-            moved.append(InverseDynamics(Kinematics(replace(mechanism, bodies=bodies))).forces(state).drive_torque)
+            moved.append(joint_forces(Kinematics(replace(mechanism, bodies=bodies)), state).drive_torque)
         quotient = (moved[0] - moved[1]) / (2.0 * some.change)
         assert np.abs(quotient - some.derivatives[TORQUE]).max() <= 1e-8 * (np.abs(moved[0]).max() / some.change)
 
@@ -350,7 +349,7 @@ def test_a_centre_of_gravity_is_seen_as_the_torque_says() -> None:
     for sign in (step, -step):
         x, y = body.centre_of_gravity
         bodies = tuple(replace(b, centre_of_gravity=(x, y + sign)) if b is body else b for b in mechanism.bodies)
-        moved.append(InverseDynamics(Kinematics(replace(mechanism, bodies=bodies))).forces(state).drive_torque)
+        moved.append(joint_forces(Kinematics(replace(mechanism, bodies=bodies)), state).drive_torque)
     quotient = (moved[0] - moved[1]) / (2.0 * step)
     assert np.abs(quotient - found.derivatives[TORQUE]).max() < 1e-6 * np.abs(quotient).max()
 

@@ -35,7 +35,7 @@ from conrod.studies.frame.ledger import Ledger
 
 {first}
 class Told:
-    def started(self, total, already_finished, seconds=0.0): ...
+    def started(self, total, already_finished): ...
     def advanced(self, case, how):
         print(how, flush=True)
 

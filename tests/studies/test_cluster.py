@@ -96,7 +96,7 @@ class After:
         self.count = count
         self.then = then
 
-    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None: ...
+    def started(self, total: int, already_finished: int) -> None: ...
 
     def advanced(self, cell: RunCase, how: str) -> None:
         self.count -= 1

@@ -20,7 +20,7 @@ from conrod.engines.mujoco.loads import by_program
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import InverseDynamics, State
+from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.dynamics.line import Line
 from conrod.exact.motion import Array
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
@@ -246,7 +246,7 @@ def least_push(name: str, speed: float) -> tuple[float, float]:
     begins = CamFollower().joint_angles[1]  # where the nose does
     angle = np.concatenate([np.linspace(0.0, 2.0 * math.pi, 361), begins + np.array([1e-6, 1e-3])])
     state = State(angle, np.full(len(angle), speed), np.zeros(len(angle)), angle / speed)
-    push = InverseDynamics(scene.kinematics).forces(state).components["contact"]["contact"]
+    push = joint_forces(scene.kinematics, state).components["contact"]["contact"]
     return float(push.min()), float(angle[push.argmin()])
 
 
@@ -335,7 +335,7 @@ def exact_acceleration(scene: DescribedScene, angle: float) -> float:
     """Of the crank [rad/s^2] at its speed where nothing drives it: with it the drive's torque is 0."""
     at, accelerations = np.full(2, angle), np.array([0.0, 1.0])
     state = State(at, np.full(2, scene.speed), accelerations, np.zeros(2))
-    held, pushed = InverseDynamics(scene.kinematics).forces(state).drive_torque
+    held, pushed = joint_forces(scene.kinematics, state).drive_torque
     return float(-held / (pushed - held))
 
 

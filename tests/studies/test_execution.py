@@ -203,7 +203,7 @@ class Interrupter:
         self.told: tuple[int, int] | None = None
         self.kept: list[int] = []
 
-    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
+    def started(self, total: int, already_finished: int) -> None:
         self.told = (total, already_finished)
 
     def advanced(self, cell: RunCase, how: str) -> None:
@@ -245,7 +245,7 @@ from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
 
 class Told:
-    def started(self, total, already_finished, seconds=0.0):
+    def started(self, total, already_finished):
         print("workers", flush=True)
     def advanced(self, case, measurement):
         print("kept", flush=True)
@@ -314,15 +314,6 @@ def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
     assert (first, more) == ("sweep: 2 to do, 2 in the ledger", "sweep: 1 more to do, 0 in the ledger")
     assert last.startswith("sweep: 3 done in ")
     assert last.endswith("of which 1 crashed")
-
-
-def test_what_takes_longer_than_a_minute_is_announced() -> None:
-    out = io.StringIO()
-    with ProgressBar("runs", console=Console(file=out, width=100)) as bar:
-        bar.started(4, 0, 59.0)
-        bar.started(4, 0, 170.0)
-    lines = out.getvalue().splitlines()
-    assert [line for line in lines if "about" in line] == ["runs: about 3 min of CPU time"]
 
 
 def test_progress_is_told_of_cells_that_need_not_run(ledger: Ledger) -> None:

@@ -245,7 +245,6 @@ def test_an_identity_names_all_that_determines_a_run() -> None:
         "revolutions": 3.0, "start_angle": 0.5, "signed_angles": 8,
     }  # fmt: skip
     assert case.labels == {"label": "tuned"}
-    assert case.seconds() == 0.0  # no estimate
     assert key_of("") == "e3b0c44298fc1c149afbf4c8996fb924"  # SHA-256, half of it
     assert replace(case, settings=replace(settings, preset="custom")).labels == {}
 

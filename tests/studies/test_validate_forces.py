@@ -23,7 +23,7 @@ from conrod.report.writer import report_batch
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import catalogue_text
-from conrod.studies.forces.exact import peaks_of, seen_of
+from conrod.studies.forces.measuring import peaks_of, seen_of
 from conrod.studies.forces.results import Effect, ForceResult, ForceStudy
 from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.resolve_arguments import select_scene

@@ -292,23 +292,6 @@ def test_a_pulse_of_a_load_has_as_many_steps_as_the_fastest_turn() -> None:
     assert pulse / 1600 < press.grid.step <= pulse / 800
 
 
-def test_an_estimate_grows_with_the_time_and_knows_the_saw_for_long() -> None:
-    scene = select_scenes(["saw-coasting"], [])["saw-coasting"]
-    short, long = (MotionCase("saw", scene, "mujoco", "stock", MotionPlan(FREE, t)).seconds() for t in (1.0, 10.0))
-    assert 4.0 * short < long < 25.0 * short
-    assert long > 5.0  # it took 75 s for five presets
-
-
-def test_an_estimate_counts_the_exact_motion_once_for_each_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = select_scenes(["pendulum"], [])["pendulum"]
-    known = course("pendulum", FREE, 0.2)
-    monkeypatch.setattr("conrod.studies.free_motion.perform.exact_seconds", lambda *_: (known, 1000.0))
-    monkeypatch.setattr("conrod.studies.free_motion.perform.cpu_count", lambda: 2)
-    alone, shared = (MotionCase("pendulum", scene, "mujoco", "stock", SHORT, n).seconds() for n in (1, 5))
-    assert alone == pytest.approx(1000.0, abs=20.0)
-    assert shared == pytest.approx(400.0, abs=20.0)
-
-
 # -- what is run -----------------------------------------------------------------------------------------------------
 
 

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0
-LONG = 60.0  # [s] of CPU time: how long it takes is said beforehand
 
 
 def processes_of(options: RunOptions, jobs: int | None = None) -> LocalProcesses:
@@ -145,14 +144,12 @@ class ProgressBar:
             others = [f"{n} {how}" for how, n in sorted(self._ended.items()) if how != self._usual]
             self._say(f"{text}, of which {', '.join(others)}" if others else text)
 
-    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
-        """There are so many more different cases, of which so many are in the ledger; their estimated CPU time [s]."""
+    def started(self, total: int, already_finished: int) -> None:
+        """There are so many more different cases, of which so many are in the ledger."""
         more = "" if self._begun is None else "more "
         if not self._console.is_terminal:
             self._say(f"{self._description}: {total - already_finished} {more}to do, {already_finished} in the ledger")
         self._asked += total - already_finished
-        if seconds > LONG:
-            self._say(f"{self._description}: about {seconds / 60.0:.0f} min of CPU time")
         if self._begun is None:
             self._begun = time.monotonic()
             self._bar.reset(self._task, total=self._asked)

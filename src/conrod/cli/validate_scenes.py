@@ -210,7 +210,7 @@ def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
     Raises:
         InvalidInput: an unknown one, one named twice, or contact where no scene has any.
     """
-    from conrod.studies.forces.exact import GROUPS
+    from conrod.studies.forces.results import GROUPS
 
     given = [name.strip() for name in text.split(",")]
     for name in given:

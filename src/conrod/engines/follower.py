@@ -104,7 +104,7 @@ class FollowerMotion:
             distance=np.linalg.norm(way - poses[:, cam : cam + 2], axis=1),
             acceleration=second[:, follower : follower + 2] @ along * machine.speed**2,
             cosine=normal @ along,
-            force=reactions(kinematics, angles, machine.speed).joints[contact.name][:, 0],
+            force=reactions(kinematics, angles, machine.speed).components[contact.name]["contact"],
             arcs=active_arcs(contact, pose_jets(kinematics.mechanism, [poses])),
             start=np.array([[cosine, sine], [-sine, cosine]]) @ (way[0] - poses[0, cam : cam + 2]),
         )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
-from conrod.exact.dynamics.sensitivity import INERTIA, MASS
+from conrod.exact.dynamics.inverse import INERTIA, MASS
 from conrod.report import numbers
 from conrod.report.charts.panels import torque_figure
 from conrod.report.charts.styles import engine_title
@@ -23,8 +23,7 @@ from conrod.report.results import (
 )
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.studies.forces.exact import GROUPS, is_moment
-from conrod.studies.forces.results import Effect, ForcePoint, ForceResult, ForceStudy, Stamps
+from conrod.studies.forces.results import GROUPS, Effect, ForcePoint, ForceResult, ForceStudy, Stamps, is_moment
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
 UNITS = {MASS: "kg", INERTIA: "kg m²"}

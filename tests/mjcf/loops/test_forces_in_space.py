@@ -10,7 +10,7 @@ import pytest
 from four_bars import four_bar
 from placed_scenes import compiled, crank_angles, driven, duration, frame_matrix, model_text, scene
 
-from conrod.exact.dynamics.inverse import InverseDynamics, JointForces, State
+from conrod.exact.dynamics.inverse import JointForces, State, joint_forces
 from conrod.exact.motion import Array
 from conrod.exact.space.forces import SpatialForces, forces
 from conrod.exact.space.laws import law_of
@@ -27,7 +27,7 @@ def planar(name: str, times: Array) -> JointForces:
     """The same machine's forces in its plane, at constant speed."""
     speed = np.full_like(times, scene(name).speed)
     state = State(crank_angles(name, times), speed, np.zeros_like(times), times)
-    return InverseDynamics(scene(name).kinematics).forces(state)
+    return joint_forces(scene(name).kinematics, state)
 
 
 def placed(name: str, upright: bool = False) -> tuple[DrivenTree, Array, SpatialForces]:

@@ -112,14 +112,14 @@ def local_errors(tree: Tree, course: Course, constant: float, step: float) -> tu
 
 def yielding(machine: Machine, settings: MuJoCoSettings, made: Build, course: Course) -> Array:
     """Accelerations (T, 3 n) of the gaps, by the way, by the closures' giving way to the exact reactions."""
-    forces = reactions(course.kinematics, course.angles, machine.speed).joints
+    forces = reactions(course.kinematics, course.angles, machine.speed).components
     found = np.zeros_like(course.states[0])
     row = 0
     for joint in course.kinematics.mechanism.joints:
         rows = course.kinematics.equations_of(joint)
         if joint in made.tree.cuts or isinstance(joint, Mesh):
             give = (1.0 - settings.solimp[0]) * made.inverse_weight(joint.name) / machine.speed**2
-            found[:, row : row + rows] = -give * forces[joint.name]
+            found[:, row : row + rows] = -give * np.column_stack([*forces[joint.name].values()])
         row += rows
     return found
 

@@ -4,12 +4,14 @@ With M q'' = Q + J^T lambda the multipliers of the joints' equations are their r
 equation is the drive's torque. The torque is derived a second time, from energy alone, without the joints' equations or
 their multipliers.
 
-The ratio of masses that decides how fast an iteration from link to link converges.
+Their sensitivities to masses: J has no mass in it, so the derivative by a mass, a place of a centre of gravity or an
+inertia solves the same equations with that of M q'' - Q on the left.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -18,7 +20,26 @@ import numpy as np
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, turned
-from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
+from conrod.mechanism.mechanism import (
+    GROUND,
+    Body,
+    CamContact,
+    Joint,
+    Mechanism,
+    Point,
+    Prismatic,
+    Rack,
+    Revolute,
+    Rolling,
+)
+
+MASS, CENTRE_X, CENTRE_Y, INERTIA = "mass", "centre_of_gravity.x", "centre_of_gravity.y", "inertia"
+PROPERTIES = (MASS, CENTRE_X, CENTRE_Y, INERTIA)
+TORQUE = "drive torque"
+# Changes that are to be seen: 1 % of a mass, 1 % of a length, 5 % of an inertia.
+MASS_STEP, LENGTH_STEP, INERTIA_STEP = 0.01, 0.01, 0.05
+# Of a quantity's peak, what a change that is to be seen must make: far above rounding, far below any engine.
+SEEN = 1e-10
 
 
 @dataclass(frozen=True)
@@ -46,39 +67,42 @@ class JointForces:
     drive_torque: Array  # (T,) on the crank, in the sense of the crank angle [N m]
 
 
-class InverseDynamics:
-    """One mechanism under its weight, its constant forces and its loads."""
+def joint_forces(kinematics: Kinematics, state: State) -> JointForces:
+    """Joint forces and drive torque in a motion."""
+    return joint_forces_in(kinematics, *motion_of(kinematics, state), state.time)
 
-    def __init__(self, kinematics: Kinematics) -> None:
-        self._kinematics = kinematics
 
-    def forces(self, state: State) -> JointForces:
-        """Joint forces and drive torque in a motion; see `JointForces`."""
-        return self.forces_in(*self.motion(state), state.time)
+def joint_forces_in(
+    kinematics: Kinematics, poses: Array, rates: Array, accelerations: Array, time: Array
+) -> JointForces:
+    """The same in a motion of all bodies (T, 3 n) at times (T,), which the joints allow; no dead centre in it."""
+    mechanism = kinematics.mechanism
+    right = inertia_forces(mechanism, poses, rates, accelerations) - load_forces(mechanism, poses, rates, time)
+    transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
+    return _forces_of(mechanism, np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0]))
 
-    def forces_in(self, poses: Array, rates: Array, accelerations: Array, time: Array) -> JointForces:
-        """The same in a motion of all bodies (T, 3 n) at times (T,), which the joints allow; no dead centre in it."""
-        mechanism = self._kinematics.mechanism
-        right = inertia_forces(mechanism, poses, rates, accelerations) - load_forces(mechanism, poses, rates, time)
-        transposed = np.swapaxes(self._kinematics.jacobian(poses), 1, 2)
-        multipliers = np.linalg.solve(transposed, right[:, :, None])[:, :, 0]
-        return self.forces_of(np.asarray(multipliers, dtype=float))
 
-    def forces_of(self, multipliers: Array) -> JointForces:
-        """Multipliers (T, 3 n) of all equations by joint and component."""
-        mechanism = self._kinematics.mechanism
-        by_joint = _by_joint(mechanism, multipliers)
-        components = {
-            joint.name: dict(zip(component_names(joint), by_joint[joint.name].T, strict=True))
-            for joint in mechanism.joints
-        }
-        return JointForces(components, mechanism.driver.sense * multipliers[:, -1])
+def reactions(kinematics: Kinematics, angle: Array, speed: float) -> JointForces:
+    """Those in the exact motion at constant crank speed [rad/s], at crank angles (T,) [rad], in less time."""
+    poses, first, second = kinematics.derivatives(angle, 2)
+    mechanism, rates = kinematics.mechanism, first * speed
+    right = inertia_forces(mechanism, poses, rates, second * speed**2)
+    right -= load_forces(mechanism, poses, rates, angle / speed)
+    return _forces_of(mechanism, kinematics.solve_transposed(poses, right))
 
-    def motion(self, state: State) -> tuple[Array, Array, Array]:
-        """Poses, rates and accelerations of all bodies, each (T, 3 n)."""
-        poses, first, second = self._kinematics.derivatives(state.angle, 2)
-        rate, acceleration = state.rate[:, None], state.acceleration[:, None]
-        return poses, first * rate, first * acceleration + second * rate**2
+
+def motion_of(kinematics: Kinematics, state: State) -> tuple[Array, Array, Array]:
+    """Poses, rates and accelerations of all bodies, each (T, 3 n)."""
+    poses, first, second = kinematics.derivatives(state.angle, 2)
+    rate, acceleration = state.rate[:, None], state.acceleration[:, None]
+    return poses, first * rate, first * acceleration + second * rate**2
+
+
+def _forces_of(mechanism: Mechanism, multipliers: Array) -> JointForces:
+    """Multipliers (T, 3 n) of all equations by joint and component; the last is the driver's."""
+    columns = iter(multipliers.T)
+    components = {joint.name: {name: next(columns) for name in component_names(joint)} for joint in mechanism.joints}
+    return JointForces(components, mechanism.driver.sense * multipliers[:, -1])
 
 
 def component_names(joint: Joint) -> tuple[str, ...]:
@@ -94,35 +118,6 @@ def component_names(joint: Joint) -> tuple[str, ...]:
             return ("tangential",)
         case _:
             assert_never(joint)
-
-
-@dataclass(frozen=True)
-class Reactions:
-    """Multipliers of the joint equations over the motion.
-
-    Attributes:
-        joints: by joint name (T, k): the force [N] along each of its equations (a slide's second one is a torque).
-    """
-
-    joints: dict[str, Array]
-    drive_torque: Array  # (T,) [N m], on the crank body, counter-clockwise
-
-
-def reactions(kinematics: Kinematics, angle: Array, speed: float) -> Reactions:
-    """Reactions in the exact motion at constant crank speed, at crank angles (T,) [rad]; loads are among the forces."""
-    poses, first, second = kinematics.derivatives(angle, 2)
-    mechanism, rates = kinematics.mechanism, first * speed
-    right = inertia_forces(mechanism, poses, rates, second * speed**2)
-    right -= load_forces(mechanism, poses, rates, angle / speed)
-    multipliers = kinematics.solve_transposed(poses, right)
-    return Reactions(_by_joint(mechanism, multipliers), multipliers[:, -1])
-
-
-def _by_joint(mechanism: Mechanism, multipliers: Array) -> dict[str, Array]:
-    """Multipliers of each joint's equations (T, k), of those of all equations (T, 3 n); the last is the driver's."""
-    ends = np.cumsum([len(component_names(joint)) for joint in mechanism.joints])
-    parts = np.split(multipliers, ends, axis=1)
-    return {joint.name: part for joint, part in zip(mechanism.joints, parts, strict=False)}
 
 
 def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
@@ -161,3 +156,80 @@ def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
         return body.mass  # cannot turn
     distance = math.hypot(point[0] - body.centre_of_gravity[0], point[1] - body.centre_of_gravity[1])
     return 1.0 / (1.0 / body.mass + distance**2 / body.inertia)
+
+
+# -- sensitivities -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Of all quantities to one property of one body.
+
+    Attributes:
+        derivatives: by the name of the quantity, "drive torque" or "joint.component", (T,), by the property.
+    """
+
+    body: str
+    quality: str
+    change: float  # of the property, that is to be seen [kg], [m] or [kg m^2]
+    derivatives: dict[str, Array]
+
+
+def sensitivities(kinematics: Kinematics, state: State) -> Iterator[Sensitivity]:
+    """Of drive torque and reactions in a motion, to each property of each body, one after the other."""
+    mechanism = kinematics.mechanism
+    poses, rates, accelerations = motion_of(kinematics, state)
+    factors = kinematics.factors(poses)
+    for body in mechanism.bodies:
+        by_name = _derivatives(mechanism, body, poses, rates, accelerations)
+        for name, right in by_name.items():
+            derivatives = quantities(_forces_of(mechanism, factors.solve_transposed(list(right.T))))
+            yield Sensitivity(body.name, name, _change(kinematics, body, name), derivatives)
+
+
+def quantities(forces: JointForces) -> dict[str, Array]:
+    """Drive torque and the components of reactions by name, each (T,)."""
+    reactions = {f"{joint}.{name}": value for joint, some in forces.components.items() for name, value in some.items()}
+    return {TORQUE: forces.drive_torque} | reactions
+
+
+def _derivatives(
+    mechanism: Mechanism, body: Body, poses: Array, rates: Array, accelerations: Array
+) -> dict[str, Array]:
+    """Of M q'' - Q, each (T, 3 n), as `inertia_forces` has it."""
+    i = 3 * mechanism.body_index[body.name]
+    phi = poses[:, i + 2]
+    push = mechanism.push_on(body.name)
+    spin, turn = rates[:, i + 2], accelerations[:, i + 2]
+    rx, ry = turned(body.centre_of_gravity, phi)
+    ax = accelerations[:, i] - turn * ry - spin**2 * rx - mechanism.gravity[0]
+    ay = accelerations[:, i + 1] + turn * rx - spin**2 * ry - mechanism.gravity[1]
+    result = {name: np.zeros_like(poses) for name in PROPERTIES}
+    result[MASS][:, i : i + 3] = np.column_stack([ax, ay, rx * ay - ry * ax])
+    for name, (dx, dy) in {CENTRE_X: (np.cos(phi), np.sin(phi)), CENTRE_Y: (-np.sin(phi), np.cos(phi))}.items():
+        # The constant force acts at the centre of gravity, and goes with it.
+        fx, fy = body.mass * ax - push[0], body.mass * ay - push[1]
+        gx, gy = body.mass * (-turn * dy - spin**2 * dx), body.mass * (turn * dx - spin**2 * dy)
+        result[name][:, i : i + 3] = np.column_stack([gx, gy, dx * fy - dy * fx + rx * gy - ry * gx])
+    result[INERTIA][:, i + 2] = turn
+    return result
+
+
+def _change(kinematics: Kinematics, body: Body, name: str) -> float:
+    match name:
+        case "mass":
+            return MASS_STEP * body.mass
+        case "inertia":
+            return INERTIA_STEP * body.inertia
+        case _:
+            return LENGTH_STEP * _length(kinematics, body)
+
+
+def _length(kinematics: Kinematics, body: Body) -> float:
+    """Largest distance [m] of a joint on the body from its origin; the size of the mechanism where there is none."""
+    ends = []
+    for joint in kinematics.mechanism.joints:
+        for name, point in ((joint.a, "point_a"), (joint.b, "point_b")):
+            if name == body.name:
+                ends.append(math.hypot(*getattr(joint, point, (0.0, 0.0))))
+    return max(ends, default=0.0) or kinematics.size

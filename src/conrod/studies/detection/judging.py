@@ -17,8 +17,7 @@ from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece
 from conrod.studies.detection.defects import Defect
 from conrod.studies.detection.machine_defects import Plant, Recording
-from conrod.studies.forces.exact import Peaks
-from conrod.studies.forces.measuring import Measured, likenesses
+from conrod.studies.forces.measuring import Measured, Peaks, likenesses
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import Noticed, ValidationResult

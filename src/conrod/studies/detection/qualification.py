@@ -13,7 +13,7 @@ from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASSES, MOTION
 from conrod.studies.detection.judging import examined, force_judge, motion_judge
 from conrod.studies.detection.machine_defects import Recording
-from conrod.studies.forces.exact import effects_on, peaks_of
+from conrod.studies.forces.measuring import effects_on, peaks_of
 from conrod.studies.forces.study import ForcePlan, recorded_forces
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, Result, results_of

@@ -28,8 +28,8 @@ END = object()
 class Watcher(Protocol):
     """Receiver of the progress, in the thread that called."""
 
-    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
-        """There are so many different cases, of which so many need not run; an estimate of the CPU time [s], or 0."""
+    def started(self, total: int, already_finished: int) -> None:
+        """There are so many different cases, of which so many need not run."""
         ...
 
     def unreadable(self, count: int) -> None:
@@ -71,8 +71,7 @@ def run_cases(
     by_key = {case.key: case for case in cases}
     waiting = by_key if fresh else _unfinished(by_key, ledger, executor.limits)
     if watcher is not None:
-        finished = len(by_key) - len(waiting)
-        watcher.started(len(by_key), finished, sum(case.seconds() for case in waiting.values()))
+        watcher.started(len(by_key), len(by_key) - len(waiting))
 
     def left(case: Case) -> bool:
         return fresh or bool(_unfinished({case.key: case}, ledger, executor.limits))

@@ -1,5 +1,9 @@
 """Forces that an engine reports against the exact ones, at the angle, rate and acceleration that its crank had.
 
+No law of an engine gives a bound on them, as one does for its motion: they are judged by what is required of an
+engine at 1000 steps a revolution. With fewer the bar is as much higher as the order of the engine's scheme makes the
+error; with more it stays.
+
 An error that looks like the effect of a wrong mass on the forces, by the exact sensitivities, is reported as how much
 of it: the projection of all errors on its effect. That detects less than a tolerance has to allow, for an engine's own
 errors look different.
@@ -7,71 +11,128 @@ errors look different.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.engines.engine import Preset
 from conrod.engines.forces import ForceTracks
-from conrod.exact.dynamics.inverse import State
-from conrod.exact.dynamics.sensitivity import TORQUE, sensitivities
+from conrod.exact.dynamics.inverse import SEEN, TORQUE, State, component_names, joint_forces, quantities, sensitivities
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference
+from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.runs.comparison import size_of
 from conrod.runs.run_errors import CURVE_SAMPLES, largest_in_spans
 from conrod.scenes import Scene
-from conrod.studies.forces.exact import NEAR, Peaks, effects_on, exact_quantities
-from conrod.studies.forces.results import LOOKS_LIKE, ForceErrors, Stamps, TorqueCurve
+from conrod.studies.forces.results import (
+    GROUPS,
+    LOOKS_LIKE,
+    Effect,
+    ForceErrors,
+    Stamps,
+    TorqueCurve,
+    is_moment,
+)
 
-SAMPLES = 131072  # at most: with contact single values scatter, and only many of them show it
-
+Peaks: TypeAlias = Mapping[str, tuple[float, bool]]  # as `peaks_of` gives them
+STEPS = 1000
+CHUNK = 4096  # samples of which the exact forces are worked out together
+SAMPLES = 361
+NEAR = 0.02  # [rad], of a change point, where joint forces are not determined
+MOST = 131072  # samples that are looked at: with contact single values scatter, and only many of them show it
 PARTS = 64  # of a run
 SURE = 3.0  # standard errors of the projection have to lie within it, or within what would be reported
-
-
-def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) -> dict[str, float]:
-    """By "body.property", how many times the change that is to be seen the errors look like.
-
-    That is 1 % of a mass, 1 % of a length, 5 % of an inertia. What no quantity depends on is not among them,
-    nor that for which the errors scatter too much: with contact, where a run has few steps.
-
-    Args:
-        names: of the quantities that are looked at; those that are not reported are left out.
-    """
-    reported = [name for name in names if name in measured.reported]
-    some = measured.clear()
-    some = some[np.unique(np.linspace(0, len(some) - 1, SAMPLES).astype(int))]
-    at = measured.state
-    state = State(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
-    peaks = {name: measured.peaks[name][0] for name in reported}
-    errors = np.concatenate([(measured.reported[n][some] - measured.exact[n][some]) / peaks[n] for n in reported])
-    # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
-    seen = {
-        (effect.body, effect.quality) for effect in effects_on(scene, reported, measured.peaks) if not effect.unseen
-    }
-    found = {}
-    for one in sensitivities(scene.kinematics, state):
-        effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in reported])
-        if (one.body, one.quality) in seen and effect.any():
-            times = float(errors @ effect / (effect @ effect))
-            # Values after each other, and quantities, scatter together: single parts of the run are independent.
-            left = ((errors - times * effect) * effect).reshape(len(reported), -1).sum(axis=0)
-            parts = [part.sum() for part in np.array_split(left, PARTS)]
-            scatter = float(np.linalg.norm(parts) / (effect @ effect))
-            if SURE * scatter < max(LOOKS_LIKE, abs(times)):
-                found[f"{one.body}.{one.quality}"] = times
-    return found
-
-
 TOGETHER = 16  # steps of which a mean is taken where single values scatter, with contact
 CLEAR = np.radians(1.0)  # of the crank, that lies between an arc joint of a cam and what is judged
 
 
-def reported_quantities(tracks: ForceTracks) -> dict[str, Array]:
-    """Forces that the engine reports, by quantity, (T,) each."""
-    joints = {f"{joint}.{name}": reported for joint, some in tracks.joints.items() for name, reported in some.items()}
-    return joints if tracks.drive_torque is None else {TORQUE: tracks.drive_torque} | joints
+# -- what is exact ---------------------------------------------------------------------------------------------------
+
+
+def quantities_of(mechanism: Mechanism, group: str) -> tuple[str, ...]:
+    """The quantities of a group: "drive torque", or "joint.component".
+
+    The push between cam and roller is the contact; reactions are what all other joints carry.
+    """
+    if group == "torque":
+        return (TORQUE,)
+    return tuple(
+        f"{joint.name}.{name}"
+        for joint in mechanism.joints
+        if isinstance(joint, CamContact) == (group == "contact")
+        for name in component_names(joint)
+    )
+
+
+def groups_of(mechanism: Mechanism, asked: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of the groups asked for that the machine has."""
+    return tuple(group for group in asked if quantities_of(mechanism, group))
+
+
+def tolerance_of(
+    mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, object]
+) -> tuple[dict[str, float], str]:
+    """By group what is allowed, and why; nothing of presets of which nothing is required.
+
+    Args:
+        groups: those that are looked at.
+    """
+    if mechanism.cam_contacts:
+        # Where the acceleration jumps all forces do: their largest errors are one step of the jump.
+        bar = preset.forces.allowed.get("contact")
+        if bar is None or "contact" not in groups:
+            return {}, ""
+        return {"contact": bar}, "required of the contact force: 2 % rms between the cam's arc joints"
+    bars, order = preset.forces.allowed, preset.forces.order
+    coarser = max(1.0, STEPS / steps) ** order
+    allowed = {group: bar * coarser for group, bar in bars.items() if group in groups}
+    required = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
+    reason = f"required at {STEPS} steps a revolution: {required}, of the exact peak" if allowed else ""
+    return allowed, reason + (
+        f"; at {steps} times {coarser:.3g}, by order {order}" if coarser > 1.0 and allowed else ""
+    )
+
+
+def exact_quantities(kinematics: Kinematics, state: State) -> dict[str, Array]:
+    """The exact forces in a motion by quantity, (T,) each."""
+    parts = []
+    for start in range(0, len(state.angle), CHUNK):
+        some = slice(start, start + CHUNK)
+        one = State(state.angle[some], state.rate[some], state.acceleration[some], state.time[some])
+        parts.append(quantities(joint_forces(kinematics, one)))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def even_state(scene: ExactReference) -> State:
+    """A turn, or the one pass, at constant speed; change points are left out."""
+    angle = np.linspace(*scene.kinematics.span, SAMPLES)
+    angle = angle[~scene.kinematics.near_change(angle, NEAR)]
+    still = np.zeros_like(angle)
+    return State(angle, still + scene.speed, still, angle / scene.speed)
+
+
+def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
+    """By quantity what errors are divided by, and whether that is its own peak at constant speed.
+
+    What is zero but for rounding has the largest peak of its unit instead, and where moments have none the largest
+    force times the size of the machine.
+    """
+    exact = exact_quantities(scene.kinematics, even_state(scene))
+    own = {name: float(np.abs(values).max()) for name, values in exact.items()}
+    force = max((peak for name, peak in own.items() if not is_moment(name)), default=0.0) or 1.0
+    moment = max((peak for name, peak in own.items() if is_moment(name)), default=0.0)
+    lever = force * scene.kinematics.size
+    if moment <= SEEN * lever:
+        moment = lever
+    largest = {True: moment, False: force}
+    has = {name: peak > SEEN * largest[is_moment(name)] for name, peak in own.items()}
+    return {name: (peak if has[name] else largest[is_moment(name)], has[name]) for name, peak in own.items()}
+
+
+# -- what is reported ------------------------------------------------------------------------------------------------
 
 
 class Measured:
@@ -82,7 +143,10 @@ class Measured:
         self.kept = ~kinematics.near_change(at.angle, NEAR)
         self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
         self.angle, self.peaks = state.angle, peaks
-        self.reported = {name: values[self.kept] for name, values in reported_quantities(tracks).items()}
+        reported = {f"{j}.{name}": values for j, some in tracks.joints.items() for name, values in some.items()}
+        if tracks.drive_torque is not None:
+            reported = {TORQUE: tracks.drive_torque} | reported
+        self.reported = {name: values[self.kept] for name, values in reported.items()}
         self.exact = exact_quantities(kinematics, state)
         self._together = max(1, round(TOGETHER / max(stamps.spacing, 1.0)))
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
@@ -142,3 +206,56 @@ def _blocks(values: NDArray[Any], together: int) -> NDArray[Any]:
     """Values (T,) by so many after each other (T // together, together); those left at the end are left out."""
     count = len(values) // together
     return values[: count * together].reshape(count, together)
+
+
+# -- what forces show of a wrong mass ----------------------------------------------------------------------------------
+
+
+def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[Effect, ...]:
+    """Effects of each property of each body on the quantities of some groups, at constant speed."""
+    names = [name for group in asked for name in quantities_of(scene.kinematics.mechanism, group)]
+    return effects_on(scene, names, peaks_of(scene)) if names else ()
+
+
+def effects_on(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
+    """Effect of each property of each body on some quantities, over their peaks."""
+    effects = []
+    for one in sensitivities(scene.kinematics, even_state(scene)):
+        shares = {n: float(np.abs(one.derivatives[n]).max()) * one.change / peaks[n][0] for n in names}
+        most = max(names, key=lambda name: shares[name])
+        effects.append(Effect(one.body, one.quality, one.change, most, shares[most]))
+    return tuple(effects)
+
+
+def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) -> dict[str, float]:
+    """By "body.property", how many times the change that is to be seen the errors look like.
+
+    That is 1 % of a mass, 1 % of a length, 5 % of an inertia. What no quantity depends on is not among them,
+    nor that for which the errors scatter too much: with contact, where a run has few steps.
+
+    Args:
+        names: of the quantities that are looked at; those that are not reported are left out.
+    """
+    reported = [name for name in names if name in measured.reported]
+    some = measured.clear()
+    some = some[np.unique(np.linspace(0, len(some) - 1, MOST).astype(int))]
+    at = measured.state
+    state = State(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
+    peaks = {name: measured.peaks[name][0] for name in reported}
+    errors = np.concatenate([(measured.reported[n][some] - measured.exact[n][some]) / peaks[n] for n in reported])
+    # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
+    seen = {
+        (effect.body, effect.quality) for effect in effects_on(scene, reported, measured.peaks) if not effect.unseen
+    }
+    found = {}
+    for one in sensitivities(scene.kinematics, state):
+        effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in reported])
+        if (one.body, one.quality) in seen and effect.any():
+            times = float(errors @ effect / (effect @ effect))
+            # Values after each other, and quantities, scatter together: single parts of the run are independent.
+            left = ((errors - times * effect) * effect).reshape(len(reported), -1).sum(axis=0)
+            parts = [part.sum() for part in np.array_split(left, PARTS)]
+            scatter = float(np.linalg.norm(parts) / (effect @ effect))
+            if SURE * scatter < max(LOOKS_LIKE, abs(times)):
+                found[f"{one.body}.{one.quality}"] = times
+    return found

@@ -6,12 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from conrod.exact.dynamics.sensitivity import SEEN
+from conrod.exact.dynamics.inverse import SEEN, TORQUE
 from conrod.exact.motion import Array
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
+GROUPS = ("torque", "reactions", "contact")
 # Of a change that is to be seen: errors that look like half of it look like it.
 LOOKS_LIKE = 0.5
+
+
+def is_moment(name: str) -> bool:
+    """True if a quantity is in N m."""
+    return name == TORQUE or name.endswith(".moment")
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,17 @@ from conrod.engines.forces import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.exact import GROUPS, groups_of, peaks_of, quantities_of, seen_of, tolerance_of
-from conrod.studies.forces.measuring import Measured, likenesses, stamps_of
-from conrod.studies.forces.results import ForceErrors, ForcePoint, ForceResult, ForceStudy
+from conrod.studies.forces.measuring import (
+    Measured,
+    groups_of,
+    likenesses,
+    peaks_of,
+    quantities_of,
+    seen_of,
+    stamps_of,
+    tolerance_of,
+)
+from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult, ForceStudy
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, refine, refinement_path, results_of
 from conrod.studies.validation.plan import Plan

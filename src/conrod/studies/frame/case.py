@@ -43,10 +43,6 @@ class Case(ABC):
         """Estimated duration relative to other cases: those that take long begin first."""
         return 0.0
 
-    def seconds(self) -> float:
-        """Estimated CPU time [s] of a case that takes long; 0 where there is no estimate."""
-        return 0.0
-
     @abstractmethod
     def perform(self) -> Measurement:
         """The result, in the process that calls.

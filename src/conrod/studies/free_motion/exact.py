@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from time import process_time
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from conrod.engines.free_run import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import InverseDynamics
+from conrod.exact.dynamics.inverse import joint_forces_in
 from conrod.exact.dynamics.line import Line
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
@@ -128,25 +127,6 @@ def _pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:
     return Pace(min(fastest_turn(mechanism, motion), shortest_pulse(mechanism, motion)), bool(motion.crossings))
 
 
-@lru_cache(COURSES_KEPT)
-def exact_seconds(name: str, scene: Scene, plan: MotionPlan) -> tuple[ExactCourse, float]:
-    """The exact motion of the first second, and the CPU time [s] that all of it will take by that; raises as it does.
-
-    What is known of the curve of configurations is not worked out again: it grows until the crank has turned once.
-    """
-    started = process_time()
-    seconds = duration(name, scene, plan)
-    begun = process_time()
-    course = exact_course(name, scene, replace(plan, seconds=min(seconds, PROBE)))
-    known, motion, mechanism = process_time(), course.motion, course.mechanism
-    course.dynamics.motion(motion.times, rates=scene.start_rates)
-    again, times = process_time() - known, seconds / float(motion.times[-1])
-    turns = float(np.ptp(crank_angle(mechanism, motion.poses))) / (2.0 * math.pi)
-    closed = course.dynamics.line.configurations.loop is not None
-    grows = 1.0 if closed else min(times, max(1.0, 1.0 / turns))
-    return course, begun - started + max(known - begun - again, 0.0) * grows + again * times
-
-
 def _unresolved(mechanism: Mechanism, motion: FreeMotion, line: Line, step: float) -> str:
     """The reason why no law of errors comes of the motion alone: a step [s] too long, or rounding that grows."""
     loops = len(mechanism.joints) - len(mechanism.bodies)
@@ -202,9 +182,7 @@ def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
     """Refuse a motion in which a cam would have to pull: the exact motion does not know flight."""
     if not mechanism.cam_contacts:
         return
-    forces = InverseDynamics(Kinematics(mechanism)).forces_in(
-        motion.poses, motion.rates, motion.accelerations, motion.times
-    )
+    forces = joint_forces_in(Kinematics(mechanism), motion.poses, motion.rates, motion.accelerations, motion.times)
     for joint in mechanism.cam_contacts:
         push = forces.components[joint.name]["contact"]
         pulls = push < -NO_PULL * np.abs(push).max()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from os import cpu_count
-from time import process_time
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,8 +22,8 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.result import EngineCase
-from conrod.studies.free_motion.exact import ExactCourse, crank_angle, duration, exact_course, exact_seconds, places
-from conrod.studies.free_motion.plan import FREE, PATH, Grid, MotionPlan, drives
+from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
+from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
 from conrod.studies.free_motion.results import (
     QUANTITIES,
     ExactSummary,
@@ -38,7 +36,6 @@ from conrod.studies.free_motion.results import (
 CURVE_SAMPLES, SPANS = 721, 240
 # A body turned by this much [rad] from the exact branch is on another: soft joints give far less.
 OTHER_BRANCH = 0.3
-PROBED_STEPS = 50  # by which the cost of an engine's steps is estimated
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -151,26 +148,10 @@ class MotionCase(EngineCase[MotionResult]):
     version: ClassVar[int] = 4  # closures follow the fastest turn; ten seconds are fifty of them at most
 
     plan: MotionPlan
-    beside: int = 1  # cases of the scene, which share its exact motion
 
     @property
     def effort(self) -> float:
         return len(self.scene.kinematics.mechanism.bodies)
-
-    def seconds(self) -> float:
-        """Estimate by the first second of the exact motion and some steps of the engine; 0 where these are refused."""
-        try:
-            course, exact = exact_seconds(self.name, self.scene, replace(self.plan, tolerance=None))
-            begun = process_time()
-            run = _run(replace(course, grid=Grid(course.grid.step, 1, PROBED_STEPS)), self.made_by, str(self.preset), 1)
-        except InvalidInput:
-            return 0.0
-        around = process_time() - begun - run.cpu_seconds
-        seconds = duration(self.name, self.scene, replace(self.plan, tolerance=None))
-        steps = seconds / course.grid.step * sum(PATH)
-        # Each process works the exact motion out for itself.
-        shared = exact * min(self.beside, cpu_count() or 1) / self.beside
-        return shared + around * len(PATH) + run.cpu_seconds / PROBED_STEPS * steps
 
     @property
     def course(self) -> ExactCourse:
@@ -226,7 +207,7 @@ def motion_study(
         presets: to run, by engine name.
     """
     runs = [(engine.name, preset) for engine in engines for preset in presets[engine.name]]
-    cases = {name: [MotionCase(name, scene, *run, plan, len(runs)) for run in runs] for name, scene in scenes.items()}
+    cases = {name: [MotionCase(name, scene, *run, plan) for run in runs] for name, scene in scenes.items()}
     results = yield [case for own in cases.values() for case in own]
     return [_study_of(own, results) for own in cases.values()]
 
