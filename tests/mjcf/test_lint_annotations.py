@@ -11,8 +11,7 @@ import jsonschema
 import pytest
 from command_line import conrod
 
-from conrod.mjcf.lint.annotations import github, sarif
-from conrod.mjcf.lint.findings import Change, Finding, Harm, Report, SetOption
+from conrod.mjcf.lint.findings import Change, Finding, Harm, Report, SetOption, github, sarif
 
 MODEL = """<mujoco>
  <option/>

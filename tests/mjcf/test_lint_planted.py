@@ -17,7 +17,6 @@ from planted_models import (
     floating_rod,
     renamed,
     replaced,
-    ticking,
 )
 
 from conrod.mjcf.lint.findings import Harm, Report, Request
@@ -32,7 +31,7 @@ def look(tmp_path: Path) -> Look:
     def at(text: str, request: Request = SHORT) -> Report:
         path = tmp_path / "model.xml"
         path.write_text(text, encoding="utf-8")
-        return lint(path, request, ticking())
+        return lint(path, request)
 
     return at
 
@@ -58,7 +57,7 @@ def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
 
 def test_every_rule_that_makes_findings_has_something_planted() -> None:
     found = set().union(*(plant.expected for plant in PLANTED.values()))
-    assert {rule.name for rule in RULES} - found == {"sensors", "geoms-seen"}
+    assert {rule.name for rule in RULES} == found
 
 
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("shear-press", "saw-40rpm", "cam-follower")]
@@ -66,10 +65,8 @@ SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("shear-press", "
 
 @pytest.mark.parametrize("name", ["saw-500rpm", *SLOW])
 def test_conrods_own_models_have_no_finding(name: str) -> None:
-    report = lint(MJCF / f"{name}.xml", Request(), ticking())
+    report = lint(MJCF / f"{name}.xml", Request())
     assert report.findings == ()
-    # What they have on purpose is noted with its cost.
-    assert {note.rule for note in report.notes if note.cost} == {"sensors", "geoms-seen"}
 
 
 def test_the_clean_model_with_random_names_has_no_finding(look: Look) -> None:
@@ -100,10 +97,8 @@ def test_the_count_of_a_floating_rod_is_told(look: Look) -> None:
     assert (evidence["degrees of freedom if it hung there"], evidence["constraint rows if it hung there"]) == (3, 3)
 
 
-def test_geoms_that_never_met_in_part_of_a_turn_are_noted_only(look: Look) -> None:
-    report = look(colliding_but_apart(SAW), Request(seconds=0.05))
-    assert report.findings == ()
-    assert any(note.rule == "never-touch" for note in report.notes)
+def test_geoms_that_never_met_in_part_of_a_turn_are_no_finding(look: Look) -> None:
+    assert look(colliding_but_apart(SAW), Request(seconds=0.05)).findings == ()
 
 
 @pytest.mark.parametrize("across", [0.0, 1e-6, 0.01, 3.0])

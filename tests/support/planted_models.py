@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import random
 import re
 import string
@@ -16,12 +15,6 @@ SAW = (MJCF / "saw-500rpm.xml").read_text(encoding="utf-8")
 REFERENCES = ("name", "site1", "site2", "objname", "mesh", "geom1", "geom2", "site", "refsite", "body1", "body2")
 CLOSURE = 'solref="0.00096 1" solimp="0.9999 0.9999 0.001 0.5 2"'
 INERT = 'contype="0" conaffinity="0" '
-
-
-def ticking() -> Callable[[], int]:
-    """A clock by which every block takes 10 ms."""
-    counter = itertools.count(step=10_000_000)
-    return lambda: next(counter)
 
 
 def renamed(text: str, seed: int = 0) -> str:

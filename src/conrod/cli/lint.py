@@ -16,14 +16,12 @@ from conrod.cli.options import complete_scene, option
 from conrod.cli.say import waiting
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.mjcf.lint.annotations import github, sarif
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, github, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of, places_of
 from conrod.report.terminal import console, print_lines
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.paired_timing import PairedTiming
 from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.frame.writing import naming, real_path, single, write_together
 
@@ -121,16 +119,12 @@ def lint(model: str, asked: Asked) -> None:
 
 
 def print_report(report: Report, out_file: Path | None) -> None:
-    """A block for each finding, the most harmful first, then what is good to know."""
+    """A block for each finding, the most harmful first, then what else was judged otherwise."""
     out = console()
     print_lines(out, [f"{report.model}: {report.run}"])
     for finding in report.findings:
         _print_finding(out, finding)
-    if report.notes:
-        costs = ["" if note.cost is None else f"; {_cost(note.cost)}" for note in report.notes]
-        print_lines(out, ["", "noted, no findings:"])
-        print_lines(out, (f"{n.rule}: {n.what}{cost}" for n, cost in zip(report.notes, costs, strict=True)), indent=2)
-    print_lines(out, ["", _counted([finding.harm.severity for finding in report.findings])])
+    print_lines(out, ["", *report.notes, _counted([finding.harm.severity for finding in report.findings])])
     if report.fixed is not None:
         print_lines(out, [_fixed(report.fixed, out_file)])
 
@@ -147,8 +141,8 @@ def _print_finding(out: Console, finding: Finding) -> None:
     head = (f"{severity.value}: {finding.rule}", COLOURS[severity])
     print_lines(out, ["", Text.assemble(head, f" ({finding.harm.meaning})")])
     lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
-    if finding.cost is not None:
-        lines.append(f"cost: {_cost(finding.cost)}")
+    if finding.change is not None:
+        lines.append(f"change of motion without it: {_value(finding.change)}")
     lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
     lines += [f"     {edit.words}" for edit in finding.edits]
     if finding.edits:
@@ -161,13 +155,7 @@ def _fixed(fixed: Fixed, file: Path | None) -> str:
         return f"nothing can be fixed safely; {file} is not written"
     number = len(fixed.edits)
     moved = "did not change" if fixed.change == 0.0 else f"changed by {_value(fixed.change)} of its travel"
-    cost = "" if fixed.cost is None else f"; the original takes {_cost(fixed.cost)} of it"
-    return f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}{cost}"
-
-
-def _cost(cost: PairedTiming) -> str:
-    seen = "" if not cost.low <= 1.0 <= cost.high else ", no difference seen"
-    return f"{cost.ratio:.2f} x a step ({cost.low:.2f} to {cost.high:.2f}{seen})"
+    return f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}"
 
 
 def _value(value: Value) -> str:

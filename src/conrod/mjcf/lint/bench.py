@@ -1,4 +1,4 @@
-"""A model on the bench, with its run, edited copies of it, their runs and costs; and what a rule is.
+"""A model on the bench, with its run, edited copies of it and their runs; and what a rule is.
 
 All runs are from one start, for the same time, and observe the same points.
 """
@@ -16,10 +16,9 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import Rows, openings, rows_at
 from conrod.mjcf.lint.document import Document
-from conrod.mjcf.lint.findings import Change, Edit, Finding, Note, SetOption
-from conrod.mjcf.runs import STATE, Run, data_at, looping_stepper, run
-from conrod.own.models.loading import FoundPoint, name_or_number
-from conrod.studies.frame.paired_timing import Clock, PairedTiming, paired_cost
+from conrod.mjcf.lint.findings import Edit, Finding, SetOption
+from conrod.mjcf.runs import STATE, Run, data_at, run
+from conrod.own.models.loading import FoundPoint
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
@@ -43,7 +42,6 @@ class Bench:
     observed: tuple[FoundPoint, ...]  # points that are observed; every body where there is none
     keyframe: int | None  # index of the keyframe that the start is taken from; None where it is the model's own pose
     edits: tuple[Edit, ...]  # of the file, among them those that make the crank keep its speed
-    clock: Clock  # for the costs
     copies: dict[tuple[tuple[Edit, ...], int], Bench] = field(default_factory=dict)
 
     def edited(self, edits: Sequence[Edit], steps: int | None = None) -> Bench:
@@ -141,39 +139,13 @@ class Bench:
 
     def tried(self, finding: Finding, edits: Sequence[Edit], same: float) -> Finding:
         """A finding with edits, where the file has a place for them; safe where the motion changes by no more."""
-        change = self.change(edits) if self.document.can_make(edits) else None
-        evidence = finding.evidence | {"change of motion without": "not run" if change is None else change}
-        if change is None:
-            return replace(finding, evidence=evidence)
-        return replace(
-            finding,
-            evidence=evidence,
-            edits=tuple(edits),
-            safe=change <= same,
-            change=change,
-            cost=self.cost(edits),
-        )
-
-    def cost(self, edits: Sequence[Edit]) -> PairedTiming:
-        """Cost of a step of the model over one with edits."""
-        own, edited = (looping_stepper(one.model, self.start, self.steps) for one in (self, self.edited(edits)))
-        return paired_cost(own, edited, clock=self.clock)
-
-    def cost_of(self, kind: str, indices: Sequence[int]) -> PairedTiming | None:
-        """Cost of elements together; None where they cannot be left out without making another machine."""
-        edits = tuple(Change(kind, index, name_or_number(self.model, kind, index)) for index in indices)
-        if self.run.broke or not self.document.can_make(edits):
-            return None
-        try:
-            without = self.edited(edits).model
-        except ValueError:
-            return None
-        if not np.array_equal(without.body_inertia, self.model.body_inertia) or self.change(edits) > 0.0:
-            return None
-        return self.cost(edits)
+        if not self.document.can_make(edits):
+            return finding
+        change = self.change(edits)
+        return replace(finding, edits=tuple(edits), safe=change <= same, change=change)
 
 
-Judge = Callable[[Bench], Iterator[Finding | Note]]
+Judge = Callable[[Bench], Iterator[Finding]]
 
 
 @dataclass(frozen=True)
@@ -185,24 +157,19 @@ class Rule:
     """
 
     judge: Judge
-    why: str = ""  # what it finds is harmful, where the finding does not say more
-    needs_motion: bool = True  # whether it needs a run that does not break
+    why: str  # what it finds is harmful
+    needs_motion: bool  # whether it needs a run that does not break
 
     @property
     def name(self) -> str:
         """Name for the command line and for results."""
         return self.judge.__name__.replace("_", "-")
 
-    def answers(self, bench: Bench) -> Iterator[Finding | Note]:
-        """Findings and notes of a model, with the rule's name and reason."""
-        for answer in self.judge(bench):
-            match answer:
-                case Note():
-                    yield replace(answer, rule=self.name)
-                case Finding():
-                    yield replace(answer, rule=self.name, why=answer.why or self.why)
+    def findings(self, bench: Bench) -> Iterator[Finding]:
+        """What it finds in a model, with its name and reason."""
+        return (replace(found, rule=self.name, why=self.why) for found in self.judge(bench))
 
 
-def rule(why: str = "", needs_motion: bool = True) -> Callable[[Judge], Rule]:
+def rule(why: str, needs_motion: bool = True) -> Callable[[Judge], Rule]:
     """Make a rule of a function that judges a model; its entry in `RULES` has it judged."""
     return lambda judge: Rule(judge, why, needs_motion)

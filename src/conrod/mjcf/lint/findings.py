@@ -1,17 +1,23 @@
-"""A look at a model as plain values: what it is asked, the edits that fix it, and what it found. Imports no engine."""
+"""A look at a model as plain values: what it is asked, the edits that fix it, and what it found. Imports no engine.
+
+Findings as JSON, and for build servers: GitHub's workflow commands, and SARIF 2.1.0.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote
+from xml.parsers import expat
 
 from conrod.own.models.request import Controls, Place
-from conrod.runs.plain import plain
-from conrod.studies.frame.paired_timing import PairedTiming
+from conrod.runs.plain import json_document, plain
 
-DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
-MOST_STEPS = 1_000_000
+SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
 @dataclass(frozen=True)
@@ -127,7 +133,7 @@ class Finding:
         change: largest change of the observed positions without it, over the travel; None where nothing was run.
     """
 
-    rule: str = ""  # name of the rule that found it; it and `why` are the rule's where the finding has none of its own
+    rule: str = ""  # name of the rule that found it; it and `why` are the rule's
     subjects: tuple[str, ...] = ()  # what it is about, by name, or by number where it has none
     what: str  # in a sentence
     harm: Harm
@@ -137,16 +143,6 @@ class Finding:
     edits: tuple[Edit, ...] = ()  # the same for the model file; empty where words must do
     safe: bool = False  # whether the edits keep the machine and its observed motion
     change: float | None = None
-    cost: PairedTiming | None = None  # of a step with it over one without it, measured; None where it has none
-
-
-@dataclass(frozen=True)
-class Note:
-    """Something that is good to know, and no finding."""
-
-    what: str
-    cost: PairedTiming | None = None
-    rule: str = ""
 
 
 @dataclass(frozen=True)
@@ -156,7 +152,6 @@ class Fixed:
     text: str = ""  # of the file; empty where there was nothing to do safely
     edits: tuple[Edit, ...] = ()
     change: float = 0.0  # largest change of the observed positions, over the travel
-    cost: PairedTiming | None = None  # of a step of the original over one of it
 
 
 @dataclass(frozen=True)
@@ -166,7 +161,7 @@ class Report:
     model: str  # the file
     run: str  # what was run, in a sentence
     findings: tuple[Finding, ...]  # the most harmful first
-    notes: tuple[Note, ...]
+    notes: tuple[str, ...] = ()  # how a step or a solver that is wrong changed the judging of the rest
     fixed: Fixed | None = None  # None unless it was asked for
 
     def document(self) -> dict[str, Any]:
@@ -179,3 +174,71 @@ class Report:
             values["fixed"]["edits"] = [edit.words for edit in self.fixed.edits]
             del values["fixed"]["text"]
         return values
+
+
+# -- for build servers -------------------------------------------------------------------------------------------------
+
+GITHUB = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
+
+
+def github(report: Report) -> str:
+    """A workflow command for each finding, which GitHub shows beside the line of the model."""
+    lines = _lines_of(Path(report.model))
+    return "".join(
+        f"::{GITHUB[one.harm.severity]} file={_property(report.model)},line={_line(one, lines)},"
+        f"title={_property(f'conrod lint: {one.rule}')}::{_data(_message(one))}\n"
+        for one in report.findings
+    )
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def sarif(report: Report) -> str:
+    """A SARIF log of one run, as code scanning of GitHub, GitLab, Azure and editors read it."""
+    path, lines = Path(report.model), _lines_of(Path(report.model))
+    uri = path.as_uri() if path.is_absolute() else quote(path.as_posix())
+    rules = {one.rule: one.why for one in report.findings}
+    results = [
+        {
+            "ruleId": one.rule,
+            "level": one.harm.severity.value,
+            "message": {"text": _message(one)},
+            "locations": [
+                {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": {"startLine": _line(one, lines)}}}
+            ],
+        }
+        for one in report.findings
+    ]
+    described: list[Any] = [{"id": rule, "shortDescription": {"text": why}} for rule, why in rules.items()]
+    tool = {"driver": {"name": "conrod lint", "version": version("conrod"), "rules": described}}
+    return json_document({"$schema": SARIF, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]})
+
+
+def _message(finding: Finding) -> str:
+    edits = "".join(f"\n  {edit.words}" for edit in finding.edits)
+    return f"{finding.what}\n{finding.harm.meaning}: {finding.why}\nfix: {finding.fix}{edits}"
+
+
+def _lines_of(path: Path) -> dict[str, int]:
+    """Line of the first element of each name, and of each kind, as `<option`; of the file itself, not of includes."""
+    parser, lines = expat.ParserCreate(), dict[str, int]()
+
+    def begin(tag: str, attributes: Mapping[str, str]) -> None:
+        for key in (f"<{tag}", attributes.get("name", "")):
+            lines.setdefault(key, parser.CurrentLineNumber)
+
+    parser.StartElementHandler = begin
+    parser.Parse(path.read_bytes(), True)
+    return lines
+
+
+def _line(finding: Finding, lines: Mapping[str, int]) -> int:
+    """Line of what a finding is about; of the model where that stands nowhere in the file."""
+    sections = [f"<{edit.path[0]}" for edit in finding.edits if isinstance(edit, SetOption)]
+    return next((lines[key] for key in (*finding.subjects, *sections, "<mujoco") if key in lines), 1)
