@@ -215,7 +215,7 @@ def test_settings_without_a_meaning_are_refused(fields: dict[str, Any], refused:
 
 
 def test_a_check_of_box2ds_own_that_fails_is_an_outcome(box2d: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    stepping = importlib.import_module("conrod.engines.box2d.stepping")
+    stepping = importlib.import_module("conrod.engines.box2d.engine")
     advance = stepping.Stepper.__call__
 
     def fails(stepper: Any, steps: int) -> None:
@@ -237,11 +237,12 @@ def test_what_is_timed_is_the_machine_that_is_recorded(box2d: Any) -> None:
     stepper = box2d.stepper(SAW, settings)
     for steps in (50, 74):
         stepper(steps)
-    centres, _ = stepper.recorded(1)
+    stepper(1)
+    centres, _ = next(stepper.states())
     bodies = ran(SAW, settings).trajectory.bodies
     assert bodies is not None
     turns = slice(2, None, 3)
-    assert np.array_equal(centres[0][turns], bodies.position.poses[125][turns])
+    assert np.array_equal(centres[turns], bodies.position.poses[125][turns])
     box2d.reference_loop()(100)
 
 

@@ -239,7 +239,7 @@ def test_a_solver_that_gives_up_is_an_outcome_and_prints_nothing(
 def test_a_joint_too_many_is_an_outcome_and_prints_nothing(
     preset: str, exudyn: Any, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stepping = importlib.import_module("conrod.engines.exudyn.stepping")
+    stepping = importlib.import_module("conrod.engines.exudyn.engine")
     build = stepping.build
 
     def doubled(mechanism: Mechanism, *state: Any) -> Any:
@@ -275,7 +275,7 @@ def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
     stepper = exudyn.stepper(SAW, settings)
     for steps in (50, 75):
         stepper(steps)
-    timed = stepper.recorded(1)[0]
+    timed = next(stepper.states(1))
     np.testing.assert_allclose(timed[0], states(SAW, settings).poses[125], atol=1e-12)
     assert run_of(SAW, 125, 1.0) == (0.0, 1.0)
     exudyn.reference_loop()(1000)

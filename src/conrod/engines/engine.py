@@ -15,7 +15,6 @@ from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.units import check_count, check_number
 from conrod.runs.trajectory import Piece, Settings
@@ -46,17 +45,6 @@ SINGLE, DOUBLE = (float(np.finfo(kind).eps) for kind in (np.float32, np.float64)
 def step_length(machine: Machine, steps_per_revolution: int) -> float:
     """Time step [s] that divides a revolution into so many."""
     return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
-
-
-def summed_clock(before: float, step: float, samples: int, begins: bool) -> Array:
-    """Clock of so many samples [s] that a user keeps of an engine that has none: step by step, with its rounding.
-
-    Args:
-        before: at the sample before them; at the first of them where the run `begins` there.
-    """
-    ticks = np.full(samples + (not begins), step)
-    ticks[0] = before
-    return np.add.accumulate(ticks)[-samples:]
 
 
 def run_of(machine: Machine, steps_per_revolution: int, revolutions: float) -> tuple[float, float]:

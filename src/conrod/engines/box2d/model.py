@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from conrod.engines.box2d.library import Box2D
 from conrod.engines.box2d.settings import Box2DSettings
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.centres import centre_state
@@ -17,6 +17,12 @@ from conrod.engines.engine import Machine
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Revolute
 
+with warnings.catch_warnings():
+    # Types made by SWIG warn that they have no module; where warnings are errors, that ends the interpreter.
+    warnings.simplefilter("ignore", DeprecationWarning)
+    import Box2D
+
+LIBRARY_VERSION: str = Box2D.__version__
 ROUNDING = 0.9  # of a cam's least radius, that is taken off it and put onto the roller
 FEWEST = 16  # facets
 # In its units: points of a chain that are nearer are one for it; and what it adds around all edges.

@@ -5,19 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 
-from conrod.engines.box2d.iteration import iterations_needed
-from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset, step_length
+from conrod.engines.centres import by_centres, equations, inverse_masses, one_iteration
+from conrod.engines.engine import DASHED, DOTTED, SINGLE, STOCK, EngineSettings, Machine, Preset, step_length
+from conrod.engines.numerics import MEETING
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.units import check_count, check_number
 
 # Box2D moves no body farther than b2_maxTranslation = 2 of its units in a step, and says nothing of it.
 FARTHEST = 1.0  # of what `tuned` lets the fastest one move
 LARGEST_SCALE = 2.0**30
-SAMPLES = 720
+SAMPLES = 720  # of a turn, for the largest rate
+POSITIONS = 72  # of a turn, for the iterations
+LEAST, MOST = 8, 2000  # iterations: Box2D's default, and what can be waited for
+OVERLAP_LEFT = 0.8  # of a contact's overlap after an iteration, 1 - b2_baumgarte
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,32 @@ def largest_rate(kinematics: Kinematics) -> float:
     rates = kinematics.derivatives(kinematics.angles(SAMPLES), 1)[1].reshape(SAMPLES, -1, 3)
     arms = [math.hypot(*body.centre_of_gravity) for body in kinematics.mechanism.bodies]
     return float((np.linalg.norm(rates[:, :, :2], axis=2) + np.abs(rates[:, :, 2]) * arms).max())
+
+
+def iterations_needed(kinematics: Kinematics, steps: int) -> int:
+    """So many that they leave rounding alone of what a step of so many in a turn opens, which is a step's share of it.
+
+    An iteration leaves T of an error, and N of them T^N: no more than that power of the largest eigenvalue, in the end.
+    """
+    share = min(SINGLE * steps / (2.0 * math.pi), 0.5)
+    return min(MOST, max(LEAST, math.ceil(math.log(share) / math.log(slowest_decay(kinematics)))))
+
+
+@lru_cache(128)
+def slowest_decay(kinematics: Kinematics) -> float:
+    """Largest share of an error that an iteration leaves, in all positions of the turn but next to change points.
+
+    Velocities and positions are solved for alike, a pin's or a slide's two equations together.
+    """
+    angle = kinematics.angles(POSITIONS)
+    clear = ~kinematics.near_change(angle, MEETING)
+    poses = kinematics.poses(angle[clear] if clear.any() else angle)
+    inverse = inverse_masses(kinematics.mechanism)
+    free = np.flatnonzero(inverse)
+    jacobian = kinematics.jacobian(poses) @ by_centres(kinematics.mechanism, poses)[:, :, free]
+    once = one_iteration(jacobian, inverse[free], [rows for _, rows in equations(kinematics)])
+    largest = float(np.abs(np.linalg.eigvals(once)).max())
+    return min(max(largest, OVERLAP_LEFT if kinematics.mechanism.cam_contacts else SINGLE), 1.0 - SINGLE)
 
 
 # Its manual states no size of its errors: they are measured, and not judged.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from conrod.engines.centres import body_states
-from conrod.engines.engine import PIECE, Machine, summed_clock
+from conrod.engines.engine import PIECE, Machine
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.pymunk.built import VERSION, Build
 from conrod.engines.pymunk.loads import pushes_of
@@ -16,23 +16,13 @@ from conrod.engines.pymunk.points import Staggered, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
+from conrod.engines.recording import Recorded, pieces
 from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic
-from conrod.runs.outcome import Verdict, judge
-from conrod.runs.trajectory import (
-    BodyStates,
-    BodyTracks,
-    Instants,
-    Outcome,
-    Piece,
-    PointTracks,
-    SolverState,
-    Track,
-    Trajectory,
-)
+from conrod.runs.trajectory import BodyStates, BodyTracks, Piece, PointTracks, SolverState, Track
 
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 
@@ -42,41 +32,26 @@ def run(
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made, kinematics = started(machine, settings, start_angle), machine.kinematics
-    driver, begun = made.mechanism.driver, start_angle / machine.speed
-    whole = round(settings.steps_per_revolution * revolutions)
-    known, before, clock, verdict = state(made), None, begun, Verdict(Outcome.COMPLETED)
-    pushes = pushes_of(made, settings)
-    for first in (0, *range(steps + 1, whole + 1, steps)):
-        last = min(max(first, 1) + steps, whole + 1)
-        index = np.arange(max(first, 1) - len(known[0]), last)
-        times = np.asarray(begun + settings.timestep * index, dtype=float)
+    driver, pushes = made.mechanism.driver, pushes_of(made, settings)
+    known: tuple[Array, Array] = state(made)
+    before: BodyTracks | None = None
+
+    def record(_: int, times: Array) -> Recorded:
+        nonlocal known, before
         # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
         # of a whole turn, put right at once, would be seen in the acceleration.
         turns = driver.start + driver.sense * machine.speed * times
         centres, rates = advance(made, settings, turns, known, (pushes.give, times) if pushes else None)
-        # A state that is not finite any more stays so; how the run ended is judged from it.
-        with np.errstate(all="ignore"):
-            at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
-            bodies = body_tracks(made.form, at, centres, rates, before)
-            points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(kinematics, made.form, at, bodies)
-            left = gap_rate_left(made.form, settings, centres[-1:], rates[-1:])
+        at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
+        bodies = body_tracks(made.form, at, centres, rates, before)
+        points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(kinematics, made.form, at, bodies)
+        left = gap_rate_left(made.form, settings, centres[-1:], rates[-1:])
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
-        bodies, points = _only_new(bodies, points, len(times) - (last - first))
-        verdict = judge(kinematics, bodies, machine.speed, verdict)
-        clocks = summed_clock(clock, settings.timestep, last - first, begins=first == 0)
-        clock = float(clocks[-1])
-        yield Piece(
-            trajectory=Trajectory(
-                settings.engine, VERSION, settings, machine.speed, revolutions,
-                verdict.outcome, verdict.reason, points, bodies,
-            ),
-            first_step=first,
-            clock=clocks,
-            warnings={},
-            # The iteration has no test of its own, and takes all it may.
-            solver=None if left is None else SolverState(settings.iterations, left, of_rates=True),
-            drive_torque=None,
-        )  # fmt: skip
+        # The iteration has no test of its own, and takes all it may.
+        solver = None if left is None else SolverState(settings.iterations, left, of_rates=True)
+        return Recorded(bodies, points, solver=solver)
+
+    return pieces(machine, settings, VERSION, revolutions, start_angle, steps, record, KEPT)
 
 
 def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
@@ -114,26 +89,6 @@ def gap_rate_left(form: ModelForm, settings: PymunkSettings, centres: Array, rat
     gaps += [[coordinate_jet(rod, bodies) - rod.length] for rod in form.distances]
     sizes = [[[float(np.asarray(c).item()) for c in gap.coefficients] for gap in parts] for parts in gaps]
     return max((math.hypot(*(rate + mending * size for size, rate in parts)) for parts in sizes), default=0.0)
-
-
-def _only_new(
-    bodies: BodyTracks, points: Mapping[str, PointTracks], old: int
-) -> tuple[BodyTracks, dict[str, PointTracks]]:
-    """Without samples that the stretch before has; accelerations of these are not reported again."""
-    position, velocity = bodies.position.instants[old:], bodies.velocity.instants[max(old - 1, 0) :]
-
-    def states(states: BodyStates, instants: Instants) -> BodyStates:
-        keep = slice(len(states.poses) - len(instants.times), None)
-        return BodyStates(instants, states.poses[keep], states.rates[keep], states.accelerations[keep])
-
-    def track(track: Track, instants: Instants) -> Track:
-        return Track(instants, track.values[len(track.values) - len(instants.times) :])
-
-    kept = BodyTracks(states(bodies.position, position), states(bodies.velocity, velocity), bodies.acceleration)
-    return kept, {
-        name: PointTracks(track(tracks.position, position), track(tracks.velocity, velocity), tracks.acceleration)
-        for name, tracks in points.items()
-    }
 
 
 def body_tracks(
