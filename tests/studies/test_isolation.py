@@ -1,21 +1,31 @@
-"""A run that kills its process, hangs or eats all memory is an outcome."""
+"""A run that kills its process, hangs or eats all memory is an outcome, of that run alone."""
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import planted_faults as planted
 import pymunk
 import pytest
+from planted_faults import ENDS, JOBS, MEMORY
 
-from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, run
+from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings, Saw, Trajectory, run
 from conrod.mechanism.mechanism import Body
+from conrod.runs.plain import plain
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.isolation import Ended, isolated
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.worker import perform
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.limits.case import Declaration, LimitCase
 
 SAW = Saw()
 SETTINGS = PymunkSettings.tuned(SAW, 100)
@@ -27,46 +37,16 @@ def engine_abort() -> None:
     pymunk.Space().add(pymunk.Body(-1.0, 1.0))
 
 
-def exhaust() -> None:
-    """Piece by piece, let go when the last one fails; not touched, to leave others their memory."""
-    hoard = []
-    while True:
-        hoard.append(np.empty(50_000_000, dtype=np.uint8))
-
-
-def exhaust_and_keep() -> None:
-    """To the last kilobyte, held by what outlives the call."""
-    hold_all(HELD)
-
-
-HELD: list[Any] = []
-
-
-def hold_all(held: list[Any]) -> None:
-    size = 1 << 30
-    while True:
-        try:
-            held.append(np.empty(size, dtype=np.uint8))
-        except MemoryError:
-            if size < 1024:
-                raise
-            size //= 2
-
-
 def mistake() -> None:
     raise ZeroDivisionError("a mistake in the task")
-
-
-def leave() -> None:
-    os._exit(3)
 
 
 def leave_as_python_does() -> None:
     raise SystemExit(3)
 
 
-def hang() -> None:
-    time.sleep(1000.0)
+def take(size: int) -> int:
+    return len(bytearray(size))
 
 
 def test_an_isolated_run_is_the_run_itself() -> None:
@@ -79,36 +59,22 @@ def test_an_isolated_run_is_the_run_itself() -> None:
 @pytest.mark.parametrize(
     ("task", "limits", "outcome", "reason"),
     [
-        (engine_abort, {}, Outcome.CRASHED, "ended by signal SIGABRT"),
-        (leave, {}, Outcome.CRASHED, "ended with status 3"),
-        (leave_as_python_does, {}, Outcome.CRASHED, "ended with status 3"),
-        (hang, {"timeout": 1.0}, Outcome.TIMED_OUT, "no result after 1 s"),
-        pytest.param(
-            *(exhaust, {"headroom": 3_000_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(3_000_000_000)),
-            marks=pytest.mark.slow,
-        ),
-        (exhaust_and_keep, {"headroom": 3_000_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(3_000_000_000)),
+        ((engine_abort,), {}, Outcome.CRASHED, "ended by signal SIGABRT"),
+        ((os._exit, 3), {}, Outcome.CRASHED, "ended with status 3"),
+        ((leave_as_python_does,), {}, Outcome.CRASHED, "ended with status 3"),
+        ((time.sleep, 1000.0), {"timeout": 1.0}, Outcome.TIMED_OUT, "no result after 1 s"),
+        ((planted.hoard,), {"headroom": MEMORY}, Outcome.OUT_OF_MEMORY, BEYOND.format(MEMORY)),
+        ((take, 200_000_000), {"headroom": 100_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(100_000_000)),
     ],
 )
 def test_a_fault_ends_as_its_outcome(
-    task: Callable[[], None], limits: dict[str, Any], outcome: Outcome, reason: str
+    task: tuple[Any, ...], limits: dict[str, Any], outcome: Outcome, reason: str
 ) -> None:
-    assert isolated(task, **limits) == Ended(outcome, reason)
+    assert isolated(*task, **limits) == Ended(outcome, reason)
 
 
-def test_memory_is_limited_from_what_the_process_begins_with() -> None:
+def test_what_fits_into_the_memory_that_is_allowed_is_no_fault() -> None:
     assert isolated(take, 10_000_000, headroom=100_000_000) == 10_000_000
-    assert isolated(take, 200_000_000, headroom=100_000_000) == Ended(Outcome.OUT_OF_MEMORY, BEYOND.format(100_000_000))
-
-
-def take(size: int) -> int:
-    return len(bytearray(size))
-
-
-def test_a_mistake_in_a_task_is_raised_with_its_traceback() -> None:
-    with pytest.raises(ZeroDivisionError, match="a mistake") as raised:
-        isolated(mistake)
-    assert Path(__file__).name in raised.value.__notes__[0]
 
 
 class Unportable(Exception):
@@ -126,14 +92,14 @@ def result_that_cannot_travel() -> Any:
     return lambda: None
 
 
-def test_a_mistake_that_cannot_be_sent_is_no_crash() -> None:
+def test_mistakes_are_raised_with_their_traceback_and_those_that_cannot_be_sent_by_their_name() -> None:
+    with pytest.raises(ZeroDivisionError, match="a mistake") as raised:
+        isolated(mistake)
+    assert Path(__file__).name in raised.value.__notes__[0]
     with pytest.raises(RuntimeError, match="Unportable: a mistake in the task"):
         isolated(mistake_that_cannot_travel)
     with pytest.raises(Exception, match="lambda"):
         isolated(result_that_cannot_travel)
-
-
-def test_bad_usage_is_no_outcome_in_isolation_either() -> None:
     with pytest.raises(InvalidInput, match="timestep"):
         isolated(run, SAW.with_parameters(speed=1.0), SETTINGS, 1.0)
 
@@ -148,3 +114,53 @@ def test_settings_that_abort_pymunk_are_refused(change: dict[str, float]) -> Non
 def test_masses_that_are_no_masses_are_refused(mass: float) -> None:
     with pytest.raises(InvalidInput, match="mass of rod"):
         Body("rod", mass, 1.0)
+
+
+# -- runs and engines in workers; many faults among many runs are in tests/attack --------------------------------------
+
+
+def test_an_engines_abort_in_a_sweep_is_the_outcome_of_its_cell(ledger: Ledger) -> None:
+    sound = [cell for cell in planted.runs(10) if type(cell) is RunCase]
+    cells = list(sound)
+    cells[5] = planted.faulty(sound[5], planted.ABORT)
+    with LocalProcesses(JOBS) as executor:
+        table = run_cases(cells, ledger, executor)
+    assert (table[cells[5].key].outcome, table[cells[5].key].reason) == ENDS[planted.ABORT]
+    others = [cell for cell in sound if cell is not sound[5]]
+    assert {cell.key: table[cell.key] for cell in others} == {cell.key: measure(cell) for cell in others}
+
+
+def test_a_run_at_an_engines_limits_is_the_same_in_a_worker_process(ledger: Ledger) -> None:
+    mechanism, tuned = SAW.mechanism(), MuJoCoSettings.tuned(SAW, 100)
+    turned = Declaration(
+        tuple(body.name for body in reversed(mechanism.bodies)), tuple(joint.name for joint in mechanism.joints)
+    )
+    cells = [
+        LimitCase("saw", SAW, PymunkSettings.tuned(SAW, 20)),
+        LimitCase("saw", SAW, tuned, declaration=turned),
+        LimitCase("saw", SAW, MuJoCoSettings.tuned(SAW, 5)),
+    ]
+    with LocalProcesses(1, cell_memory=MEMORY) as executor:
+        table = run_cases(cells, ledger, executor)
+    # As a file gives it back: tuples are lists.
+    kept = {cell.key: Measurement(**json.loads(json.dumps(plain(perform(cell))))) for cell in cells}
+    assert table == kept
+    assert [found.outcome for found in table.values()] == ["completed", "completed", "opened"]
+
+
+# With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).
+@pytest.mark.parametrize("megabytes", [3, 16])
+def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(megabytes: int) -> None:
+    with LocalProcesses(1, cell_memory=MEMORY) as executor:
+        with pytest.raises(MemoryError, match="3000000000 bytes"):
+            executor.submit(planted.engine_with_little, megabytes).result()
+        # Negative control.
+        assert executor.submit(planted.engine_with_little, 256).result().outcome == "completed"
+
+
+@pytest.mark.parametrize(
+    ("task", "kind"), [(planted.mistake_with_little, ZeroDivisionError), (planted.wrong_value, ValueError)]
+)
+def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measurement], kind: type[Exception]) -> None:
+    with LocalProcesses(1, cell_memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
+        executor.submit(task, 16).result()

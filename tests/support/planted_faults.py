@@ -133,13 +133,6 @@ def run_or_fail(cell: RunCase) -> Measurement:
     return usual(cell)
 
 
-def unlucky(cells: list[RunCase], place: int) -> list[RunCase]:
-    """Runs as a sweep makes them, one of which aborts its engine."""
-    made = list(cells)
-    made[place] = replace(made[place], settings=unchecked(made[place].settings, iterations=0))
-    return made
-
-
 def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measurement]:
     with LocalProcesses(JOBS, cell_timeout=TIMEOUT, cell_memory=MEMORY) as executor:
         return run_cases(assigned(cells, run_or_fail), ledger, executor)
