@@ -189,7 +189,7 @@ def test_only_reports_draw(library: str) -> None:
 
 def test_only_a_cluster_needs_dask() -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, "distributed") for name in names)}
-    assert users == {"conrod.studies.execution.cluster", "conrod.studies.execution.cluster_connection"}
+    assert users == {"conrod.studies.execution.cluster"}
     assert "distributed" not in loaded_by("import conrod.studies.execution.cluster, conrod.studies.execution.local")
 
 
