@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 from command_line import conrod
+from conrod.engines.variants import Ingredient
 
-from conrod.engines.ingredients import Ingredient
 from conrod.engines.pymunk.engine import Pymunk
 from conrod.report.saved import restore
 from conrod.studies.ablate.findings import AblationStudy

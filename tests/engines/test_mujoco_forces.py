@@ -11,7 +11,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.engines.forces import ForceTracks, applied_forces
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.standalone import standalone_mjcf

@@ -8,9 +8,9 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
+from conrod.engines.tracks import FreeRun, Pace
 from free_machines import chain
 
-from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous

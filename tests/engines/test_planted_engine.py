@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import conrod
+from conrod.engines.tracks import Pace
 from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 from watched import watched
 
@@ -33,7 +34,6 @@ from conrod.engines.capabilities import (
     capability,
     required,
 )
-from conrod.engines.free_run import Pace
 from conrod.engines.registry import (
     OPTIONAL,
     _brought,

@@ -12,7 +12,6 @@ import pytest
 from catalogue import CAM, PRESS, SAW, SCENES
 
 from conrod.engines import engine_named
-from conrod.engines.forces import ForceTracks
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import started
 from conrod.engines.pymunk.settings import PymunkSettings

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
+from conrod.engines.tracks import FreeRun, Pace
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energy_drift, exact, pose_error
 
 from conrod.engines import engine_named
-from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.pymunk import free_run as own
 from conrod.engines.pymunk import settings
 from conrod.engines.pymunk.built import Build

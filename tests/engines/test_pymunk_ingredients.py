@@ -11,10 +11,10 @@ import numpy as np
 import pymunk
 import pytest
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, WITH_A_ROD
+from conrod.engines.variants import Ingredient
 
 from conrod import Comparison, InvalidInput, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import engine_named
-from conrod.engines.ingredients import Ingredient
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.pymunk import mobility
 from conrod.engines.pymunk import model_edits as dressing

@@ -22,10 +22,9 @@ from rolling_machines import (
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
-from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.running import run, whole_run
-from conrod.engines.tree import spanning_tree
+from conrod.engines.tree import mesh_row, spanning_tree
 from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.reference import GenericReference

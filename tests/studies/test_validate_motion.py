@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import conrod
+from conrod.engines.tracks import FreeRun, Pace
 
 from conrod.engines import engine_named
-from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.mujoco.free_run import SETTLING
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from conrod.engines.variants import Ingredient, Quantity
+
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
-from conrod.engines.ingredients import Ingredient, Quantity
 from conrod.engines.mobility import MobilityCount
 from conrod.studies.ablate.findings import (
     AblationStudy,

@@ -51,7 +51,7 @@ def recommend(scene: str, asked: Asked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.rule import grid_named
+    from conrod.engines.variants import grid_named
     from conrod.errors import InvalidInput
     from conrod.report.recommendation import KIND, advice_of
     from conrod.studies.frame.case import pursue

@@ -34,7 +34,7 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.rule import PRESETS, grid_named
+    from conrod.engines.variants import PRESETS, grid_named
     from conrod.report.sweep.report import KIND
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import select_scenes

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from conrod.engines.engine import Engine, Machine
-from conrod.engines.forces import ForceTracks
-from conrod.engines.free_run import FreeRun, Pace
-from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
 from conrod.engines.releases import Releases
-from conrod.engines.rule import PRESETS, Grid, Rule
+from conrod.engines.tracks import ForceTracks, FreeRun, Pace
+from conrod.engines.variants import PRESETS, Grid, Ingredient, Rule
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism

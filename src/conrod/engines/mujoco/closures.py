@@ -11,9 +11,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from conrod.engines.massless_rod import DistanceJoint
-from conrod.engines.mesh_rows import mesh_row
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.tree import Branch, Tree
+from conrod.engines.tree import Branch, Tree, mesh_row
 from conrod.mechanism.mechanism import Point, Revolute
 
 

@@ -8,18 +8,18 @@ import mujoco
 
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.engine import Engine, Machine, with_fields
-from conrod.engines.forces import ForceTracks, no_forces
 from conrod.engines.massless_rod import form_refusal, model_form
-from conrod.engines.mesh_rows import tree_refusal
-from conrod.engines.mujoco import dynamics, grid, ingredients, kinematic, law, older, timing, variations
+from conrod.engines.mujoco import dynamics, ingredients, kinematic, law, older, standalone, timing
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run, motor_run
+from conrod.engines.mujoco.grid import regularised, rules, stabilised
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.reproducer import reproducer
 from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.releases import read_releases
-from conrod.engines.tree import tree_of
+from conrod.engines.tracks import ForceTracks, no_forces
+from conrod.engines.tree import tree_of, tree_refusal
 
 
 class MuJoCo(Engine[MuJoCoSettings]):
@@ -33,12 +33,12 @@ class MuJoCo(Engine[MuJoCoSettings]):
     expected_error = staticmethod(law.expected_error)
     stepper = staticmethod(timing.started)
     reference_loop = staticmethod(timing.reference_loop)
-    grid = staticmethod(grid.rules)
+    grid = staticmethod(rules)
     free_run = staticmethod(free_run)
     motor_run = staticmethod(motor_run)
-    paste = staticmethod(variations.paste)
-    stabilised = staticmethod(variations.stabilised)
-    regularised = staticmethod(variations.regularised)
+    paste = staticmethod(standalone.paste)
+    stabilised = staticmethod(stabilised)
+    regularised = staticmethod(regularised)
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(kinematic.model_mobility)

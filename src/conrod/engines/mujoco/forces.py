@@ -21,11 +21,11 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.forces import EDITED, FORM, ForceTracks, applied_forces, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import Build, build, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.tracks import EDITED, FORM, ForceTracks, applied_forces, no_forces
 from conrod.engines.tree import Branch
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array

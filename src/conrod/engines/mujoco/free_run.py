@@ -13,14 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK, Machine
-from conrod.engines.free_run import FreeRun, Pace
 from conrod.engines.massless_rod import ModelForm
-from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.mujoco.recorder import Recorder
-from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings, exchanged_inertia, harden
-from conrod.engines.tree import spanning_tree
+from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, exchanged_inertia, harden
+from conrod.engines.tracks import FreeRun, Pace
+from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
@@ -37,7 +36,6 @@ TUNED_STEPS, TUNED_DAMPING = 2.0, 0.4  # time constant, damping ratio
 # stabilisation (a fifth of the turn) diverges there.
 SETTLING, SETTLING_AT_CROSSINGS = 5.0, 100.0
 FREE_HARDENING, HARDENED_ITERATIONS = 1e-8, 5
-STOCK_TOLERANCE = 1e-8
 # MuJoCo's documentation recommends this integrator for actuators with velocity feedback. A gain of a hundred times the
 # inertia that a turn exchanges, times the speed, keeps the speed to a hundredth (0.03 % to 3 % on shipped machines).
 MOTOR, MOTOR_STIFFNESS, MOTOR_INTEGRATOR = "own-motor", 100.0, "implicitfast"

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from conrod.engines.engine import Machine
-from conrod.engines.ingredients import Ingredient, Quantity, edit, fields, needed_fields, without_edit
 from conrod.engines.mujoco.model_edits import (
     LINE_SEARCH,
     NOSLIP_ITERATIONS,
@@ -15,12 +14,18 @@ from conrod.engines.mujoco.model_edits import (
     PASSIVE_DAMPING,
     edit_refusal,
 )
-from conrod.engines.mujoco.settings import STOCK_SOLIMP, STOCK_SOLREF, MuJoCoSettings
+from conrod.engines.mujoco.settings import (
+    LEAST_STEPS,
+    STOCK_ITERATIONS,
+    STOCK_SOLIMP,
+    STOCK_SOLREF,
+    STOCK_TOLERANCE,
+    MuJoCoSettings,
+)
+from conrod.engines.variants import Ingredient, Quantity, edit, fields
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
-DEFAULT_ITERATIONS, DEFAULT_TOLERANCE = 100, 1e-8
 FINER = 4  # times the vertices of the minimal model's cam
-GUARDED_STEPS = 2.0  # MuJoCo raises a time constant below so many steps to them
 FRICTIONS = {3: "sliding", 4: "sliding and spinning", 6: "sliding, spinning, rolling"}
 
 Found: TypeAlias = tuple[Ingredient[MuJoCoSettings], ...]
@@ -82,22 +87,22 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
     yield edit("energy", "potential and kinetic energy are computed in each step")
     yield edit("fwdinv", "each step is checked against the inverse dynamics")
     iterations = "iterations of the solver, MuJoCo's default, of which it takes what it likes"
-    yield fields(minimal, "iterations-100", iterations, iterations=DEFAULT_ITERATIONS)
+    yield fields(minimal, "iterations-100", iterations, iterations=STOCK_ITERATIONS)
     search = (
         f"MuJoCo's default: up to 50 evaluations along a direction of the solver instead of {LINE_SEARCH}; a tolerance "
         "of 0 takes them all"
     )
-    yield without_edit("short-line-search", "line-search", search)
+    yield edit("line-search", search, absence="short-line-search")
     yield edit("sparse-jacobian", "constraints kept for large models")
     islands = "MuJoCo's default in 4.0: groups of bodies that constraints join are found in each step and solved apart"
-    yield without_edit("no-islands", "islands", islands)
+    yield edit("islands", islands, absence="no-islands")
     passes = (
         f"{NOSLIP_ITERATIONS} passes of the solver that mends friction; it computes all accelerations anew from the "
         "forces, of which hard closures have lost digits"
     )
     yield edit("noslip", passes, WEAR)
     several = "MuJoCo's default in 4.0: several contact points for each pair of flat shapes"
-    yield without_edit("no-multiccd", "multiccd", several)
+    yield edit("multiccd", several, absence="no-multiccd")
     if contact:
         yield fields(minimal, "rk4", "four evaluations a step instead of one", integrator="RK4")
         vertices = FINER * minimal.cam_vertices
@@ -109,26 +114,26 @@ def _required(minimal: MuJoCoSettings, contact: bool) -> Iterator[Ingredient[MuJ
     """What the minimal model consists of: the closure first, then what makes it exact, the drive, the solver."""
     if contact:
         pair = "the pair of cam and roller; without it the roller falls through"
-        yield without_edit("no-contact", "contact", pair, TORQUE, REACTIONS, minimal=True)
+        yield edit("contact", pair, TORQUE, REACTIONS, minimal=True, absence="no-contact")
         stiff = "a time constant of two steps and an impedance of 0.9; without it MuJoCo's defaults"
         soft: dict[str, Any] = {"contact_solref": STOCK_SOLREF, "contact_solimp": STOCK_SOLIMP}
-        yield needed_fields(minimal, "stiff-contact", stiff, IMPACT, **soft)
+        yield fields(minimal, "stiff-contact", stiff, IMPACT, **soft, minimal=True)
     else:
         connects = "a connect for each loop; without it the links swing freely"
-        yield without_edit("open-loops", "closure", connects, TORQUE, REACTIONS, minimal=True)
+        yield edit("closure", connects, TORQUE, REACTIONS, minimal=True, absence="open-loops")
         hard = "the regularisation of constraints taken away after compiling; without it, as MJCF can say it"
-        yield needed_fields(minimal, "hardening", hard, TORQUE, REACTIONS, hardening=None)
+        yield fields(minimal, "hardening", hard, TORQUE, REACTIONS, hardening=None, minimal=True)
         slow = f"a time constant of a tenth of the period; without it MuJoCo's default, {STOCK_SOLREF[0]:g} s"
-        yield needed_fields(minimal, "slow-closure", slow, solref=STOCK_SOLREF)
-        yield needed_fields(minimal, "rk4", "four evaluations a step; without it Euler", integrator="Euler")
+        yield fields(minimal, "slow-closure", slow, solref=STOCK_SOLREF, minimal=True)
+        yield fields(minimal, "rk4", "four evaluations a step; without it Euler", integrator="Euler", minimal=True)
     armature = "an armature that keeps the crank at its speed; without it the crank is only set in motion"
-    yield needed_fields(minimal, "flywheel", armature, TORQUE, armature=0.0)
-    yield needed_fields(minimal, "iteration", "one iteration of Newton's method; without it none", iterations=0)
+    yield fields(minimal, "flywheel", armature, TORQUE, armature=0.0, minimal=True)
+    yield fields(minimal, "iteration", "one iteration of Newton's method; without it none", iterations=0, minimal=True)
     tolerance = (
-        f"a tolerance of 0 of the solver; without it MuJoCo's default, {DEFAULT_TOLERANCE:g}, scaled by a mean inertia "
+        f"a tolerance of 0 of the solver; without it MuJoCo's default, {STOCK_TOLERANCE:g}, scaled by a mean inertia "
         "that has the flywheel in it"
     )
-    yield needed_fields(minimal, "tolerance-0", tolerance, tolerance=DEFAULT_TOLERANCE)
-    if minimal.refsafe and 0.0 < minimal.time_constant(contact) < GUARDED_STEPS * minimal.timestep:
+    yield fields(minimal, "tolerance-0", tolerance, tolerance=STOCK_TOLERANCE, minimal=True)
+    if minimal.refsafe and 0.0 < minimal.time_constant(contact) < LEAST_STEPS * minimal.timestep:
         guard = "time constants below two steps raised to them; without it as they are said"
-        yield needed_fields(minimal, "refsafe", guard, refsafe=False)
+        yield fields(minimal, "refsafe", guard, refsafe=False, minimal=True)

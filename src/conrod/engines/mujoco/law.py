@@ -11,10 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from conrod.engines.cam_polygon import cam_polygon
+from conrod.engines.cam_polygon import FollowerMotion, cam_polygon
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
-from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.closure_errors import closure_errors
 from conrod.engines.mujoco.model import build

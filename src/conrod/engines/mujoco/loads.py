@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from conrod.engines.mesh_rows import turn_row
 from conrod.engines.mujoco.closures import add, joint_name, number, numbers, section
-from conrod.engines.tree import Branch, Tree
+from conrod.engines.tree import Branch, Tree, turn_row
 from conrod.mechanism.loads import (
     Displacement,
     Distance,

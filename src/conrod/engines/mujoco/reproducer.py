@@ -10,7 +10,7 @@ from conrod.engines.mujoco.loads import by_program
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.variations import after_compiling
+from conrod.engines.mujoco.standalone import after_compiling
 from conrod.engines.releases import numbers_of
 from conrod.errors import InvalidInput
 

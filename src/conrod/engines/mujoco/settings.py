@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, ForceBars, Machine, Preset, step_length
-from conrod.engines.forces import load_work
 from conrod.engines.massless_rod import BODY, ROD_FORMS
+from conrod.engines.tracks import load_work
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
 
@@ -51,6 +51,7 @@ LEAST_STEPS = 2.0  # a time constant is raised to this many steps
 INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast", "discrete")
 SOLVERS = ("PGS", "CG", "Newton")
 
+STOCK_TOLERANCE, STOCK_ITERATIONS = 1e-8, 100
 STOCK_SOLREF = (0.02, 1.0)
 STOCK_SOLIMP = (0.9, 0.95, 0.001, 0.5, 2.0)
 # The stiffest impedance that MuJoCo admits (mjMAXIMP), constant over the violation.
@@ -66,7 +67,7 @@ class MuJoCoSettings(EngineSettings):
 
     integrator: str = "Euler"
     solver: str = "Newton"
-    iterations: int = 100
+    iterations: int = STOCK_ITERATIONS
     # Scaled by the mean inertia: with the drive's armature any other value ends the solver before its first iteration.
     tolerance: float = 0.0
     solref: tuple[float, float] = STOCK_SOLREF  # of the loop closures: time constant [s], damping ratio

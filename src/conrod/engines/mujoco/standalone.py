@@ -8,16 +8,16 @@ import textwrap
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from conrod.engines.engine import CUSTOM, Machine, default_steps, run_of
-from conrod.engines.massless_rod import model_form
+from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.loads import by_program, moves_nothing
 from conrod.engines.mujoco.mjcf import Dress, mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.variations import after_compiling
-from conrod.engines.tree import Tree, spanning_tree
+from conrod.engines.tree import Tree, spanning_tree, tree_of
 
 
 class DescribedMachine(Machine, Protocol):
@@ -140,3 +140,41 @@ def _pass(machine: Machine) -> str:
         f" The input cannot turn fully: it begins at crank angle {first:.9g} deg and reaches {last:.9g} deg after "
         f"{(span[1] - span[0]) / abs(machine.speed):.9g} s. STOP THERE: beyond, nothing is promised."
     )
+
+
+# -- settings to paste -------------------------------------------------------------------------------------------------
+
+# What settings say in MJCF: the rest of a model is the machine itself.
+PARTS = ("option", "tendon", "equality", "contact")
+
+
+def paste(machine: Machine, settings: MuJoCoSettings) -> str:
+    """Options, closures or contacts and the drive as MJCF; what MJCF cannot say (hardening, rounding) as Python."""
+    form = model_form(machine.kinematics.mechanism, settings.rod)
+    model = ET.fromstring(mjcf(tree_of(machine, form), settings, "model"))
+    parts = [
+        element for name in PARTS if (element := model.find(name)) is not None and len(element.attrib) + len(element)
+    ]
+    crank = model.find(".//joint[@name='crank']")
+    lines = [_text(element) for element in [*parts, *([] if crank is None else [crank])]]
+    if after := after_compiling(settings):
+        lines += [f"# after compiling, in Python; or conrod.harden(model, {settings.hardening:g})", *after]
+    if settings.rounded_state:
+        lines += [
+            "# after each step, in Python",
+            "data.qpos[:] = data.qpos.astype(np.float32)",
+            "data.qvel[:] = data.qvel.astype(np.float32)",
+        ]
+    return "\n".join(lines)
+
+
+def after_compiling(settings: MuJoCoSettings) -> list[str]:
+    """Statements on a compiled model, of what MJCF cannot say: hardening."""
+    parts = ["body", "dof", *(["tendon"] if settings.rod == DISTANCE_JOINT else [])]
+    return [] if (factor := settings.hardening) is None else [f"model.{p}_invweight0[:] *= {factor:g}" for p in parts]
+
+
+def _text(element: ET.Element) -> str:
+    element.tail = None
+    ET.indent(element)
+    return ET.tostring(element, encoding="unicode")

@@ -25,7 +25,6 @@ import numpy as np
 
 from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine
-from conrod.engines.forces import DRIVE, EDITED, FORM, ForceTracks, no_forces
 from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_tracks, started
 from conrod.engines.pymunk.loads import pushes_of
@@ -33,6 +32,7 @@ from conrod.engines.pymunk.points import Staggered, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
+from conrod.engines.tracks import DRIVE, EDITED, FORM, ForceTracks, no_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism

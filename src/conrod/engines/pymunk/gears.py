@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pymunk
 
-from conrod.engines.mesh_rows import carrier_of
 from conrod.engines.pymunk.built import Build
+from conrod.engines.tree import carrier_of
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack

@@ -10,7 +10,7 @@ from typing import Any
 from conrod.engines.engine import Machine, as_preset
 from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
-from conrod.engines.rule import Grid, Rule, texts_of
+from conrod.engines.variants import Grid, Rule, texts_of
 
 # Share of an error that is left after a second: Chipmunk's default, the same for a machine ten times as fast, none.
 BIASES = {"stock": STOCK_BIAS, "stock^10": STOCK_BIAS**10, "0": 0.0}
@@ -56,7 +56,7 @@ def _joint_rule(knobs: JointKnobs) -> Rule:
     words = [f"error_bias {knobs.error_bias}", _iterations(knobs.iterations)]
     name = ", ".join(words + ([f"rod as {knobs.rod}"] if knobs.rod != BODY else []))
     # Without a bias a joint is mended whole at every step, so its softness is the step's; a bias is per second.
-    return Rule(name, knobs.error_bias == "0", texts_of(knobs), settings)
+    return Rule(name, knobs.error_bias == "0", texts_of(vars(knobs)), settings)
 
 
 def _contact_rule(knobs: ContactKnobs) -> Rule:
@@ -69,7 +69,7 @@ def _contact_rule(knobs: ContactKnobs) -> Rule:
     slop = {AS_TUNED: "slop half a fall a step", "stock": "slop 0.1 m", "0": "slop 0"}[knobs.slop]
     words = [slop, f"collision_bias {knobs.bias}", _iterations(knobs.iterations)]
     name = ", ".join(words + ([f"{knobs.vertices} vertices"] if knobs.vertices != ContactKnobs.vertices else []))
-    return Rule(name, knobs.bias == "0" and knobs.slop != "stock", texts_of(knobs), settings)
+    return Rule(name, knobs.bias == "0" and knobs.slop != "stock", texts_of(vars(knobs)), settings)
 
 
 def _settings(machine: Machine, steps_per_revolution: int, iterations: str, fields: dict[str, Any]) -> PymunkSettings:

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from conrod.engines.engine import Machine, with_fields
-from conrod.engines.ingredients import (
+from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, form_refusal
+from conrod.engines.pymunk.settings import SHAPES, STOCK_BIAS, SUBSTEPS, PymunkSettings
+from conrod.engines.variants import (
     Ingredient,
     Quantity,
     edit,
     edited,
     fields,
-    needed_fields,
     unedited,
     valued,
-    without_edit,
 )
-from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, form_refusal
-from conrod.engines.pymunk.settings import SHAPES, STOCK_BIAS, SUBSTEPS, PymunkSettings
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
 AMOUNTS = (100, 1000)  # of iterations; ten, pymunk's default, is what the minimal model has
@@ -90,7 +88,7 @@ def _optional(machine: Machine, minimal: PymunkSettings, heavy: bool) -> Iterato
         yield fields(minimal, "fine-cam", meaning, IMPACT, WEAR, cam_vertices=vertices)
     else:
         meaning = f"slop and bias of contacts, pymunk's {STOCK_SLOP:g} m and 0.9^60, in a machine without contact"
-        stock = {"collision_slop": STOCK_SLOP, "collision_bias": STOCK_BIAS}
+        stock: dict[str, Any] = {"collision_slop": STOCK_SLOP, "collision_bias": STOCK_BIAS}
         yield fields(minimal, "stock-contact", meaning, IMPACT, **stock)
 
 
@@ -148,15 +146,15 @@ def _required(minimal: PymunkSettings, contact: bool) -> Iterator[Ingredient[Pym
     default = "without it pymunk's default, 0.9^60 left after a second"
     if contact:
         shapes = "the shapes of cam and roller; without them the roller falls through"
-        yield without_edit("open-loop", "contact", shapes, TORQUE, REACTIONS, minimal=True)
+        yield edit("contact", shapes, TORQUE, REACTIONS, minimal=True, absence="open-loop")
         slop = f"half the way that the follower falls in a step; without it pymunk's default, {STOCK_SLOP:g} m"
-        yield needed_fields(minimal, "small-slop", slop, IMPACT, collision_slop=STOCK_SLOP)
+        yield fields(minimal, "small-slop", slop, IMPACT, collision_slop=STOCK_SLOP, minimal=True)
         mended = f"collision_bias = 0, an overlap mended whole at every step; {default}"
-        yield needed_fields(minimal, "full-contact-correction", mended, IMPACT, collision_bias=STOCK_BIAS)
+        yield fields(minimal, "full-contact-correction", mended, IMPACT, collision_bias=STOCK_BIAS, minimal=True)
     else:
         joint = "a distance joint in place of the rod, or its last pivot; without it the links swing freely"
-        yield without_edit("open-loop", "closure", joint, TORQUE, REACTIONS, minimal=True)
+        yield edit("closure", joint, TORQUE, REACTIONS, minimal=True, absence="open-loop")
         mended = f"error_bias = 0, joints mended whole at every step; {default}"
-        yield needed_fields(minimal, "full-correction", mended, error_bias=STOCK_BIAS)
+        yield fields(minimal, "full-correction", mended, error_bias=STOCK_BIAS, minimal=True)
     several = f"{minimal.iterations} of the solver; without them a single one"
-    yield needed_fields(minimal, "iterations", several, REACTIONS, iterations=1)
+    yield fields(minimal, "iterations", several, REACTIONS, iterations=1, minimal=True)

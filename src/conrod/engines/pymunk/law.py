@@ -29,11 +29,10 @@ import math
 
 import numpy as np
 
-from conrod.engines.cam_polygon import CamPolygon
+from conrod.engines.cam_polygon import CamPolygon, FollowerMotion
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine, run_of, step_length
-from conrod.engines.follower import FollowerMotion
 from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred

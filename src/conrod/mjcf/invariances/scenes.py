@@ -15,11 +15,10 @@ import numpy as np
 
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.massless_rod import ModelForm
-from conrod.engines.mesh_rows import tree_refusal
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.tree import spanning_tree
+from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.invariances.changes import SETTINGS, Bench, settings_changed

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.engines.registry import look_of
-from conrod.engines.rule import PRESETS
+from conrod.engines.variants import PRESETS
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style

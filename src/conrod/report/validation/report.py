@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines.follower import follower_lift
+from conrod.engines.cam_polygon import follower_lift
 from conrod.report import numbers
 from conrod.report.charts.errors import overview_figure, refinement_figure
 from conrod.report.charts.motion import motion_figure

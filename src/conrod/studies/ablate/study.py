@@ -10,8 +10,8 @@ from typing import Any
 from conrod.engines import Engine
 from conrod.engines.capabilities import HasIngredients, required
 from conrod.engines.engine import default_steps
-from conrod.engines.ingredients import Ingredient
 from conrod.engines.mobility import MobilityCount
+from conrod.engines.variants import Ingredient
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.plain import restore
 from conrod.runs.trajectory import Outcome, Settings

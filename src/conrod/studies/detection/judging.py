@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from conrod.engines.engine import PIECE, Engine
-from conrod.engines.forces import ForceTracks
 from conrod.engines.running import followed
+from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact.reference import ExactReference
 from conrod.runs.outcome import Verdict, judge

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.engine import Preset
-from conrod.engines.forces import ForceTracks
+from conrod.engines.tracks import ForceTracks
 from conrod.exact.dynamics.inverse import SEEN, TORQUE, State, component_names, joint_forces, quantities, sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, ReportsForces, capability
-from conrod.engines.forces import ForceTracks, no_forces
+from conrod.engines.tracks import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene

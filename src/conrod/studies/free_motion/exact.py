@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from conrod.engines.free_run import Pace
+from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion

@@ -11,7 +11,7 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import FreeMotion, required
-from conrod.engines.free_run import FreeRun
+from conrod.engines.tracks import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import size_of

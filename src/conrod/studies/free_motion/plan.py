@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.engines.engine import Preset
-from conrod.engines.free_run import Pace
+from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.exact.joint_equations import pose_jets

@@ -11,7 +11,7 @@ from typing import Any
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, Swept, Timed, capability, rules_of
 from conrod.engines.engine import CUSTOM, default_steps
-from conrod.engines.rule import PRESETS, Grid, Rule, step_counts
+from conrod.engines.variants import PRESETS, Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study

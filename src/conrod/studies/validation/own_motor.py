@@ -14,7 +14,7 @@ import numpy as np
 from conrod.engines import Engine
 from conrod.engines.capabilities import OwnMotor
 from conrod.engines.engine import STOCK, step_length
-from conrod.engines.free_run import FreeRun
+from conrod.engines.tracks import FreeRun
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import judge

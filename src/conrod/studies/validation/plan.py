@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from conrod.engines import Engine
+from conrod.engines.cam_polygon import follower_lift
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps, run_of
-from conrod.engines.follower import follower_lift
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.running import followed
 from conrod.errors import InvalidInput
