@@ -1,0 +1,137 @@
+"""Settings that studies vary: rules of a sweep, and ingredients, one thing each, added to settings or taken away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Generic, Literal, TypeAlias
+
+from conrod.engines.engine import AnyFields, Machine, with_fields
+from conrod.errors import unknown_choice
+from conrod.runs.trajectory import Settings
+
+Grid = Literal["coarse", "default", "fine", "presets"]
+GRIDS: tuple[Grid, ...] = ("coarse", "default", "fine")  # that engines have
+PRESETS: Grid = "presets"  # of every engine, and nothing else
+
+# Multiples of 20, so that all have samples at the same twenty angles of a turn.
+STEPS: Mapping[Grid, tuple[int, ...]] = {
+    "coarse": (20, 200, 2000, 20000),
+    "default": (20, 40, 100, 200, 400, 1000, 2000, 4000, 10000, 20000),
+    "fine": (20, 40, 60, 100, 140, 200, 300, 400, 640, 1000, 1400, 2000, 3000, 4000, 6400, 10000, 14000, 20000),
+}
+# A contact that is soft by a few steps needs more of them than a closed loop.
+CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), "fine": (30000, 50000)}
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One point of a grid, the step apart.
+
+    Attributes:
+        name: all that a reader needs to tell it from other rules of its engine.
+        softness_follows_step: whether refining the step also stiffens what closes the joints.
+        knobs: every knob and where it stands, in words and values free of dimension where the rule is.
+        settings: of a machine and a number of steps per revolution; their preset is named where they are those of one.
+    """
+
+    name: str
+    softness_follows_step: bool
+    knobs: Mapping[str, str] = field(compare=False)
+    settings: Callable[[Machine, int], Settings] = field(compare=False, repr=False)
+
+
+def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:
+    """Steps per revolution of a grid; of the presets those of the default grid."""
+    grid = "default" if grid == PRESETS else grid
+    return STEPS[grid] + (CONTACT_STEPS[grid] if contact else ())
+
+
+def grid_named(name: str) -> Grid:
+    """The grid of a name.
+
+    Raises:
+        InvalidInput: there is none; names the choices.
+    """
+    for grid in (grids := (*GRIDS, PRESETS)):
+        if grid == name:
+            return grid
+    raise unknown_choice("grid", name, grids)
+
+
+def texts_of(knobs: Mapping[str, Any]) -> dict[str, str]:
+    """Where each of some knobs stands."""
+    return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in knobs.items()}
+
+
+Change: TypeAlias = Callable[[AnyFields], AnyFields]
+
+
+class Quantity(Enum):
+    """Quantities beside the observed motion that studies look at; the members' texts are for people."""
+
+    DRIVE_TORQUE = "drive torque"
+    REACTIONS = "joint reactions"
+    IMPACT = "impact"
+    WEAR = "wear"
+
+
+@dataclass(frozen=True)
+class Ingredient(Generic[AnyFields]):
+    """Something that the minimal model lacks, or that it consists of.
+
+    Attributes:
+        name: short, for the command line and for results: "sensors-8".
+        meaning: what is added to the model, or taken from it, in a sentence.
+        added, removed: settings with it, and without it.
+        needed_by: quantities that need it although the motion does not.
+        minimal: whether the minimal model has it; it is then only taken away.
+        group: ingredients of one group are amounts or ways of the same thing, of which a model has one; the last of a
+            group is the one that the fully dressed model has. Empty for an ingredient on its own.
+    """
+
+    name: str
+    meaning: str
+    added: Change[AnyFields]
+    removed: Change[AnyFields]
+    needed_by: tuple[Quantity, ...] = ()
+    minimal: bool = False
+    group: str = ""
+
+    @property
+    def title(self) -> str:
+        """Its name in words."""
+        return self.name.replace("-", " ")
+
+
+def edited(*names: str) -> Change[Any]:
+    """Settings with these edits of the model."""
+    return lambda settings: with_fields(settings, dressing=(*settings.dressing, *names))
+
+
+def unedited(*names: str) -> Change[Any]:
+    """Settings without these edits of the model."""
+    return lambda settings: with_fields(settings, dressing=tuple(one for one in settings.dressing if one not in names))
+
+
+def valued(**values: Any) -> Change[Any]:
+    """Settings with these values of their fields."""
+    return lambda settings: with_fields(settings, **values)
+
+
+def edit(
+    name: str, meaning: str, *needed_by: Quantity, absence: str = "", minimal: bool = False, group: str = ""
+) -> Ingredient[Any]:
+    """An ingredient that is an edit of the model, of the same name, or whose absence is an edit."""
+    added, removed = (unedited(absence), edited(absence)) if absence else (edited(name), unedited(name))
+    return Ingredient(name, meaning, added, removed, needed_by, minimal, group)
+
+
+def fields(
+    model: Any, name: str, meaning: str, *needed_by: Quantity, minimal: bool = False, **values: Any
+) -> Ingredient[Any]:
+    """Values of the settings' fields instead of those of the minimal model; of a part of that, values without it."""
+    other, own = valued(**values), valued(**{name: getattr(model, name) for name in values})
+    added, removed = (own, other) if minimal else (other, own)
+    return Ingredient(name, meaning, added, removed, needed_by, minimal)
