@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 from command_line import conrod
-from conrod.engines.variants import Ingredient
 
 from conrod.engines.pymunk.engine import Pymunk
+from conrod.engines.variants import Ingredient
 from conrod.report.saved import restore
 from conrod.studies.ablate.findings import AblationStudy
 

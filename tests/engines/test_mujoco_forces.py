@@ -14,6 +14,7 @@ import pytest
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.engines.tracks import ForceTracks, applied_forces
 from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (

@@ -8,10 +8,10 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from conrod.engines.tracks import FreeRun, Pace
 from free_machines import chain
 
 from conrod.engines.mujoco.engine import ENGINE
+from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import Mechanism

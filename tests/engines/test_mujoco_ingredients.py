@@ -11,13 +11,13 @@ import mujoco
 import numpy as np
 import pytest
 from catalogue import CAM, EVERY_SCENE, PRESS, SAW, SCENES, WITH_A_ROD
-from conrod.engines.variants import Ingredient
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
 from conrod.engines.mobility import MobilityCount, Row, count_mobility
 from conrod.engines.mujoco import model_edits as dressing
 from conrod.engines.mujoco.model import build
+from conrod.engines.variants import Ingredient
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import conrod
-from conrod.engines.tracks import Pace
 from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 from watched import watched
 
@@ -43,6 +42,7 @@ from conrod.engines.registry import (
     loadable_engines,
     look_of,
 )
+from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import concatenate_pieces

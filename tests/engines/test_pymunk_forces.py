@@ -15,6 +15,7 @@ from conrod.engines import engine_named
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import started
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.tracks import ForceTracks
 from conrod.exact.dynamics.inverse import JointForces, State, joint_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
-from conrod.engines.tracks import FreeRun, Pace
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energy_drift, exact, pose_error
 
 from conrod.engines import engine_named
@@ -18,6 +17,7 @@ from conrod.engines.pymunk import free_run as own
 from conrod.engines.pymunk import settings
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import Pushes
+from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import GROUND, Mechanism

@@ -11,7 +11,6 @@ import numpy as np
 import pymunk
 import pytest
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, WITH_A_ROD
-from conrod.engines.variants import Ingredient
 
 from conrod import Comparison, InvalidInput, Outcome, PymunkSettings, Trajectory, compare, run
 from conrod.engines import engine_named
@@ -21,6 +20,7 @@ from conrod.engines.pymunk import model_edits as dressing
 from conrod.engines.pymunk import points as pymunk_instants
 from conrod.engines.pymunk.settings import NAMES, SHAPES, SUBSTEPS
 from conrod.engines.pymunk.space import build
+from conrod.engines.variants import Ingredient
 
 ENGINE = engine_named("pymunk")
 QUANTITIES = ("position", "velocity", "acceleration")

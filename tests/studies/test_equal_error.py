@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conrod.engines.variants import PRESETS
 from measured import FAILED, measured
 
 from conrod.engines import engine_named
+from conrod.engines.variants import PRESETS
 from conrod.report.sweep.equal_error import cheapest, presets_table, winners_lines, winners_table
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue

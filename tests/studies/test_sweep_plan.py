@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 from catalogue import LINKAGES
-from conrod.engines.variants import GRIDS, Grid, step_counts
 from measured import FAILED, errors_by_step
 
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.variants import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import conrod
-from conrod.engines.tracks import ForceTracks
 
 from conrod.engines import engine_named
+from conrod.engines.tracks import ForceTracks
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Body, Mechanism
 from conrod.report.forces import KIND

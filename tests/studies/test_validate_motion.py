@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import conrod
-from conrod.engines.tracks import FreeRun, Pace
 
 from conrod.engines import engine_named
 from conrod.engines.mujoco.free_run import SETTLING
+from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import Elastic

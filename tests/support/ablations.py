@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from conrod.engines.variants import Ingredient, Quantity
-
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
 from conrod.engines.mobility import MobilityCount
+from conrod.engines.variants import Ingredient, Quantity
 from conrod.studies.ablate.findings import (
     AblationStudy,
     EngineAblation,

@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from conrod.engines.tracks import FreeRun
 from linkages import four_bar, slider_crank
 
+from conrod.engines.tracks import FreeRun
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Revolute
 
