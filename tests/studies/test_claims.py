@@ -19,8 +19,8 @@ from command_line import conrod_process
 
 from conrod.studies.execution import dispatch
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.frame.claims import Claims
 from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.ledger_file import Claims
 
 COUNT, CLAIMED = 24, 4  # of them, by a process of one job whose runs take long
 SHARING = """
@@ -30,7 +30,7 @@ sys.path.insert(0, {tests!r})
 import cell_tasks
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame import claims
+from conrod.studies.frame import ledger_file as claims
 from conrod.studies.frame.ledger import Ledger
 
 {first}
@@ -106,7 +106,7 @@ def test_what_a_killed_process_had_claimed_the_other_runs(tmp_path: Path) -> Non
 HOLDER = """
 import sys
 from pathlib import Path
-from conrod.studies.frame.claims import Claims
+from conrod.studies.frame.ledger_file import Claims
 claims = Claims(Path(sys.argv[1]))
 print(claims.take(sys.argv[2]), flush=True)
 sys.stdin.read()

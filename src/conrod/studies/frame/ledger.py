@@ -19,8 +19,7 @@ import platformdirs
 from conrod.errors import InvalidInput
 from conrod.scenes.scene import canonical
 from conrod.studies.frame.case import Case, key_of
-from conrod.studies.frame.claims import Claims
-from conrod.studies.frame.ledger_file import PATIENCE, connected, connected_to_read, naming_ledger
+from conrod.studies.frame.ledger_file import PATIENCE, Claims, connected, naming_ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.writing import real_path
 
@@ -75,7 +74,7 @@ class Ledger:
     @classmethod
     def reading(cls, path: Path, patience: float = PATIENCE) -> Ledger:
         """The ledger in a file that is there, to be read alone; raises InvalidInput as `open`."""
-        return cls(path, connected_to_read(path, patience), patience)
+        return cls(path, connected(path, patience, reading=True), patience)
 
     def close(self) -> None:
         """Give the file back; closing twice does nothing."""
