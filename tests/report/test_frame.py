@@ -19,7 +19,6 @@ from handmade import handmade_sweep
 from limit_walks import limit_study
 
 from conrod.errors import InvalidInput
-from conrod.report.figure import Figure
 from conrod.report.folder import ReportFolder
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
@@ -232,12 +231,3 @@ def test_tables_escape_bars_and_set_what_is_out_of_tolerance_bold() -> None:
 
 def test_paragraphs_of_templates_become_one_line_each() -> None:
     assert unwrapped("# A\nb\nc\n\n\n\n- d\n  e\n- f\n| g |\n| h |\n") == "# A\nb c\n\n- d e\n- f\n| g |\n| h |\n"
-
-
-def test_a_figure_is_the_same_whenever_it_is_drawn() -> None:
-    one = study("saw-40rpm")
-    from conrod.report.charts.panels import free_motion_figure
-
-    figure = Figure("x", "alt", lambda: free_motion_figure(one))
-    assert figure.svg() == figure.svg()
-    assert replace(figure, name="y").file == "figures/y.svg"

@@ -103,15 +103,6 @@ def test_the_dressed_model_has_the_last_of_each_group_and_the_minimal_models_mot
     assert soft.change["position"] > 1e-7
 
 
-def test_parts_of_the_minimal_model_are_taken_from_the_dressed_one_too(found: EngineAblation) -> None:
-    parts = [one for one in found.ingredients if one.minimal]
-    assert parts
-    for part in parts:
-        assert [one.full for one in part.evidence] == [False, True], part.name
-        taken, reduced = model(found, Role.TAKEN, part.name), model(found, Role.REDUCED, part.name)
-        assert taken.settings != reduced.settings
-
-
 def test_what_costs_time_and_does_nothing_is_costly_alone_and_beside_others(found: EngineAblation) -> None:
     assert named(found, "most-iterations").verdict is Verdict.COSTLY
     assert named(found, "more-iterations").verdict is Verdict.COSTLY

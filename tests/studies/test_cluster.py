@@ -218,19 +218,6 @@ def test_a_cluster_that_loses_all_its_workers_is_given_up_and_finished_cells_are
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_dies_is_one_line_and_finished_cells_are_kept(own_cluster: Cluster, ledger: Ledger) -> None:
-    lost = threading.Event()
-    kill_after(lost, own_cluster.scheduler)
-    with (
-        DaskCluster(own_cluster.address, grace=5.0, patience=2.0) as executor,
-        pytest.raises(InvalidInput, match="lost the connection to the cluster at tcp://") as told,
-    ):
-        run_cases(tasks.assigned(tasks.cells(200), tasks.sleep_half), ledger, executor, watcher=After(2, lost))
-    assert "\n" not in str(told.value)
-    assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
-
-
-@pytest.mark.slow
 def test_a_command_whose_scheduler_dies_ends_with_one_line(own_cluster: Cluster, tmp_path: Path) -> None:
     sweep = ("sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite", "--cluster", own_cluster.address)
     with subprocess.Popen(

@@ -11,8 +11,7 @@ from conrod.engines import engine_named
 from conrod.engines.running import followed
 from conrod.runs.comparison import Stretch
 from conrod.scenes import SCENES
-from conrod.studies.validation.plan import Plan, validate_dynamic
-from conrod.studies.validation.pose_errors import POSES, DrawnPoses
+from conrod.studies.validation.plan import POSES, DrawnPoses, Plan, validate_dynamic
 from conrod.studies.validation.results import ValidationResult
 
 SCENE = SCENES["saw-500rpm"]

@@ -8,7 +8,6 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
@@ -72,13 +71,6 @@ def test_more_keys_than_one_statement_takes(ledger: Ledger, monkeypatch: pytest.
         KEYS[k]: k for k in range(0, 50, 2)
     }
     assert [row["key"] for row in ledger.rows()] == sorted(even)
-
-
-def test_the_same_key_twice_is_no_error_and_the_last_counts(ledger: Ledger) -> None:
-    ledger.keep(CELLS[0], Measurement("crashed", "ended by signal SIGABRT"))
-    ledger.keep(CELLS[0], MEASURED)
-    assert ledger.measurement(KEYS[0]) == MEASURED
-    assert len(list(ledger.rows())) == 1
 
 
 def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(ledger: Ledger) -> None:
@@ -290,26 +282,6 @@ def test_a_new_file_locked_for_too_long_is_said_to_be(path: Path) -> None:
     with closing(sqlite3.connect(path)) as holder:
         holder.execute("BEGIN EXCLUSIVE")
         assert "is locked" in refusal(path, patience=0.2)
-
-
-def test_a_writer_waits_for_one_that_is_quick(ledger: Ledger, path: Path) -> None:
-    with Ledger.open(path) as other:
-        ledger._connection.execute("BEGIN IMMEDIATE")
-        begun, done = threading.Event(), []
-
-        def write_too() -> None:
-            with Ledger.open(path) as third:
-                begun.set()
-                third.keep(CELLS[1], MEASURED)
-                done.append(True)
-
-        thread = threading.Thread(target=write_too)
-        thread.start()
-        assert begun.wait(30.0)
-        ledger._connection.execute("COMMIT")
-        thread.join()
-        assert done
-        assert other.finished(KEYS) == {KEYS[1]}
 
 
 def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> None:

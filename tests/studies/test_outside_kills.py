@@ -90,8 +90,6 @@ def test_what_a_limit_ends_is_not_killed_from_outside() -> None:
     assert isinstance(ended, Ended)
     assert ended.outcome is Outcome.TIMED_OUT
     assert time.monotonic() - begin >= 1.0
-    with LocalProcesses(1, cell_timeout=1.0) as executor, pytest.raises(TimeoutError):
-        executor.submit(time.sleep, 1000.0).result()
 
 
 def test_a_kill_travels_between_processes() -> None:

@@ -63,14 +63,6 @@ def test_what_is_run_of_a_pass_is_the_pass(engine: str) -> None:
     assert as_run(turning) is turning
 
 
-def test_a_pass_of_too_few_steps_is_known_and_not_run() -> None:
-    coarse = cell(read(PASS), steps=10)
-    assert measure(coarse).outcome == "unsupported"
-    assert "are needed to have accelerations" in measure(coarse).reason
-    assert stream_run(LimitCase("a", coarse.scene, coarse.settings)).outcome == "unsupported"
-    assert measure(cell(read(PASS), steps=100)).outcome != "unsupported"
-
-
 def test_a_pass_is_watched_with_the_drive_torque_beside_it() -> None:
     asked = cell(read(PASS), preset="stock")
     seen = stream_run(LimitCase("a", asked.scene, asked.settings))

@@ -56,7 +56,8 @@ def test_what_the_ledger_has_is_not_run_again_unless_asked_for(kind: str, tmp_pa
     assert other != first
 
 
-@pytest.mark.parametrize("kind", EVERY)
+@pytest.mark.slow  # a faster sibling, of cells, is in test_execution.py
+@pytest.mark.parametrize("kind", KINDS)
 def test_killed_in_the_middle_and_continued_the_results_are_those_of_an_undisturbed_run(
     kind: str, tmp_path: Path
 ) -> None:

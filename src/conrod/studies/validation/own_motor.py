@@ -21,8 +21,7 @@ from conrod.runs.outcome import judge
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 from conrod.scenes import Scene
-from conrod.studies.validation.plan import Plan, started
-from conrod.studies.validation.pose_errors import DrawnPoses
+from conrod.studies.validation.plan import DrawnPoses, Plan, started
 from conrod.studies.validation.results import ValidationResult
 
 OWN_MOTOR = "own motor"  # in the place of a preset's name

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from conrod.engines import Engine
 from conrod.engines.cam_polygon import follower_lift
 from conrod.engines.capabilities import expected_error
@@ -15,6 +17,7 @@ from conrod.engines.engine import default_steps, run_of
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.running import followed
 from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 from conrod.runs.comparison import Stretch
 from conrod.runs.convergence import claimed_order
 from conrod.runs.outcome import Verdict
@@ -24,9 +27,9 @@ from conrod.scenes import CamFollower, Scene
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import LEAST_STEPS, Prediction
-from conrod.studies.validation.pose_errors import DrawnPoses
-from conrod.studies.validation.results import Curve, RefinementPoint, Tolerance, ValidationResult
+from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
+POSES = 60  # of a turn, whose errors a moving drawing shows: 6 deg apart
 CLOCK_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
 RIPPLE_LAW = CLOCK_LAW.replace(";", ", and the drive's ripple, energy exchanged / (flywheel ω²), of every turn;")
 
@@ -206,3 +209,35 @@ class Drawn:
     def curves(self) -> dict[str, dict[str, Curve]]:
         """The last full turn of each measured quantity, thinned, and its error over the whole run."""
         return {name: {q: Curve(*drawn.arrays) for q, drawn in found.items()} for name, found in self._curves.items()}
+
+
+class DrawnPoses:
+    """Signed errors of the bodies' poses at the crank angle actually reached, at some samples of the last turn.
+
+    Args:
+        turn: steps of a turn.
+    """
+
+    def __init__(self, scene: Scene, turn: int) -> None:
+        self._scene, self._turn, self._seen = scene, turn, 0
+        self._angles: list[Array] = []
+        self._errors: list[Array] = []
+
+    def add(self, stretch: Stretch) -> None:
+        states = stretch.bodies.position
+        count = self._seen + len(states.poses) + stretch.left
+        first = max(0, count - 1 - self._turn)
+        kept = first + np.unique(np.linspace(0, count - 1 - first, POSES + 1).astype(int)) - self._seen
+        rows = kept[(kept >= 0) & (kept < len(states.poses))]
+        self._seen += len(states.poses)
+        angle = states.instants.angle[rows]
+        error = states.poses[rows] - self._scene.kinematics.poses(angle) if len(rows) else states.poses[rows]
+        # A body that has turned often is where one is that has not.
+        error[:, 2::3] = np.remainder(error[:, 2::3] + math.pi, 2.0 * math.pi) - math.pi
+        self._angles.append(angle)
+        self._errors.append(error)
+
+    @property
+    def errors(self) -> PoseErrors:
+        """All that was recorded."""
+        return PoseErrors(np.concatenate(self._angles), np.concatenate(self._errors))
