@@ -26,7 +26,6 @@ GOOD = ("0,1,2", "1,2,3", "2,3,4")
 
 @pytest.mark.parametrize(("text", "message"), [
     ("", "it is empty"),
-    ("\n \n", "it is empty"),
     (table("0,1,2"), "it has 1 row of numbers: at least 2 are needed"),
     (table(*GOOD, head="tme,C.x,C.y"), "no column for the time among 'tme', 'C.x', 'C.y'; say which it is"),
     (table(*GOOD, head="time,px,qy"), "no column for any of C, M or the crank among"),
@@ -34,27 +33,21 @@ GOOD = ("0,1,2", "1,2,3", "2,3,4")
     (table("2024-05-02 12:00,1,2", "2024-05-02 12:01,2,3"), "is no number; give times in seconds, not as dates"),
     (table("0,1,2", "1,2,3", "1,2.001,3"), "times are repeated: 1 s in row 4 after 1 s in row 3"),
     (table("0,1,2", "1,nan,3", "2,3,4"), "row 3: C.x = nan is not finite"),
-    (table("0,1,2", "1,2,-inf", "2,3,4"), "row 3: C.y = -inf is not finite"),
     (table("0,1,2", "1,1e400,2", "2,3,4"), "row 3: C.x = inf is not finite"),
     (table("0,1,2", "1,1e200,2", "2,3,4"), r"row 3: C.x = 1e\+200 is too large"),
     (table("0,1,2", "1,two,3", "2,3,4"), "row 3: C.x = 'two' is no number"),
-    (table("0,two,2", "1,1,3", "2,3,4"), "row 2: C.x = 'two' is no number"),
     (table("0,1,2", "1,,3", "2,3,4"), "row 3: C.x is empty"),
     (table("0,1,2", "1,2 mm,3", "2,3,4"), "row 3: C.x = '2 mm' is no number"),
     (table("0,1,2", "1,2,3,4", "2,3,4"), "row 3 has 4 cells, the table has 3 columns"),
     (table("0,1,2", "1,2", "2,3,4"), "row 3: C.y is empty"),
     (table("0,1,2", "1,1_000,3", "2,3,4"), "row 3: C.x = '1_000' is no number"),
-    (table("0,1,2", "1,NA,3", "2,3,4"), "row 3: C.x = 'NA' is no number"),
-    (table("0,1,2", "1,0x10,3", "2,3,4"), "row 3: C.x = '0x10' is no number"),
     (table("0,5,1,5,2,5", "1,5,1,5,2,5", head="time,C.x,C.y"), "row 1 has 3 headings, the rows of numbers have 6"),
     (table(*GOOD, head="time [s],C.x [mm],C.y"), "mixed units: C.y has no unit, C.x is in mm"),
     (table(*GOOD, head="time,C.x [mm],C.vx"), "mixed units: C.vx has no unit, C.x is in mm"),
     (table("s,m,m", *GOOD), r"no column for any of C, M or the crank among .time \[s\]., .C.x \[mm\] \[m\]."),
     (table(*GOOD, head="time [s],C.x [s],C.y [mm]"), "'s' is no unit of length"),
-    (table(*GOOD, head="time [s],C.x [mn],C.y [mm]"), "'mn' is no unit of length"),
     (table(*GOOD, head="time,C.x,x_C"), "columns 'C.x' and 'x_C' may both be C.x: say which with --column C.x="),
     ("0.1\n0.2\n", "no row of numbers with at least two columns"),
-    ("just\nsome words\n", "no row of numbers"),
 ])  # fmt: skip
 def test_a_bad_table_is_refused_in_one_line(text: str, message: str, tmp_path: Path) -> None:
     path = written(tmp_path, text)

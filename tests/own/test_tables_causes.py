@@ -90,18 +90,14 @@ POSITION = ("total", "position")
 SLIPS = [
     (steps(SAW, 0.3), SAW, "time offset", NOTHING, "(0.3 of a step) later"),
     (steps(PRESS, -0.5), PRESS, "time offset", NOTHING, "(0.5 of a step) earlier"),
-    (steps(SAW, 4.0), SAW, "time offset", NOTHING, "(4 of a step) later"),
     (scaled(SAW, 1e3), SAW, "length unit", NOTHING, "mm taken for m"),
     (scaled(PRESS, 1e-3), PRESS, "length unit", NOTHING, "m taken for mm"),
-    (scaled(SAW, 1.0 / 0.0254), SAW, "length unit", NOTHING, "inches taken for m"),
     (crank(SAW, 180.0 / math.pi), SAW, "angle unit", ("position",), "degrees taken for radians"),
     (crank(PRESS, math.pi / 180.0), PRESS, "angle unit", ("position",), "radians taken for degrees"),
-    (crank(SAW, 0.5 / math.pi), SAW, "angle unit", ("position",), "turns taken for radians"),
     (slow(PRESS), PRESS, "speed unit", POSITION, "rad/s taken for deg/s"),
     (backwards(SAW), SAW, "opposite sense", NOTHING, "opposite sense"),
     (swapped(PRESS), PRESS, "axes swapped", NOTHING, "x and y are swapped"),
     (steps(SAW, 0.5, ("velocity",)), SAW, "velocity stamp", ("velocity",), "(0.5 of a step) later"),
-    (steps(PRESS, -0.5, ("velocity",)), PRESS, "velocity stamp", ("velocity",), "(0.5 of a step) earlier"),
     (moved(PRESS, "x", 0.25), PRESS, "frame", POSITION, "offset by (250, "),
     (offset(SAW), SAW, "crank zero", ALL, "0 where the scene's is 30 deg"),
 ]
@@ -119,20 +115,17 @@ def test_a_slip_is_named_with_its_size_and_nothing_else_is(
 # -- negative controls -------------------------------------------------------------------------------------------------
 
 
+RANDOM = np.random.default_rng(3)
+SHAPES = {"noise": RANDOM.normal(size=2 * ROWS + 1), "drift": np.linspace(0.0, 1.0, 2 * ROWS + 1)}
+SHAPES |= {"longer rod": np.zeros(1), "one row": np.eye(1, 2 * ROWS + 1, 100)[0]}
+
+
 @pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize("plant", ["longer rod", "noise", "drift", "one row"])
+@pytest.mark.parametrize("plant", SHAPES)
 def test_what_no_slip_reproduces_is_not_explained(scene: Scene, plant: str, tmp_path: Path) -> None:
-    table, rows = exact_table(scene), 2 * ROWS + 1
-    shapes = {
-        "longer rod": np.zeros(1),
-        "noise": np.random.default_rng(3).normal(size=rows),
-        "drift": np.linspace(0.0, 1.0, rows),
-        "one row": np.eye(1, rows, 100)[0],
-    }
-    if plant == "longer rod":
-        table = of_longer_rod(scene)
+    table = of_longer_rod(scene) if plant == "longer rod" else exact_table(scene)
     for point in scene.lengths:
-        table[f"{point}.x"] = table[f"{point}.x"] + 1e-3 * min(scene.lengths.values()) * shapes[plant]
+        table[f"{point}.x"] = table[f"{point}.x"] + 1e-3 * min(scene.lengths.values()) * SHAPES[plant]
     study = judged(table, scene, tmp_path)
     assert (study.largest("total") or 0.0) > 1e-5
     assert kinds(study) == []

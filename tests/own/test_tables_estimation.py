@@ -146,16 +146,10 @@ def test_standard_errors_are_the_scatter_of_estimates() -> None:
     assert np.all(np.abs(np.mean(found, axis=0) - truth) < 4.0 * error / math.sqrt(40.0))
 
 
-def test_what_is_asked_for_is_checked() -> None:
+def test_what_is_asked_for_is_checked_and_too_few_rows_are_refused(tmp_path: Path) -> None:
     assert parse_estimate("time, frame,time") == ("time", "frame")
-    with pytest.raises(
-        InvalidInput,
-        match="'fase': did you mean 'frame' or 'phase'",
-    ):
+    with pytest.raises(InvalidInput, match="'fase': did you mean 'frame' or 'phase'"):
         parse_estimate("fase")
-
-
-def test_too_few_rows_are_refused(tmp_path: Path) -> None:
     scene = CamFollower()
     table = {name: column[:2] for name, column in exact_table(scene).items()}
     with pytest.raises(InvalidInput, match="4 numbers are too few to estimate time, x, y, rotation from"):

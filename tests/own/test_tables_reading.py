@@ -49,11 +49,9 @@ def test_units_of_other_tools_are_known_and_no_others(unit: str, dimension: str,
 
 
 def test_case_tells_a_point_from_an_acceleration() -> None:
-    known = targets(("A", "G"))
-    assert meant_by("Ax", known).name == "A.x"  # type: ignore[union-attr]
-    # Which point's acceleration would it be?
-    assert meant_by("ay", targets(("roller",))).name == "roller.ay"  # type: ignore[union-attr]
-    assert meant_by("x", known) is None
+    meant = [meant_by(*one) for one in (("Ax", targets(("A", "G"))), ("ay", targets(("roller",))))]
+    assert [one and one.name for one in meant] == ["A.x", "roller.ay"]
+    assert meant_by("x", targets(("A", "G"))) is None  # of which point?
 
 
 # -- forms -------------------------------------------------------------------------------------------------------------
@@ -124,22 +122,17 @@ def test_separator_decimal_mark_and_encoding_are_told(separator: str, decimal: s
         assert np.array_equal(found.points["M"]["position"].values[:, 1], EXACT["M.y"])
 
 
-@pytest.mark.parametrize("kind", ["csv", "npz", "parquet"])
-def test_all_formats_say_the_same(kind: str, tmp_path: Path) -> None:
+def test_all_formats_say_the_same_and_archives_may_hold_planar_arrays_and_units(tmp_path: Path) -> None:
     write_all_formats(EXACT, tmp_path)
-    found = read(tmp_path / f"t.{kind}", SAW).observed
-    assert np.array_equal(found.times, EXACT["time"])
-    for point in ("C", "M"):
-        stacked = np.column_stack([EXACT[f"{point}.x"], EXACT[f"{point}.y"]])
-        assert np.array_equal(found.points[point]["position"].values, stacked)
-
-
-def test_archives_may_hold_planar_arrays_and_units(tmp_path: Path) -> None:
-    planar = np.column_stack([EXACT["C.x"], EXACT["C.y"]]) * 1e3
-    units = np.array([["C.x", "mm"], ["C.y", "mm"], ["t", "s"]])
-    np.savez(tmp_path / "t.npz", t=EXACT["time"], C=planar, units=units, title=np.array("a run"))
-    found = read(tmp_path / "t.npz", SAW)
-    assert found.observed.points["C"]["position"].values == pytest.approx(planar * 1e-3, rel=1e-15)
+    planar = {point: np.column_stack([EXACT[f"{point}.x"], EXACT[f"{point}.y"]]) for point in ("C", "M")}
+    units = np.array([["C.x", "km"], ["C.y", "km"], ["M.x", "m"], ["M.y", "m"], ["t", "s"]])
+    arrays = {"t": EXACT["time"], "C": 1e-3 * planar["C"], "M": planar["M"], "title": np.array("a run")}
+    np.savez(tmp_path / "planar.npz", units=units, **arrays)  # type: ignore[arg-type]
+    for name in ("t.csv", "t.npz", "t.parquet", "planar.npz"):
+        found = read(tmp_path / name, SAW).observed
+        assert np.array_equal(found.times, EXACT["time"])
+        for point in ("C", "M"):
+            assert found.points[point]["position"].values == pytest.approx(planar[point], rel=1e-15)
 
 
 def test_parquet_says_in_one_line_what_it_needs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
