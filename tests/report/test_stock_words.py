@@ -16,10 +16,9 @@ from conrod.report.kind import Part
 from conrod.report.validation.report import KIND
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Saw, ShearPress
-from conrod.studies.validation.own_motor import OWN_MOTOR, validate_own_motor
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.results import SceneStudy
-from conrod.studies.validation.study import ValidationCase, validation_cases
+from conrod.studies.validation.study import OWN_MOTOR, ValidationCase, validate_own_motor, validation_cases
 
 CASES = [("mujoco", "stock", 1), ("mujoco", "tuned", 0), ("pymunk", "stock", 0)]
 
