@@ -23,9 +23,8 @@ from linkages import (
 )
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.accelerations import coincident_parts, path_parts
 from conrod.exact.linkage.points import linkage_points
-from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, coincident_parts, path_parts, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, left_of, linkage_state
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from document_machines import state, turning
 
-from conrod.exact.linkage.accelerations import coincident_parts
+from conrod.exact.linkage.polygon import coincident_parts
 from conrod.exact.linkage.state import left_of
 from conrod.exact.motion import Array
 from conrod.scenes.catalogue import catalogue_scene

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.accelerations import PathParts, path_parts
 from conrod.exact.linkage.centres import InstantCentre, instant_centres
 from conrod.exact.linkage.course import CrankRange, course_of, crank_range
 from conrod.exact.linkage.outputs import Output, outputs
 from conrod.exact.linkage.points import linkage_points
-from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
+from conrod.exact.linkage.polygon import PathParts, Polygon, acceleration_polygon, path_parts, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, link_numbers, linkage_state
 from conrod.exact.linkage.transmission import Push, TransmissionAngle, pushes, transmission_angles
 from conrod.exact.motion import Array

@@ -26,7 +26,6 @@ SECONDARY: tuple[CentreKind, None] = ("secondary", None)
 SAME = 1e-12  # [m]: two places on a link that are one
 # A centre so many sizes of the mechanism away is the rounding of one at infinity.
 FARTHEST = 1e10
-PARALLEL = 1e-6  # the sine under which two lines count as one: beyond, their crossing would be rounding
 
 
 @dataclass(frozen=True)
@@ -44,13 +43,6 @@ class InstantCentre:
     kind: CentreKind
     place: tuple[float, float] | None  # (x, y) [m]; None at infinity, and where the two links move as one
     direction: tuple[float, float] | None  # (x, y) of length 1 in which a centre at infinity lies; None for others
-
-    @property
-    def homogeneous(self) -> Array | None:
-        """(x, y, 1), or (x, y, 0) at infinity; (3,). None where the two links move as one."""
-        if self.place is not None:
-            return np.array([*self.place, 1.0])
-        return None if self.direction is None else np.array([*self.direction, 0.0])
 
 
 def centre_count(mechanism: Mechanism) -> int:
@@ -96,7 +88,7 @@ def _pole(twist: Array, size: float, fastest: float) -> tuple[tuple[float, float
 
 
 def joint_centre(state: LinkageState, joint: Joint) -> Array | None:
-    """The centre that a joint alone gives, as `InstantCentre.homogeneous`; None where it gives a line only."""
+    """The centre that a joint alone gives, (x, y, 1), or (x, y, 0) at infinity; None where it gives a line only."""
     link = state.links[joint.a]
     match joint:
         case Revolute():
@@ -154,42 +146,3 @@ def primary_joints(mechanism: Mechanism) -> dict[Pair, tuple[CentreKind, Joint]]
 def _ends(pin: Revolute) -> tuple[tuple[str, Point, str], tuple[str, Point, str]]:
     """Each link of a pin with its place on it, and the other link."""
     return (pin.a, pin.point_a, pin.b), (pin.b, pin.point_b, pin.a)
-
-
-def construction(state: LinkageState, centres: tuple[InstantCentre, ...]) -> list[tuple[Pair, tuple[str, ...]]]:
-    """Pairs of links in the order in which Kennedy's construction finds their centres, with two links for each.
-
-    Where three links have two known centres, the third lies on the line through them; where two such lines cross, it
-    is found. Of a cam and its roller, the common normal is one of the two.
-    """
-    scale = np.array([state.size, state.size, 1.0])
-    points = {
-        frozenset(c.links): _unit(h / (scale if h[2] else 1.0)) for c in centres if (h := c.homogeneous) is not None
-    }
-    known = primary_joints(state.mechanism).keys() & points.keys()
-    rollers = {
-        frozenset((c.a, c.b)): _unit(np.array([*state.links[c.b].place(c.roller_centre), 1.0]) / scale)
-        for c in state.mechanism.cam_contacts
-    }
-    found: list[tuple[Pair, tuple[str, ...]]] = []
-    before = -1
-    while before < len(found):
-        before = len(found)
-        for pair in [pair for pair in points if pair not in known]:
-            first, second = sorted(pair)
-            ends = {third: (frozenset((third, first)), frozenset((third, second))) for third in state.links}
-            lines = {"": np.cross(rollers[pair], points[pair])} if pair in rollers else {}
-            lines |= {k: np.cross(points[one], points[two]) for k, (one, two) in ends.items() if {one, two} <= known}
-            lines = {third: _unit(line) for third, line in lines.items() if np.linalg.norm(line) > PARALLEL}
-            sines = {
-                two: float(np.linalg.norm(np.cross(lines[two[0]], lines[two[1]]))) for two in combinations(lines, 2)
-            }
-            best = max(sines, key=sines.__getitem__, default=("", ""))
-            if sines.get(best, 0.0) > PARALLEL:
-                known.add(pair)
-                found.append((pair, tuple(name for name in best if name)))
-    return found
-
-
-def _unit(vector: Array) -> Array:
-    return np.asarray(vector / np.linalg.norm(vector))

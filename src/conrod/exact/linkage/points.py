@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import NamedTuple
 
-from conrod.exact.linkage.accelerations import coincident_point
 from conrod.exact.linkage.centres import SAME
 from conrod.exact.linkage.state import link_numbers
-from conrod.mechanism.mechanism import GROUND, Joint, Mechanism, Mesh, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Mesh, Point, Prismatic, Revolute, beside
 
 POLE = "O"  # of a polygon
 
@@ -44,25 +43,12 @@ class SlidingPair(NamedTuple):
     straight: bool  # whether the path is a line
 
 
-class RollingContact(NamedTuple):
-    """The contact of two links that roll on each other, another point of both at every crank angle."""
-
-    name: str  # its letter
-    joint: Mesh
-
-
-@dataclass(frozen=True)
-class LinkagePoints:
-    """All moving points that a polygon shows, from the crank on, those that coincide in slides and cams, contacts."""
+class LinkagePoints(NamedTuple):
+    """Moving points that a polygon shows, from the crank on, those that coincide in slides and cams, contacts."""
 
     points: tuple[NamedPoint, ...]
     pairs: tuple[SlidingPair, ...]
-    contacts: tuple[RollingContact, ...]
-
-
-def place_name(point: str) -> str:
-    """The name of a point's place in a polygon, as the course has it: in small letters."""
-    return point.lower()
+    contacts: dict[str, Mesh]  # where links roll on each other, by letter: another point of both at every crank angle
 
 
 def linkage_points(mechanism: Mechanism) -> LinkagePoints:
@@ -71,69 +57,62 @@ def linkage_points(mechanism: Mechanism) -> LinkagePoints:
     A pin has its joint's name where that is one or two characters long, else the name of the observed point at its
     place, else a letter: from A on, in the order of the links' numbers.
     """
-    naming = _Naming(mechanism)
-    moving = [joint for joint in naming.joints if GROUND not in (joint.a, joint.b)]
+    numbers = link_numbers(mechanism)
+    joints = sorted(mechanism.joints, key=lambda j: (*sorted((numbers[j.a], numbers[j.b])), j.name))
+    moving = [joint for joint in joints if GROUND not in (joint.a, joint.b)]
+    observed = {o.name: Carrier(o.body, o.point) for o in mechanism.observed}
+    taken = {*map(_short, joints), *observed}
+    letters = (letter for letter in _letters() if letter not in taken)
+    points: list[NamedPoint] = []
+
+    def at(carrier: Carrier) -> NamedPoint | None:
+        return next((point for point in points if any(_same(other, carrier) for other in point.carriers)), None)
+
+    def ordered(carriers: list[Carrier]) -> tuple[Carrier, ...]:
+        return tuple(sorted(carriers, key=lambda c: (mechanism.guide(c.link) is None, numbers[c.link])))
+
+    def add(name: str | None, carriers: list[Carrier], joined: bool = True) -> NamedPoint:
+        here = (other for other, place in observed.items() if any(_same(carrier, place) for carrier in carriers))
+        points.append(NamedPoint(name or next(here, None) or next(letters), ordered(carriers), joined))
+        return points[-1]
+
     for joint in moving:
         if isinstance(joint, Revolute):
-            naming.pin(joint)
-    sliding = []
+            carriers = [Carrier(joint.a, joint.point_a), Carrier(joint.b, joint.point_b)]
+            here = next((point for carrier in carriers if (point := at(carrier))), None)
+            if here is None:
+                add(_short(joint), carriers)
+            else:
+                new = [carrier for carrier in carriers if carrier not in here.carriers]
+                points[points.index(here)] = replace(here, carriers=ordered([*here.carriers, *new]))
+    pairs = []
     for joint in moving:
-        pair = coincident_point(mechanism, joint)
-        if pair is not None:
+        if (pair := coincident_point(mechanism, joint)) is not None:
             guide, carrier = pair[0], Carrier(*pair[1:])
-            point = naming.at(carrier) or naming.add(None, [carrier])
-            straight = isinstance(joint, Prismatic)
-            sliding.append(SlidingPair(guide, f"{point.name}{naming.numbers[guide]}", point.name, carrier, straight))
-    for observed in mechanism.observed:
-        carrier = Carrier(observed.body, observed.point)
-        if naming.at(carrier) is None:
-            naming.add(observed.name, [carrier], joined=False)
-    contacts = [RollingContact(naming.letter(), joint) for joint in naming.joints if isinstance(joint, Mesh)]
-    return LinkagePoints(tuple(naming.points), tuple(sliding), tuple(contacts))
+            name = (at(carrier) or add(None, [carrier])).name
+            pairs.append(SlidingPair(guide, f"{name}{numbers[guide]}", name, carrier, isinstance(joint, Prismatic)))
+    for other, carrier in observed.items():
+        if at(carrier) is None:
+            add(other, [carrier], joined=False)
+    contacts = {next(letters): joint for joint in joints if isinstance(joint, Mesh)}
+    return LinkagePoints(tuple(points), tuple(pairs), contacts)
 
 
-class _Naming:
-    """Points found so far."""
+def coincident_point(mechanism: Mechanism, joint: Joint) -> tuple[str, str, Point] | None:
+    """Guide, moving link and the moving link's point of a slide or a cam; None for joints in which nothing slides.
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self._mechanism = mechanism
-        self.numbers = numbers = link_numbers(mechanism)
-        self.joints = sorted(mechanism.joints, key=lambda j: (*sorted((numbers[j.a], numbers[j.b])), j.name))
-        self.points: list[NamedPoint] = []
-        self._taken = {name for joint in self.joints if (name := _short(joint))}
-        self._taken |= {observed.name for observed in mechanism.observed}
-
-    def at(self, carrier: Carrier) -> NamedPoint | None:
-        """The point that a place on a link is, if it has a name."""
-        return next((point for point in self.points if any(_same(other, carrier) for other in point.carriers)), None)
-
-    def pin(self, joint: Revolute) -> None:
-        """Name a pin, or add its other link to the one that it shares a place with."""
-        carriers = [Carrier(joint.a, joint.point_a), Carrier(joint.b, joint.point_b)]
-        here = next((point for carrier in carriers if (point := self.at(carrier))), None)
-        if here is None:
-            self.add(_short(joint), carriers)
-        else:
-            new = [carrier for carrier in carriers if carrier not in here.carriers]
-            self.points[self.points.index(here)] = replace(here, carriers=self._ordered([*here.carriers, *new]))
-
-    def add(self, name: str | None, carriers: list[Carrier], joined: bool = True) -> NamedPoint:
-        """Name a point; without a name it gets that of an observed point, or a letter."""
-        observed = {o.name: Carrier(o.body, o.point) for o in self._mechanism.observed}
-        here = (o for o, at in observed.items() if any(_same(carrier, at) for carrier in carriers))
-        name = name or next(here, None) or self.letter()
-        self._taken.add(name)
-        self.points.append(NamedPoint(name, self._ordered(carriers), joined))
-        return self.points[-1]
-
-    def letter(self) -> str:
-        """The next letter that nothing is called by."""
-        letter = next(letter for letter in _letters() if letter not in self._taken)
-        self._taken.add(letter)
-        return letter
-
-    def _ordered(self, carriers: list[Carrier]) -> tuple[Carrier, ...]:
-        return tuple(sorted(carriers, key=lambda c: (self._mechanism.guide(c.link) is None, self.numbers[c.link])))
+    Of a slide, the link that is a block on a pin moves, and the pin is its point: so the course draws it. Of a cam, it
+    is the roller's centre, whose path in the cam is the pitch curve.
+    """
+    if isinstance(joint, CamContact):
+        return joint.a, joint.b, joint.roller_centre
+    if not isinstance(joint, Prismatic):
+        return None
+    for guide, moving in ((joint.a, joint.b), (joint.b, joint.a)):
+        others = [other for other in mechanism.joints_on(moving) if other is not joint]
+        if len(others) == 1 and isinstance(others[0], Revolute):
+            return guide, moving, beside(others[0], moving)[2]
+    return joint.a, joint.b, joint.point_b
 
 
 def _same(first: Carrier, second: Carrier) -> bool:

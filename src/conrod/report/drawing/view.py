@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from conrod.exact.linkage.accelerations import coincident_point
+from conrod.exact.linkage.points import coincident_point
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import (
     GROUND,

@@ -1,21 +1,19 @@
-"""The figures of a linkage at a crank angle, to scale: instant centres by Kennedy's construction, and its polygons."""
+"""The figures of a linkage at a crank angle, to scale: its instant centres and its polygons."""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from conrod.exact.linkage import InstantQuantities
-from conrod.exact.linkage.centres import InstantCentre, construction, instant_centres, joint_centre
+from conrod.exact.linkage.centres import InstantCentre, instant_centres, joint_centre
 from conrod.exact.linkage.points import linkage_points
 from conrod.exact.linkage.polygon import Kind, Polygon
 from conrod.exact.linkage.state import LinkageState, link_numbers
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Prismatic, pins_of
-from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.links import draw_joints, draw_links
@@ -31,7 +29,7 @@ MM = 1e3
 
 
 def centres_figure(state: LinkageState) -> Figure:
-    """The mechanism in the pose of a state, its instant centres, and a list of them all."""
+    """The mechanism in the pose of a state, and its instant centres."""
     centres = instant_centres(state)
     poses = {name: link.pose for name, link in state.links.items()}
     named = np.array([place for _, place in _points(state)]).reshape(-1, 2)
@@ -41,19 +39,15 @@ def centres_figure(state: LinkageState) -> Figure:
     room = ROOM * float((high - low).max())
     places = [np.array(c.place) for c in centres if c.place is not None]
     shown = [p for p in places if np.all(p >= low - room) and np.all(p <= high + room)]
-    links = [(str(number), name) for name, number in link_numbers(state.mechanism).items()]
-    sheet = Sheet(np.array([*own, *shown]), len(centres) + len(links) + 3)
+    sheet = Sheet(np.array([*own, *shown]))
     sheet.scale_bar("mm", MM)
     view = sheet.view(state)
     draw_joints(view)
     draw_links(view)
-    _lines(sheet, state, centres)
     _centres(sheet, state, centres)
-    for number, name in links:
+    for name, number in link_numbers(state.mechanism).items():
         if name != GROUND:
-            sheet.label(_middle(view, name), number, "#555555")
-    rows = [(mathematical(centre.name), _row_text(sheet, centre)) for centre in centres]
-    sheet.column(f"{len(centres)} instant centres [mm]", [*rows, ("", ""), *links])
+            sheet.label(_middle(view, name), str(number), "#555555")
     return sheet.finished()
 
 
@@ -83,42 +77,6 @@ def _stems(state: LinkageState, length: float) -> Array:
     return np.concatenate(found)
 
 
-def _lines(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ...]) -> None:
-    """For each centre the two lines that find it, and the common normals of cams and rollers; on the sheet."""
-    lines = []
-    places = {frozenset(c.links): place for c in centres if (place := c.homogeneous) is not None}
-    for pair, thirds in construction(state, centres):
-        for third in thirds:
-            lines.append((1, [*(places[frozenset((link, third))] for link in sorted(pair)), places[pair]]))
-    for contact in state.mechanism.cam_contacts:
-        centre = places.get(frozenset((contact.a, contact.b)))
-        if centre is not None:
-            lines.append((6, [np.array([*state.links[contact.b].place(contact.roller_centre), 1.0]), centre]))
-    for zorder, points in lines:
-        line = _clipped(sheet, points)
-        if line is not None:
-            sheet.axes.plot(*np.round(line, 2).T, color="#aaaaaa", linewidth=0.7, dashes=(5, 3), zorder=zorder)
-
-
-def _clipped(sheet: Sheet, points: list[Array]) -> Array | None:
-    """The part of the line through three centres that lies between them on the sheet; (2, 2) [pt]."""
-    finite = [sheet.at(point[:2]) for point in points if point[2] != 0.0]
-    away = [point[:2] for point in points if point[2] == 0.0]
-    if not finite or len(finite) + len(away) < 2:
-        return None
-    along = away[0] if away else max((p - finite[0] for p in finite[1:]), key=lambda way: float(np.linalg.norm(way)))
-    if float(np.linalg.norm(along)) < 1e-9:
-        return None
-    along = along / np.linalg.norm(along)
-    ways = [float((point - finite[0]) @ along) for point in finite]
-    low, high = (-math.inf, math.inf) if away else (min(ways), max(ways))
-    for k, side in enumerate((sheet.width, sheet.height)):
-        if abs(along[k]) > 1e-12:
-            ends = sorted(((0.0 - finite[0][k]) / along[k], (side - finite[0][k]) / along[k]))
-            low, high = max(low, ends[0]), min(high, ends[1])
-    return None if high <= low else finite[0] + np.outer([low, high], along)
-
-
 def _centres(sheet: Sheet, state: LinkageState, centres: tuple[InstantCentre, ...]) -> None:
     """Centres and points at one place share a mark and a label."""
     seen: list[tuple[Array, list[str], list[InstantCentre]]] = []
@@ -146,22 +104,11 @@ def _points(state: LinkageState) -> list[tuple[str, Array]]:
     """The points of the polygons, by their names there."""
     points = linkage_points(state.mechanism)
     found = [(p.name, state.links[p.carriers[0].link].place(p.carriers[0].point)) for p in points.points]
-    for contact in points.contacts:
-        centre = joint_centre(state, contact.joint)
+    for name, joint in points.contacts.items():
+        centre = joint_centre(state, joint)
         assert centre is not None
-        found.append((contact.name, centre[:2]))
+        found.append((name, centre[:2]))
     return found
-
-
-def _row_text(sheet: Sheet, centre: InstantCentre) -> str:
-    """Kind and place of a centre, in mm."""
-    if centre.direction is not None:
-        turn = math.degrees(math.atan2(centre.direction[1], centre.direction[0])) % 180.0
-        return f"{centre.kind}: at infinity, {numbers.quantity(round(turn, 3))} deg"
-    if centre.place is None:
-        return f"{centre.kind}: the two move as one"
-    x, y = (f"{value:.1f}".replace("-0.0", "0.0") for value in MM * np.array(centre.place))
-    return f"{centre.kind}: {x}, {y}" + ("" if sheet.holds(np.array(centre.place)) else " (outside)")
 
 
 # -- velocity and acceleration polygons --------------------------------------------------------------------------------
@@ -191,9 +138,9 @@ def figures_batch(instant: InstantQuantities, folder: Path) -> Batch:
 
 
 def polygon_figure(polygon: Polygon) -> Figure:
-    """The vectors from the pole O, a scale bar, and their sizes beside."""
+    """The vectors from the pole O, and a scale bar."""
     unit, places = UNITS[polygon.quantity], polygon.places
-    sheet = Sheet(np.array(list(places.values())), len(polygon.vectors) + 2)
+    sheet = Sheet(np.array(list(places.values())))
     sheet.scale_bar(unit)
     drawn = [v for v in polygon.vectors if float(np.linalg.norm(v.value)) > TOO_SHORT * polygon.size]
     for vector in drawn:
@@ -216,11 +163,4 @@ def polygon_figure(polygon: Polygon) -> Figure:
         along = vector.value / np.linalg.norm(vector.value)
         middles = start + sheet.scale * np.outer([0.5, 0.35, 0.65, 0.2, 0.8], vector.value)
         sheet.label(middles, mathematical(vector.name), PARTS[vector.kind], np.array([along[1], -along[0]]))
-    rows = []
-    for vector in polygon.vectors:
-        size = float(np.linalg.norm(vector.value))
-        # Below rounding of the longest the digits would differ from machine to machine.
-        shown = "0" if size <= 1e-9 * polygon.size else numbers.quantity(size)
-        rows.append((mathematical(vector.name), shown if vector.link is None else f"{shown}   link {vector.link}"))
-    sheet.column(f"{polygon.quantity.capitalize()} polygon [{unit}]", rows)
     return sheet.finished()

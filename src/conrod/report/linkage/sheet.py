@@ -14,9 +14,9 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.label_placement import LabelPlacement
 from conrod.report.drawing.view import View
 
-MARGIN, COLUMN = 46.0, 224.0  # around the drawing, and for the text beside it [pt]
+MARGIN = 46.0  # around the drawing [pt]
 LARGEST, LEAST = 400.0, 190.0  # of the drawing's sides [pt]
-FONT, LINE = 8.5, 14.0  # [pt]
+FONT = 8.5  # [pt]
 LETTER = 0.66  # widest usual letter against the font's size
 SYMBOL = 8.0  # of a joint [pt]
 
@@ -30,20 +30,18 @@ class Sheet:
         labels: texts and lines that are drawn already.
     """
 
-    def __init__(self, places: Array, lines: int = 0) -> None:
-        """A sheet that holds places (N, 2), with a column for some lines of text on its right."""
+    def __init__(self, places: Array) -> None:
+        """A sheet that holds places (N, 2)."""
         low, high = places.min(axis=0), places.max(axis=0)
         extent = float((high - low).max()) or 1.0
         self.scale = LARGEST / extent
         width, height = (max(LEAST, float(side)) for side in (high - low) * self.scale)
-        height = max(height, LINE * lines + 20.0 - MARGIN)
         self._origin = 0.5 * (low + high) - 0.5 * np.array([width, height]) / self.scale
         self.width, self.height = width + 2.0 * MARGIN, height + 2.0 * MARGIN
-        whole = self.width + (COLUMN if lines else 0.0)
-        self.figure = Figure(figsize=(whole / 72.0, self.height / 72.0))
+        self.figure = Figure(figsize=(self.width / 72.0, self.height / 72.0))
         self.axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
         self.axes.set_axis_off()
-        self.axes.set_xlim(0.0, whole)
+        self.axes.set_xlim(0.0, self.width)
         self.axes.set_ylim(0.0, self.height)
         self.labels = LabelPlacement(1.0)
         self._labels: list[tuple[Array, str, str, Array | None]] = []
@@ -87,16 +85,6 @@ class Sheet:
         self.axes.text(0.5 * (12.0 + stop), 16.0, f"{length:g} {unit}", ha="center", va="bottom", fontsize=FONT)
         right = max(stop, 60.0) + 6.0
         self.labels.take(np.array([(8.0, 6.0), (right, 6.0), (right, 30.0), (8.0, 30.0)]))
-
-    def column(self, title: str, rows: list[tuple[str, str]]) -> None:
-        """Lines of text on the right: a name and what it is."""
-        x, y = self.width + 4.0, self.height - 18.0
-        self.axes.text(x, y, title, fontsize=FONT, fontweight="bold", va="center")
-        aside = max(_extent(name)[0] for name, _ in rows)
-        for k, (name, text) in enumerate(rows):
-            line = y - LINE * (k + 1.2)
-            self.axes.text(x, line, name, fontsize=FONT, va="center")
-            self.axes.text(x + aside, line, text, fontsize=FONT - 0.5, va="center", color="#333333")
 
     def finished(self) -> Figure:
         """The figure, with its labels."""
