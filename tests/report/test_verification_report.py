@@ -20,8 +20,17 @@ from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.table import table
 from conrod.report.verification import beside
-from conrod.report.verification.findings import CRITERIA, Section, Verification, changes
-from conrod.report.verification.page import SEAL, UNSEALED, data_of, seal_of, sealed_page
+from conrod.report.verification.page import (
+    CRITERIA,
+    SEAL,
+    UNSEALED,
+    Section,
+    Verification,
+    changes,
+    data_of,
+    seal_of,
+    sealed_page,
+)
 from conrod.report.verification.sections import Refinement
 from conrod.runs.convergence import numerical_uncertainty
 from conrod.scenes import SCENES

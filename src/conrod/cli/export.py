@@ -78,7 +78,7 @@ def export(
         if why_no_binary is not None:
             say(f"{name}: the FMU holds sources alone: {why_no_binary}", err=True)
     elif kind in ("csv", "npz"):
-        from conrod.report.pack.export import as_csv, as_npz, exact_columns
+        from conrod.report.pack.contents import as_csv, as_npz, exact_columns
 
         columns = exact_columns(chosen, samples, turns)
         content = as_csv(columns) if kind == "csv" else as_npz(columns)

@@ -29,8 +29,7 @@ from conrod.report.limits.report import KIND as LIMITS
 from conrod.report.saved import plain, restore
 from conrod.report.verification import beside
 from conrod.report.verification.beside import DATA
-from conrod.report.verification.findings import Change, Verification, changes
-from conrod.report.verification.page import data_of, seal_of, sealed_page
+from conrod.report.verification.page import Change, Verification, changes, data_of, seal_of, sealed_page
 from conrod.report.verification.sections import sections
 from conrod.scenes import Scene
 from conrod.studies.execution.isolation import confined

@@ -18,7 +18,7 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import invariances, numbers, trajectory
 from conrod.report.limits.tables import reach_table
 from conrod.report.table import table
-from conrod.report.verification.findings import Section
+from conrod.report.verification.page import Section
 from conrod.report.writer import environment
 from conrod.scenes import Scene
 from conrod.studies.limits.results import LimitStudy

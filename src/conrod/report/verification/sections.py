@@ -17,7 +17,7 @@ from conrod.report import loops, numbers, trajectory, user_model
 from conrod.report.results import name_of
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.validation import tables
-from conrod.report.verification.findings import CRITERIA, Section
+from conrod.report.verification.page import CRITERIA, Section
 from conrod.runs.convergence import claimed_order, numerical_uncertainty
 from conrod.studies.frame.measurement import QUANTITIES
 
