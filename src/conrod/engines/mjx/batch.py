@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -48,32 +47,24 @@ class Batch:
 
     def trajectories(self, steps: int) -> Iterator[Trajectory]:
         """The recorded run of each machine, over so many steps from the start."""
-        data, states, sensors = self._data, list[Array](), list[Array]()
-        for done in range(0, steps + 1, rollout.BLOCK):
-            count = min(rollout.BLOCK, steps + 1 - done)
-            with jax.enable_x64(self._double):
-                data, *kept = _record(self._models, data, count)
-            for parts, values in zip((states, sensors), kept, strict=True):
-                parts.append(np.asarray(values[:, :count], dtype=float))
-        all_states, all_sensors = np.concatenate(states, axis=1), np.concatenate(sensors, axis=1)
+        _, states, sensors = rollout.kept(_record, self._models, self._data, steps + 1, self._double)
         for k, (machine, settings, made) in enumerate(zip(self._machines, self._settings, self._made, strict=True)):
             clock = settings.timestep * np.arange(steps + 1)
-            replayed = Replayed(np.column_stack([clock, all_states[k]]), all_sensors[k])
+            replayed = Replayed(np.column_stack([clock, states[k]]), sensors[k])
             turns = steps / settings.steps_per_revolution
             pieces = dynamics.recorded(made, replayed, machine, settings, turns, 0.0, steps, ENGINE.version)
             yield concatenate_pieces(list(pieces)).trajectory
 
 
 class Replayed:
-    """A recording that has been made: states (T, 1 + nq + nv) and sensor data (T, ..)."""
+    """A recording of one piece that has been made: states (T, 1 + nq + nv) and sensor data (T, ..)."""
 
     warnings: Mapping[str, int] = {}
-    solver: Any = None
+    solver = None
 
-    def __init__(self, states: Array, sensors: Array) -> None:
-        self._states, self._sensors, self._at = states, sensors, 0
+    def __init__(self, *recorded: Array) -> None:
+        self._recorded = recorded
 
     def next(self, samples: int) -> tuple[Array, Array]:
-        part = slice(self._at, self._at + samples)
-        self._at += samples
-        return self._states[part], self._sensors[part]
+        states, sensors = self._recorded
+        return states, sensors

@@ -55,6 +55,22 @@ def _advance(model: Any, data: Any, steps: Any) -> Any:
 record, advance = jax.jit(_record), jax.jit(_advance)
 
 
+def kept(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[Any, Array, Array]:
+    """Data after so many samples, with states (.., T, nq + nv) and sensor data (.., T, ..) of each, as doubles.
+
+    Args:
+        of: `record`, of one machine, or what is mapped from it over several.
+    """
+    found = []
+    for done in range(0, samples, BLOCK):
+        count = min(BLOCK, samples - done)
+        with jax.enable_x64(double):
+            data, *values = of(model, data, count)
+        found.append([np.asarray(value[..., :count, :], dtype=float) for value in values])
+    states, sensors = (np.concatenate(values, axis=-2) for values in zip(*found, strict=True))
+    return data, states, sensors
+
+
 class Recorder:
     """A machine that is stepped from a state of its model, as MuJoCo's recorder does it.
 
@@ -72,17 +88,11 @@ class Recorder:
 
     def next(self, samples: int) -> tuple[Array, Array]:
         """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), all doubles."""
-        states, sensors = list[Array](), list[Array]()
-        for done in range(0, samples, BLOCK):
-            count = min(BLOCK, samples - done)
-            with jax.enable_x64(self._double):
-                self._data, *kept = record(self._model, self._data, count)
-            for parts, values in zip((states, sensors), kept, strict=True):
-                parts.append(np.asarray(values[:count], dtype=float))
+        self._data, states, sensors = kept(record, self._model, self._data, samples, self._double)
         # From the step index: a sum of steps in single precision stands still.
         clock = self._timestep * np.arange(self._steps, self._steps + samples)
         self._steps += samples
-        return np.column_stack([clock, np.concatenate(states)]), np.concatenate(sensors)
+        return np.column_stack([clock, states]), sensors
 
 
 def put(made: Build, coordinates: Array, rates: Array, double: bool) -> tuple[Any, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Protocol
 
 import mujoco
@@ -12,19 +13,10 @@ from conrod.engines.engine import PIECE, Machine
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.recorder import Recorder, ended_by_engine
 from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.recording import Recorded, pieces, points_of
 from conrod.exact.motion import Array
-from conrod.runs.outcome import Verdict, judge
-from conrod.runs.trajectory import (
-    BodyStates,
-    BodyTracks,
-    Instants,
-    Outcome,
-    Piece,
-    PointTracks,
-    SolverState,
-    Track,
-    Trajectory,
-)
+from conrod.runs.outcome import Verdict
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, SolverState, Track
 
 
 class Recording(Protocol):
@@ -45,7 +37,7 @@ def run(
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
     recorder = Recorder(made, settings, *made.start_state(machine, start_angle), start_angle / machine.speed)
-    yield from recorded(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
+    return recorded(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
 
 
 def recorded(
@@ -59,39 +51,23 @@ def recorded(
     version: str,
 ) -> Iterator[Piece]:
     """The run of a recorder that has just been started; it may be another engine's, of some version."""
-    samples = round(settings.steps_per_revolution * revolutions) + 1
-    poses, clock, ended, judged = None, -settings.timestep, None, Verdict(Outcome.COMPLETED)  # up to the sample before
-    for first in (0, *range(steps + 1, samples, steps)):
-        last = min(max(first, 1) + steps, samples)
-        states, sensors = recorder.next(last - first)
-        instants = instants_of(made, _times(machine, settings, start_angle, first, last), states, sensors)
-        # A state that is not finite any more stays so; how the run ended is judged from it.
-        with np.errstate(invalid="ignore", over="ignore"):
-            bodies = body_states(made, instants, states, sensors, poses)
-            points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
-        tracks = BodyTracks(bodies, bodies, bodies)
-        ended = ended or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
-        judged = judge(machine.kinematics, tracks, machine.speed, judged)
-        verdict = verdict_of(judged, ended)
-        yield Piece(
-            trajectory=Trajectory(
-                engine=settings.engine,
-                engine_version=version,
-                settings=settings,
-                speed=machine.speed,
-                revolutions=revolutions,
-                outcome=verdict.outcome,
-                reason=verdict.reason,
-                points=points,
-                bodies=tracks,
-            ),
-            first_step=first,
-            clock=states[:, 0],
-            warnings=recorder.warnings,
-            solver=recorder.solver,
-            drive_torque=drive_torque(settings, instants),
-        )
+    poses: Array | None = None
+    clock, end = -settings.timestep, None  # up to the sample before
+
+    def record(first: int, times: Array) -> Recorded:
+        nonlocal poses, clock, end
+        states, sensors = recorder.next(len(times))
+        instants = instants_of(made, times, states, sensors)
+        bodies = body_states(made, instants, states, sensors, poses)
+        points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
+        end = end or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
         poses, clock = bodies.poses[-1], float(states[-1, 0])
+        return Recorded(
+            BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings, recorder.solver,
+            drive_torque(settings, instants), partial(verdict_of, ended=end),
+        )  # fmt: skip
+
+    return pieces(machine, settings, version, revolutions, start_angle, steps, record)
 
 
 def advance(
@@ -100,13 +76,7 @@ def advance(
     """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
     begin = start_angle / machine.speed
     states, sensors = Recorder(made, settings, *made.start_state(machine, start_angle), begin).next(steps + 1)
-    return _times(machine, settings, start_angle, 0, steps + 1), states, sensors
-
-
-def _times(machine: Machine, settings: MuJoCoSettings, start_angle: float, first: int, last: int) -> Array:
-    """Nominal times of the samples from one to before another."""
-    # From the step index: a clock that sums its steps drifts.
-    return start_angle / machine.speed + settings.timestep * np.arange(first, last, dtype=float)
+    return begin + settings.timestep * np.arange(steps + 1, dtype=float), states, sensors
 
 
 def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
@@ -179,9 +149,4 @@ def unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str
     seen = {point.name for point in made.form.mechanism.observed}
     if len(seen) == len(made.form.whole.observed):
         return {}
-    computed = machine.kinematics.point_derivatives([bodies.poses, bodies.rates, bodies.accelerations])
-    return {
-        name: PointTracks(*(Track(bodies.instants, values) for values in derivatives))
-        for name, derivatives in computed.items()
-        if name not in seen
-    }
+    return {name: tracks for name, tracks in points_of(machine.kinematics, bodies).items() if name not in seen}
