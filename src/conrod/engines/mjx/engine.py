@@ -1,9 +1,9 @@
 """MJX, as one of conrod's engines, and bounds on its errors before any run.
 
-Its closures lack dJ/dt v: MJX sets J a = aref, where MuJoCo sets J a + dJ/dt v = aref. So each gap g follows
-g'' = -2/c g' - g/c^2 + dJ/dt v, with c the time constant: it opens to c^2 dJ/dt v, after a first step in which nothing has opened yet and all of dJ/dt v
-is an error of the acceleration. Steps h along tangents take h/c of that away: each leaves h^2/2 dJ/dt v less of a gap
-than the rate h dJ/dt v at its end says. Time is the way of the crank [rad].
+Its closures lack dJ/dt v: MJX sets J a = aref, where MuJoCo sets J a + dJ/dt v = aref. So each gap g follows g'' =
+-2/c g' - g/c^2 + dJ/dt v, with c the time constant: it opens to c^2 dJ/dt v, after a first step in which nothing has
+opened yet and all of dJ/dt v is an error of the acceleration. Steps h along tangents take h/c of that away: each
+leaves h^2/2 dJ/dt v less of a gap than the rate h dJ/dt v at its end says. Time is the way of the crank [rad].
 """
 
 from __future__ import annotations
