@@ -396,6 +396,7 @@ def test_what_begins_gently_behind_a_dwell_is_not_missed() -> None:
     assert ForwardDynamics(kinematics.mechanism).motion(np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
 
 
+@pytest.mark.slow
 def test_a_roller_passes_from_arc_to_arc_of_its_cam() -> None:
     """The curvature jumps there: pieces end, and the energy is kept."""
     kinematics, speed = kinematics_of("cam-follower")

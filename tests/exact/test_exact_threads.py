@@ -36,6 +36,7 @@ def test_the_curve_of_a_motion_is_worked_out_by_one_thread(monkeypatch: pytest.M
     assert all(threads == {1} for threads in seen)
 
 
+@pytest.mark.slow
 def test_the_limits_of_an_input_are_found_by_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     seen, corrected = [], JointCurve.corrected
 

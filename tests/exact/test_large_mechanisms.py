@@ -16,7 +16,7 @@ from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.running import whole_run
 from conrod.engines.tree import tree_of
-from conrod.exact.block_structure import triangular_blocks
+from conrod.exact.elimination import triangular_blocks
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome

@@ -19,8 +19,7 @@ from conrod.exact.linkage.centres import instant_centres
 from conrod.exact.linkage.polygon import Polygon, acceleration_polygon, velocity_polygon
 from conrod.exact.linkage.state import LinkageState, linkage_state
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.linkage.figures import centres_figure, polygon_figure
-from conrod.report.linkage.sheet import Sheet, mathematical
+from conrod.report.linkage.figures import Sheet, centres_figure, mathematical, polygon_figure
 
 STATES = {
     "example 4.10": lambda: linkage_state(Kinematics(example_4_10()), 0.0, 104.72),

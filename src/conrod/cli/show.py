@@ -67,7 +67,7 @@ def show(
 
             batches.append(figures_batch(instant, folder))
         if "--json" in files:
-            from conrod.report.linkage.document import linkage_text
+            from conrod.report.linkage.tables import linkage_text
 
             batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
     show_scene(name, chosen)
