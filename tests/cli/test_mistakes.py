@@ -31,11 +31,7 @@ MISTAKES = {
     # A missing file, before anything else is asked for.
     "validate none.xml": ("conrod: none.xml: there is no such file",),
     "validate none.csv": ("conrod: none.csv: there is no such file",),
-    "validate none.toml --engine mujocco": ("conrod: none.toml: there is no such file",),
-    "lint none.xml --scene nothing": ("conrod: none.xml: there is no such file",),
-    "harden none.xml -o none.xml": ("conrod: none.xml: there is no such file",),
     "export none.toml": ("conrod: none.toml: there is no such file",),
-    "recommend none.toml": ("conrod: none.toml: there is no such file",),
     "export saw-40rpm --format mjfc": ("'mjfc'", "mjcf"),
     # Parameters and their units.
     "validate --set crank": ("'crank'", "name=value"),
@@ -47,14 +43,11 @@ MISTAKES = {
     "validate saw-40rpm --set crank=nan": ("nan", "not a number"),
     "validate saw-40rpm --set crank=1e999": ("inf", "finite"),
     "validate saw-40rpm --set crank=0": ("crank = 0", "<="),
-    "validate saw-40rpm --set slider_mass=1e30": ("slider_mass", "1e+09"),
     "validate saw-40rpm --set speed=0rpm": ("speed = 0", "|speed|"),
     "validate saw-40rpm --set rod=150mm": ("turn fully", "0.15"),
-    "validate shear-press --set crank=390mm": ("turn fully", "0.39"),
     "validate cam-follower --set flank_radius=72mm": ("flank_radius = 0.072", "0.0725"),
     "show saw-40rpm --angle soon": ("60deg",),
     "show saw-40rpm --angle 1e9": ("out of range",),
-    "show saw-40rpm --angle 60mm": ("'mm' is not a unit of rad",),
     "show pass.toml --angle '70 deg'": ("one pass, from -10 to 60 deg",),
     # Tolerances, steps and revolutions.
     "validate --tolerance position=-1": ("position = -1",),
@@ -70,13 +63,11 @@ MISTAKES = {
     "export saw-40rpm --format mjcf --revolutions 1": ("a model has no revolutions",),
     "recommend saw-500rpm": ("--position", "--acceleration"),
     "recommend saw-500rpm --position 0": ("--position",),
-    "recommend saw-500rpm --position nan": ("--position",),
     # A grid, an axis, the rounds of a comparison.
     "sweep saw-500rpm --grid corse": ("unknown grid 'corse'", "did you mean 'coarse'?"),
     "sweep saw-500rpm --jobs 0": ("0 jobs", "1 to"),
     "sweep saw-500rpm --cell-timeout -1": ("--cell-timeout: -1 s", "0.1.."),
     "sweep saw-500rpm --cell-memory 0": ("--cell-memory: 0 bytes",),
-    "sweep saw-500rpm --cell-memory lots": ("--cell-memory", "lots"),
     # Releases of an engine.
     "versions mujocco": ("unknown engine 'mujocco'", "did you mean 'mujoco'?"),
     "versions mujoco saw-500": ("'saw-500'", "saw-500rpm"),
@@ -97,17 +88,13 @@ MISTAKES = {
     "limits saw-500rpm --axis steps --range 99.5..10": ("99.5 is not a whole number",),
     "limits --axis steps --axis speed --range 9..3": ("one --axis",),
     "limits saw-500rpm --axis rounding --range 0..1": ("its values are a list",),
-    "limits saw-500rpm --axis steps --cell-timeout 0": ("--cell-timeout: 0 s", "0.1.."),
     "limits saw-500rpm --axis run-length --revolutions 0": ("--revolutions", "1"),
     "limits --axis steps --revolutions 9": ("--revolutions 9", "run-length"),
     "limits --axis run-length --range 1..9 --revolutions 5": ("--range 1..9", "give one"),
     "limits cam-follower --axis steps --preset hardened": ("hardened",),
     "ablate": ("Missing argument",),
-    "ablate saw-500rpm --set lift=1mm": ("unknown parameter 'lift'",),
-    "ablate saw-500rpm --steps-per-rev 1": ("--steps-per-rev = 1 is out of range",),
     "ablate saw-500rpm --steps-per-rev 1000000": ("samples are too many",),
     "ablate saw-500rpm --rounds 1": ("--rounds = 1 is out of range",),
-    "ablate saw-500rpm --cluster tcp://x:1 --jobs 2": ("--jobs does not go with",),
     # Names of outputs, and what is there already.
     "sweep saw-500rpm --ledger file": ("file is not a ledger of conrod",),
     "show --svg x.svg": ("SCENE",),
@@ -115,10 +102,8 @@ MISTAKES = {
     "show saw-40rpm --figures ''": ("name of a folder",),
     "show saw-40rpm --figures . --svg centres.svg": ("it is the same file as the figure centres.svg",),
     "export saw-40rpm --format csv -o ''": ("-o ''", "name of a file"),
-    "export saw-40rpm --format csv -o -": ("-o '-'", "name of a file"),
     "export saw-40rpm --format npz": ("-o",),
     "validate --json ''": ("--json '': give the name of a",),
-    "validate --json -": ("--json '-': give the name of a",),
     "validate --json new/": ("--json 'new/': give the name of a",),
     "validate --json nowhere/out.json": ("nowhere",),
     "validate --out ''": ("--out '': give the name of a",),
@@ -130,33 +115,25 @@ MISTAKES = {
     "validate --out new/report --json new": ("new", "folder"),
     "sweep saw-500rpm --out file/x": ("cannot write into",),
     "sweep saw-500rpm --out report --json report/figures/a.svg": ("cannot write report/figures/a.svg: ",),
-    "limits saw-500rpm --out report --json report/figures/steps.svg": ("cannot write report/figures/steps.svg: ",),
     "ablate saw-500rpm --out report --json report/README.md": ("has a file of that name",),
-    "ablate saw-500rpm --out .": ("README.md that is not of this report",),
     # Models that are linted or hardened.
-    "lint none.xml": ("none.xml: there is no such file",),
     "lint model.mjb": ("a binary model cannot be taken apart; give the MJCF",),
     "lint saw.xml --json same.xml": ("it is the same file as the model",),
     "lint saw.xml --json a --fix a": ("it is the same file as --json",),
     "lint saw.xml --crank crank": ("say with --scene",),
-    "lint saw.xml --set crank=80mm": ("--scene",),
     "lint saw.xml --point C": ("NAME=site:SITE",),
     "lint saw.xml --seconds -1": ("out of range",),
     "lint saw.xml --scene saw-500rpm --point D=site:C": ("choose from C, M",),
-    "harden none.xml": ("there is no such file",),
     "harden there": ("it is a folder, not a file",),
     "harden includes.xml": ("MuJoCo cannot load it",),
     "harden legged.xml --keyframe swung": ("did you mean 'swing'?",),
     "harden legged.xml --seconds nan": ("--seconds nan",),
-    "harden legged.xml --seconds 1e9": ("out of range",),
     "harden legged.xml --solref soft": ("--solref 'soft'",),
     "harden legged.xml --solref -1": ("--solref '-1'",),
     "harden legged.xml --integrator rk4": ("choose from RK4, keep",),
     "harden legged.xml -o hard.xml": ("e.g. hard.mjb",),
     "harden legged.xml --json legged.xml": ("the same file as the model",),
     "harden model.mjb -o ./model.mjb": ("the same file as the model",),
-    "harden model.mjb -o link.mjb": ("the same file as the model",),
-    "harden link.mjb -o model.mjb": ("the same file as the model",),
     "harden model.mjb -o there/model.mjb": ("the same file as the model",),
     "harden includes.xml --json part.inc": ("part.inc, which the model is made of",),
     "harden legged.xml -o hard.mjb --json there/hard.mjb": ("it is the same file as -o",),
@@ -179,25 +156,21 @@ MISTAKES = {
     "validate saw.xml --scene saw-40rpm --crank crank --point C=C --json same.xml": ("it is the same file as",),
     "validate saw.urdf --scene saw-40rpm --crank crank": ("a file is known by its ending, one of .xml, .m",),
     "validate saw-40rpm --crank a": ("--crank does not go with a scene: it is for a file",),
-    "validate none.csv --scene saw-500rpm": ("there is no such file",),
     "validate d.csv --scene saw-500rpm": ("it is a folder, not a file",),
     "validate t.csv": ("say with --scene",),
     f"{TABLE} t.csv": ("t.csv: a file is judged on its own, but it is named twice",),
     f"{TABLE} saw-40rpm": ("t.csv: a file is judged on its own, without saw-40rpm",),
     f"{TABLE} --engine mujoco": ("--engine does not go with a table",),
-    f"{TABLE} --revolutions 3": ("--revolutions does not go with a table",),
     f"{TABLE} --crank hinge": ("--crank does not go with a table",),
     f"{TABLE} --estimate fase": ("unknown thing to estimate 'fase'",),
     f"{TABLE} --column C.z=px": ("unknown quantity 'C.z'",),
     f"{TABLE} --unit deg": ("--unit deg: no column of the table takes its unit from it",),
-    f"{TABLE} --unit crank_angle=deg": ("--unit crank_angle=deg: no column",),
     f"{TABLE} --tolerance speed=1": ("unknown quantity 'speed': choose from acceleration, phase, position",),
     f"{TABLE} --tolerance acceleration=1": ("no acceleration column; conrod does not differentiate",),
     f"{TABLE} --json t.csv": ("--json t.csv: it is the same file as the table",),
     f"{TABLE} --json link.csv": ("--json link.csv: it is the same file as the table",),
     f"{TABLE} --json hard.csv": ("--json hard.csv: it is the same file as the table",),
     f"{TABLE} --out t.csv": ("t.csv is a file, not a folder",),
-    f"{TABLE} --out .": ("it holds a README.md that is not of this report",),
     f"{TABLE} --out report --json report/README.md": ("the report in report has a file of that name",),
 }
 
@@ -220,10 +193,10 @@ LINKS = {"link": "report", "there": ".", "link.mjb": "model.mjb", "link.csv": "t
 HARD_LINKS = {"same.xml": "saw.xml", "hard.csv": "t.csv"}
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A folder of somebody's, with an empty report in it."""
-    made = tmp_path / "work"
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of somebody's, with an empty report in it; each mistake leaves it as it was."""
+    made = tmp_path_factory.mktemp("mistakes") / "work"
     for name in ("report/figures", "foreign", "d.csv"):
         (made / name).mkdir(parents=True)
     for name, text in FILES.items():
@@ -241,12 +214,14 @@ def contents(folder: Path) -> dict[Path, bytes | None]:
 
 @pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(command: str, folder: Path) -> None:
+def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
+    command: str, folder: Path, tmp_path: Path
+) -> None:
     arguments = shlex.split(command)
     if arguments[0] in ("validate", "sweep", "limits", "ablate") and "--json" not in arguments:
         arguments += ["--json", "out.json"]
     before = contents(folder)
-    done = conrod(*arguments, cwd=folder, ledger=folder.parent / "ledger.sqlite")
+    done = conrod(*arguments, cwd=folder, ledger=tmp_path / "ledger.sqlite")
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = said(done)
     assert line.startswith("conrod: ")

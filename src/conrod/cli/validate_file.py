@@ -15,11 +15,11 @@ from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.say import waiting
-from conrod.cli.validate_fmu import judge_fmu
 from conrod.cli.validate_request import DEFAULT_REVOLUTIONS, FMUS, MODELS, ModelOptions, Request, TableOptions
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be, check_readable
+from conrod.own.fmu.study import in_columns, study_fmu
 from conrod.own.models.frame import UNITS, GivenFrame
 from conrod.own.models.request import Drive, DrivenRun, Order, Question, controls_of, places_of
 from conrod.own.models.study import ModelStudy, study
@@ -44,6 +44,8 @@ from conrod.studies.frame.resolve_arguments import (
 from conrod.studies.frame.writing import naming
 
 Judge = Callable[[Path, str | Scene, Request], Any]
+STEPS = 1000  # a revolution, of an FMU
+OF_MODELS = ("drives", "plane", "rotation", "crank_zero", "length_unit", "keyframe", "controls", "touching")
 # A table of the most rows that are kept is read in a tenth of it.
 READING = 300.0  # [s]
 
@@ -193,6 +195,27 @@ def judge_table(table: Path, scene: str | Scene, asked: Request) -> TableStudy:
     check_readable(table)
     reading = isolation.confined(read_table, table, points, wanted, timeout=READING)
     return study_table(str(table), scene_text(scene), machine, reading, estimate, allowed)
+
+
+def judge_fmu(path: Path, scene: str | Scene, asked: Request) -> TableStudy:
+    """An FMU against the machine that a scene is.
+
+    Raises:
+        InvalidInput: the FMU or an option cannot be used.
+    """
+    refuse(asked, "an FMU: it is for scenes or MuJoCo models", *OF_MODELS, "engine", "qualify")
+    machine = select_scene(scene, asked.assignments)[1]
+    points, steps = tuple(machine.lengths), STEPS if asked.steps_per_rev is None else asked.steps_per_rev
+    revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
+    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    wanted = request((*asked.columns, *in_columns(asked.points, asked.crank, points)), asked.units, points)
+    estimate = () if asked.estimate is None else parse_estimate(asked.estimate)
+    allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
+    one, mode, turns = (scene_text(scene), machine), asked.preset, float(revolutions)
+    try:
+        return study_fmu(path, one, wanted, mode, steps, turns, estimate, allowed, asked.timeout)
+    except InvalidInput as error:
+        raise error if str(error).startswith(f"{path}: ") else InvalidInput(f"{path}: {error}") from None
 
 
 def print_table_study(study: TableStudy) -> None:
