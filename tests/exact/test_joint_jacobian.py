@@ -8,6 +8,7 @@ from catalogue import CAM
 
 from conrod.exact.joint_equations import joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import Array
+from conrod.mechanism.cam import DWELL, LAWS, Segment
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.mechanism import (
     GROUND,
@@ -21,7 +22,6 @@ from conrod.mechanism.mechanism import (
     Revolute,
     Rolling,
 )
-from conrod.mechanism.motion_laws import DWELL, LAWS, Segment
 
 STEP = 1e-6
 POSES = np.array([[0.3, -0.2, 0.7, 0.5, 0.4, -0.9]])  # of the two bodies, nothing special

@@ -17,11 +17,10 @@ from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
 from conrod.exact.joint_equations import joint_residual, pose_jets
-from conrod.mechanism import motion_laws
-from conrod.mechanism.cam import symmetric_cam
+from conrod.mechanism import cam as motion_laws
+from conrod.mechanism.cam import CYCLOIDAL, DWELL, HARMONIC, LAWS, Segment, symmetric_cam
 from conrod.mechanism.cam_law import TURN, LawProfile, can_roll, check_cut, concave_reason
 from conrod.mechanism.mechanism import CamContact
-from conrod.mechanism.motion_laws import CYCLOIDAL, DWELL, HARMONIC, LAWS, Segment
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.frame.scene_summary import dead_centres, jumps
 from conrod.studies.validation.study import validate_kinematic

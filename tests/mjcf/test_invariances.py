@@ -20,8 +20,8 @@ from conrod.mjcf.invariances.changes import (
 )
 from conrod.mjcf.invariances.results import Kept
 from conrod.mjcf.invariances.rounding import converged, forward
-from conrod.mjcf.invariances.scenes import declared_otherwise
 from conrod.mjcf.invariances.similarity import Similarity
+from conrod.mjcf.invariances.study import declared_otherwise
 from conrod.mjcf.lint.document import Document
 from conrod.mjcf.runs import run, state_of
 from conrod.studies.frame.resolve_arguments import select_scene

@@ -69,7 +69,7 @@ def of_file(name: str, path: Path, asked: Request, controls: Controls) -> Invari
 def of_scene(name: str, scene: Scene, asked: Request) -> InvarianceStudy:
     """A scene's exported model, and its models in other orders of declaration."""
     from conrod.engines.mujoco.standalone import standalone_mjcf
-    from conrod.mjcf.invariances.scenes import declared_otherwise
+    from conrod.mjcf.invariances.study import declared_otherwise
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"{name}.xml")

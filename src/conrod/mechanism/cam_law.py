@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.cam import Array, CamProfile
-from conrod.mechanism.motion_laws import DWELL, Segment
+from conrod.mechanism.cam import DWELL, Array, CamProfile, Segment
 
 TURN = 2.0 * math.pi
 # Of the largest derivative of its order: a jump below this is rounding.
@@ -48,7 +47,7 @@ class LawProfile:
     """The profile in the cam's frame: shaft at the origin.
 
     Raises:
-        InvalidInput: the segments do not close, or there is no such pitch curve.
+        InvalidInput: there is no such pitch curve.
     """
 
     base_radius: float  # least distance of the profile from the shaft, without an offset [m]
@@ -59,14 +58,6 @@ class LawProfile:
     offset: float = 0.0  # of the follower's line from the shaft, to the left of the follower's direction [m]
 
     def __post_init__(self) -> None:
-        turn, lift = math.fsum(s.over for s in self.segments), math.fsum(s.lift for s in self.segments)
-        largest = max(abs(s.lift) for s in self.segments)
-        if any(s.law == DWELL and s.lift != 0.0 for s in self.segments):
-            raise InvalidInput("a dwell of a cam has no lift")
-        if abs(turn - TURN) > ROUNDING:
-            raise InvalidInput(f"the segments of a cam cover {math.degrees(turn):.9g} deg; a closed cam has 360 deg")
-        if abs(lift) > ROUNDING * largest:
-            raise InvalidInput(f"the lifts of a cam's segments add up to {lift:.9g} m; a closed cam has 0")
         if not abs(self.offset) < self.prime_radius:
             raise InvalidInput(
                 f"offset = {self.offset:g} m: the follower's line must pass the shaft by less than base_radius + "

@@ -11,7 +11,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import BREAK_WIDTH, Array, Derivatives, PointDerivatives, Side
-from conrod.mechanism import parameters
+from conrod.mechanism import units as parameters
 from conrod.mechanism.cam import symmetric_cam
 from conrod.mechanism.mechanism import (
     GROUND,

@@ -20,7 +20,7 @@ from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism.files import Description, read_description
 from conrod.mechanism.files.toml_file import line_of, read_tables
 from conrod.mechanism.mechanism import Mechanism
-from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import Parameter
 from conrod.scenes.scene import Scene, canonical
 
 # A body that Newton iteration turns by more than this from its given start has gone to another assembly.

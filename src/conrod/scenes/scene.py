@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from conrod.errors import Named
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.exact.reference import ExactReference
-from conrod.mechanism.parameters import Parameter, parameters_of
+from conrod.mechanism.units import Parameter, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.

@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointDerivatives, Side
-from conrod.mechanism import parameters
+from conrod.mechanism import units as parameters
 from conrod.mechanism.mechanism import (
     GROUND,
     Body,

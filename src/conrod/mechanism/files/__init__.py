@@ -22,7 +22,7 @@ from conrod.mechanism.mechanism import (
     ObservedPoint,
     Revolute,
 )
-from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import Parameter
 
 FREE_FALL = Parameter("m/s^2", 0.0, 1e5, magnitude=True)
 FRAME = "the ground's frame in the file: x to the right, y up; the crank angle counts from the start poses, {sense}"
@@ -171,12 +171,8 @@ def _check_mobility(bodies: tuple[Body, ...], joints: tuple[Joint, ...]) -> None
     lower = len(joints) - higher
     mobility = 3 * len(bodies) - 2 * lower - higher
     count = f"mobility {mobility}: 3 x {len(bodies)} moving bodies - 2 x {lower} lower - {higher} higher pairs"
-    if mobility > 1:
-        raise InvalidInput(f"{count}; one driven crank needs exactly 1: more joints, or fewer bodies, are wanted")
-    if mobility < 1:
-        raise InvalidInput(
-            f"{count}; it cannot move, or only because of special lengths, which is not supported: exactly 1 is needed"
-        )
+    if mobility != 1:
+        raise InvalidInput(f"{count}; one driven crank needs exactly 1, without special lengths")
 
 
 # -- names -----------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.files.fields import COORDINATE, LENGTH, SHOWN, Fields, one_line, shown
 from conrod.mechanism.mechanism import GROUND, Body, Point
-from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import Parameter
 
 MASS = Parameter("kg", 1e-9, 1e12)
 INERTIA = Parameter("kg*m^2", 1e-14, 1e24)  # MuJoCo compiles no body of less than 1e-15

@@ -6,11 +6,10 @@ import math
 from itertools import pairwise
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.cam import Arc, CamProfile, symmetric_cam
+from conrod.mechanism.cam import DWELL, LAWS, Arc, CamProfile, Segment, symmetric_cam
 from conrod.mechanism.cam_law import TURN, LawProfile, Profile, check_cut
 from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, Fields
-from conrod.mechanism.motion_laws import DWELL, LAWS, Segment
-from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import Parameter
 
 MOST_ARCS, MOST_SEGMENTS = 2000, 100
 # Of the largest radius: what written digits may leave between the end of an arc and the start of the next.

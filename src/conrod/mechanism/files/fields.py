@@ -14,8 +14,7 @@ from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.mechanism import Point
-from conrod.mechanism.parameters import Parameter
-from conrod.mechanism.units import parse_quantity
+from conrod.mechanism.units import Parameter, parse_quantity
 
 LENGTH = Parameter("m", 1e-9, 1e6)
 COORDINATE = Parameter("m", 0.0, 1e6, magnitude=True)

@@ -20,7 +20,7 @@ from conrod.mechanism.loads import (
     Viscous,
 )
 from conrod.mechanism.mechanism import GROUND, ConstantForce
-from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import Parameter
 
 # Along a way, and along a turn.
 STIFFNESS = Parameter("N/m", 1e-12, 1e12), Parameter("N*m/rad", 1e-12, 1e12)

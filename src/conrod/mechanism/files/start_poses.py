@@ -28,7 +28,7 @@ from conrod.mechanism.mechanism import (
     beside,
     to_world,
 )
-from conrod.mechanism.parameters import Parameter
+from conrod.mechanism.units import Parameter
 
 # Two places give a body's turn if they are this far apart, of the larger distance from its origin.
 APART = 1e-6
