@@ -21,18 +21,18 @@ def centre_state(body: Body, pose: Array, rate: Array) -> CentreState:
     return gx, gy, float(phi), vx - spin * (gy - y), vy + spin * (gx - x), float(spin)
 
 
-def body_states(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
-    """Poses and rates of the body frames from those of the centres of gravity."""
+def body_states(mechanism: Mechanism, centres: Array, rates: Array, back: float = 1.0) -> tuple[Array, Array]:
+    """Poses and rates of the body frames from those of the centres of gravity; with `back` -1 the other way round."""
     poses, speeds = centres.copy(), rates.copy()
     for i, body in enumerate(mechanism.bodies):
         if body.centre_of_gravity == (0.0, 0.0):
             continue
         x, y = turned(body.centre_of_gravity, centres[:, 3 * i + 2])
         spin = rates[:, 3 * i + 2]
-        poses[:, 3 * i] -= x
-        poses[:, 3 * i + 1] -= y
-        speeds[:, 3 * i] += spin * y
-        speeds[:, 3 * i + 1] -= spin * x
+        poses[:, 3 * i] -= back * x
+        poses[:, 3 * i + 1] -= back * y
+        speeds[:, 3 * i] += back * (spin * y)
+        speeds[:, 3 * i + 1] -= back * (spin * x)
     return poses, speeds
 
 

@@ -42,8 +42,7 @@ from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon, wedges
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
-from conrod.exact.motion import Array, turned
-from conrod.mechanism.mechanism import Mechanism
+from conrod.exact.motion import Array
 
 ORDER = 4  # derivatives by the crank angle that enter
 FIRST_STEPS = 5  # with the start; the first reported acceleration is of the fourth
@@ -82,13 +81,13 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
     count = max(1, min(FIRST_STEPS, round(turns * steps)))
     mechanism, h = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism, step_length(machine, steps)
     poses, slopes = kinematics.derivatives(np.array([start]), 1)
-    states = [_of_centres(mechanism, poses, speed * slopes)]
+    states = [body_states(mechanism, poses, speed * slopes, -1.0)]
     for n in range(1, count):
         place, rate = states[-1]
         poses = body_states(mechanism, place + h * rate, rate)[0]
         gaps = kinematics.residual([poses], np.array([start + n * h * speed]))
         at_rest = kinematics.residual([poses, np.zeros_like(poses)], np.array([speed]))
-        states.append(_of_centres(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest)))
+        states.append(body_states(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest), -1.0))
     centres, rates = (np.vstack(some) for some in zip(*states, strict=True))
     times = np.asarray(start / speed + h * np.arange(count), dtype=float)
     at = staggered(mechanism, h, times, centres, rates)
@@ -102,19 +101,6 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
             off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1)
             largest[k] = max(largest[k], float(off.max()) / (kinematics.lengths[name] * abs(speed) ** k))
     return largest
-
-
-def _of_centres(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[Array, Array]:
-    """Centres of gravity with turns, and their rates, from those of the body frames; each (1, 3 n)."""
-    centres, speeds = poses.copy(), rates.copy()
-    for i, body in enumerate(mechanism.bodies):
-        x, y = turned(body.centre_of_gravity, poses[:, 3 * i + 2])
-        spin = rates[:, 3 * i + 2]
-        centres[:, 3 * i] += x
-        centres[:, 3 * i + 1] += y
-        speeds[:, 3 * i] -= spin * y
-        speeds[:, 3 * i + 1] += spin * x
-    return centres, speeds
 
 
 def _derivatives(place: tuple[Jet, Jet]) -> list[Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import pymunk
@@ -19,6 +19,13 @@ SLEEP_AFTER = 0.5  # [s], what the pymunk manual's examples use
 KEPT_SPEED = 0.9  # share of a velocity that is left after a second
 GROUP = 1
 
+# What a constraint is made of, beside its two bodies.
+MADE_OF: Mapping[type[Any], tuple[str, ...]] = {
+    pymunk.PivotJoint: ("anchor_a", "anchor_b"),
+    pymunk.PinJoint: ("anchor_a", "anchor_b"),
+    pymunk.GrooveJoint: ("groove_a", "groove_b", "anchor_b"),
+    pymunk.GearJoint: ("phase", "ratio"),
+}
 Edit: TypeAlias = Callable[[Build], object]
 
 
@@ -43,25 +50,12 @@ def _open_loop(made: Build) -> None:
 def _redundant_joints(made: Build) -> None:
     """Every joint a second time."""
     for constraint, name in list(made.names.items()):
-        again = _again(constraint)
+        kind: type[Any] = type(constraint)
+        again = kind(constraint.a, constraint.b, *(getattr(constraint, part) for part in MADE_OF[kind]))
+        if isinstance(again, pymunk.PinJoint):
+            again.distance = constraint.distance
         again.error_bias, again.collide_bodies = constraint.error_bias, constraint.collide_bodies
         made.hold(f"{name} again", again)
-
-
-def _again(constraint: pymunk.Constraint) -> pymunk.Constraint:
-    match constraint:
-        case pymunk.PivotJoint():
-            return pymunk.PivotJoint(constraint.a, constraint.b, constraint.anchor_a, constraint.anchor_b)
-        case pymunk.PinJoint():
-            rod = pymunk.PinJoint(constraint.a, constraint.b, constraint.anchor_a, constraint.anchor_b)
-            rod.distance = constraint.distance
-            return rod
-        case pymunk.GrooveJoint():
-            ends = constraint.groove_a, constraint.groove_b
-            return pymunk.GrooveJoint(constraint.a, constraint.b, *ends, constraint.anchor_b)
-        case pymunk.GearJoint():
-            return pymunk.GearJoint(constraint.a, constraint.b, constraint.phase, constraint.ratio)
-    raise TypeError(f"no model of a mechanism has a {type(constraint).__name__}")
 
 
 # -- shapes on the links ---------------------------------------------------------------------------------------------
