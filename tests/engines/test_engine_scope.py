@@ -9,7 +9,7 @@ from described import CATALOGUE, changed
 
 from conrod.engines import engine_named
 from conrod.engines.pymunk import space
-from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.validation import study
 from conrod.studies.validation.study import validate_kinematic
 
@@ -124,10 +124,3 @@ def test_a_swinging_follower_is_solved_exactly_and_refused_by_engines_in_words(e
     result = validate_kinematic("swinging", scene, engine_named(engine))
     assert result.outcome == "unsupported"
     assert f"the follower {follower} is on no such slide" in (result.reason or "")
-
-
-@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_a_translating_follower_is_not_refused(engine: str) -> None:
-    scene = read_scene(CATALOGUE / "cam-3-4-5.toml")
-    found = engine_named(engine)
-    assert found.refusal(scene, found.presets["tuned"](scene, 1000)) is None

@@ -56,7 +56,8 @@ def error(run: FreeRun, motion: FreeMotion) -> float:
     return float(np.abs(run.poses - motion.poses).max())
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 2])
 def test_chains_turn_over_through_their_change_points_to_a_millionth_of_their_length(count: int) -> None:
     motion = exact(0, count)
     assert np.ptp(motion.poses[:, 2]) > 2.0 * np.pi  # through two change points a turn
