@@ -7,7 +7,6 @@ machine has, with other widths than those the labels were laid out for.
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -20,6 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from conrod.exact.motion import Array
+from conrod.report.charts.compact import compact
 from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.escaping import visible
 from conrod.report.numbers import ROUNDING
@@ -46,10 +46,6 @@ STYLE: dict[str, Any] = {
     # Simplification drops points by comparing floats, which the last bit of a value can decide.
     "path.simplify": False,
 }
-# Written coordinates: a hundredth of a point is far below what can be seen.
-PATH_DATA = re.compile(r'(?<=\sd=")[^"]*(?=")|(?<=\s[xy]=")-?[\d.]+(?=")')
-NUMBER = re.compile(r"-?\d+\.\d+")
-
 
 # Round numbers, such as angles in degrees, would lie just between two grid points if these were round as well.
 OFF_TIES = 0.137
@@ -69,13 +65,7 @@ def svg_text(figure: Figure) -> str:
         if label.get_text() != (shown := visible(label.get_text())):
             label.set_text(shown)
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    text = PATH_DATA.sub(lambda data: NUMBER.sub(_two_decimals, data.group()), stream.getvalue())
-    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
-
-
-def _two_decimals(match: re.Match[str]) -> str:
-    short = f"{float(match.group()):.2f}".rstrip("0").rstrip(".")
-    return "0" if short == "-0" else short
+    return "\n".join(line.rstrip() for line in compact(stream.getvalue()).splitlines()) + "\n"
 
 
 def on_grid(values: Array, span: float) -> Array:

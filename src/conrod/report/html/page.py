@@ -19,7 +19,7 @@ from markupsafe import Markup
 from conrod.report.figure import FOLDER as FIGURES
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.spots import with_spots
-from conrod.report.html.svg import inlined
+from conrod.report.html.svg import Figures
 from conrod.report.kind import Kind, Part, kind_named
 from conrod.report.saved import restore
 from conrod.studies.frame.writing import Batch
@@ -79,10 +79,10 @@ def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | No
     first = [kind.index_file] if kind.index is not None and kind.index_file in texts else []
     # What has one part is opened for that.
     anchors = _anchors([*pages, *first] if len(pages) == 1 else [*first, *pages], f"-{number}" if number else "")
-    found = []
+    found, drawn = [], Figures(f"f{number}-" if number else "f")
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
-        place = _place(file, anchors, texts, outside)
+        place = _place(file, anchors, texts, outside, drawn)
         if not entry["command"]:
             place.command = ""
         if file in pages:
@@ -104,9 +104,9 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
     spots = kind.spots(findings) if kind.spots else {}
 
     def figure(file: str, alt: str) -> str | None:
-        known, found = spots.get(PurePosixPath(file).stem), shown(file, alt)
         if live and file.endswith(kind.in_live):
             return ""
+        known, found = spots.get(PurePosixPath(file).stem), shown(file, alt)
         return with_spots(found, known) if found and known else found
 
     place.figure = figure
@@ -116,7 +116,7 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
 def tiles(pictures: Iterable[tuple[str, str, str]]) -> str:
     """Small pictures that lead somewhere: address, name and SVG of each; empty where there are none."""
     found = [
-        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(inlined(svg, f"tile{k}-", name)), name)
+        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(Figures(f"tile{k}-").inlined(svg, name)), name)
         for k, (where, name, svg) in enumerate(pictures)
     ]
     return str(Markup('<ul class="tiles">{}</ul>\n').format(Markup("").join(found))) if found else ""
@@ -139,13 +139,14 @@ def _anchors(names: Sequence[str], end: str) -> dict[str, str]:
 
 
 def _place(
-    file: str, anchors: Mapping[str, str], texts: Mapping[str, str], outside: Callable[[str], str | None]
+    file: str,
+    anchors: Mapping[str, str],
+    texts: Mapping[str, str],
+    outside: Callable[[str], str | None],
+    drawn: Figures,
 ) -> Place:
     def figure(name: str, alt: str) -> str | None:
-        if name not in texts:
-            return None
-        number = sorted(texts).index(name)
-        return f'<span class="figure">{inlined(texts[name], f"f{number}-", alt)}</span>'
+        return f'<span class="figure">{drawn.inlined(texts[name], alt)}</span>' if name in texts else None
 
     def target(name: str) -> str | None:
         return f"#{anchors[name]}" if name in anchors else outside(name)

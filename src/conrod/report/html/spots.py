@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import base64
 import json
-import re
+import zlib
 from collections.abc import Iterable, Sequence
 
-from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-PHRASE = re.compile(r".+?(?:[,:;] |position |velocity |acceleration |$)", re.DOTALL)
-Spot = tuple[float, float, str]  # parts of the figure's width and height from its upper left corner, and the words
+# Parts of the figure's width and height from its upper left corner, and the words; what is to be copied in more lines.
+Spot = tuple[float, float, str]
 
 
 def spots_in(figure: Figure, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
@@ -26,17 +26,7 @@ def spots_in(figure: Figure, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
 
 
 def with_spots(figure: str, spots: Sequence[Spot]) -> str:
-    """A figure's markup with its spots, from left to right."""
-    texts = list(dict.fromkeys(text for *_, text in spots))
-    number = {text: k for k, text in enumerate(texts)}
-    places = [(x, y, number[text]) for x, y, text in sorted(spots)]
-    # Thousands of texts that say much the same: each is the numbers of its phrases.
-    phrases = {phrase: k for k, phrase in enumerate(dict.fromkeys(p for text in texts for p in PHRASE.findall(text)))}
-    told = [[phrases[phrase] for phrase in PHRASE.findall(text)] for text in texts]
-    given = {"phrases": list(phrases), "words": told, "places": places}
-    data = json.dumps(given, separators=(",", ":")).replace("<", "\\u003c")
-    return str(
-        Markup('<span class="spots">{}<script type="application/json">{}</script></span>').format(
-            Markup(figure), Markup(data)
-        )
-    )
+    """A figure's markup with its spots, from left to right: lists of their places and of their words, compressed."""
+    columns = list(zip(*sorted(spots), strict=True))
+    data = base64.b64encode(zlib.compress(json.dumps(columns, separators=(",", ":")).encode(), 9)).decode()
+    return f'<span class="spots">{figure}<script type="application/octet-stream">{data}</script></span>'

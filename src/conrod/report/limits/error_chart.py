@@ -110,11 +110,12 @@ def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Seq
     for lane, key in enumerate(lanes):
         up = 1.0 + (ABOVE + LANE * (len(lanes) - lane - 0.5)) / PANEL
         failed = [p for w in walks if (w.engine, w.preset) == key for p in w.probes if p.errors is None]
-        for probe in failed:
-            hue = UNDETECTED_COLOUR if probe.undetected else colour(key[0])
+        for outcome, undetected in dict.fromkeys((p.outcome, p.undetected) for p in failed):
+            places = scale.places(p.value for p in failed if (p.outcome, p.undetected) == (outcome, undetected))
+            hue = UNDETECTED_COLOUR if undetected else colour(key[0])
             style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "color": hue, "markeredgewidth": 0.9}
-            style |= {"marker": OUTCOME_MARKS.get(probe.outcome, "o"), "clip_on": False}
-            axes.plot(scale.places([probe.value]), [up], transform=axes.get_xaxis_transform(), **style)
+            style |= {"marker": OUTCOME_MARKS.get(outcome, "o"), "clip_on": False}
+            axes.plot(places, np.full(len(places), up), transform=axes.get_xaxis_transform(), **style)
         axes.annotate(preset_title(*key), (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ NOT_LOOKED_AT = "#a8a8a8"  # of nodes that fail in a way not looked at
 MARK_SIZE = 4.4  # [pt]
 BOUNDARY: dict[str, Any] = {"color": "#111111", "linewidth": 1.1, "zorder": 3}
 RAN: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 1.8, "color": "#555555"}
+WHOLE: dict[str, Any] = {"joinstyle": "round", "clip_on": False}
 # White beneath the red: it is seen on dark colours, and without colour.
 CASING: dict[str, Any] = {"color": "white", "linewidth": 3.0, "zorder": 4}
 CORE: dict[str, Any] = {"color": UNDETECTED_COLOUR, "linewidth": 1.5, "zorder": 5}
@@ -66,14 +67,17 @@ def _draw(axes: Axes, found: LimitMap) -> None:
     across, upwards = AXES[found.x_axis], AXES[found.y_axis]
     x, y = _places(across, found.x), _places(upwards, found.y)
     edges = edges_about(x), edges_about(y)
-    for colour, path in areas({node: _colour(found, node) for node in found.shown}, *edges).items():
-        axes.add_patch(PathPatch(path, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1))
+    colours = np.array([_colour(found, node) for node in found.shown]).reshape(found.shape)
+    for colour in np.unique(colours):
+        area = outline(colours == colour, *edges, constant_values=False)
+        axes.add_patch(PathPatch(area, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1, **WHOLE))
     standings = np.array([standing(run.level) for run in found.shown.values()]).reshape(found.shape)
-    draw_seams(axes, standings, *edges, BOUNDARY, mode="edge")
-    for outline in (CASING, CORE):
-        draw_seams(axes, found.undetected, *edges, outline, constant_values=False)
+    for one in np.unique(standings)[1:]:  # what bounds the first bounds another too
+        _draw_line(axes, outline(standings == one, *edges, mode="edge"), BOUNDARY)
+    for style in (CASING, CORE):
+        _draw_line(axes, outline(found.undetected, *edges, constant_values=False), style)
     for style, at in _marked(found):
-        axes.plot(x[[run.i for run in at]], y[[run.j for run in at]], zorder=6, **style)
+        axes.plot(x[[run.i for run in at]], y[[run.j for run in at]], zorder=6, clip_on=False, **style)
     for axis, places, ends, set_ticks, set_ends in (
         (across, x, edges[0], axes.set_xticks, axes.set_xlim),
         (upwards, y, edges[1], axes.set_yticks, axes.set_ylim),
@@ -83,6 +87,10 @@ def _draw(axes: Axes, found: LimitMap) -> None:
     axes.set_xlabel(across.label)
     axes.set_ylabel(textwrap.fill(upwards.label, LABEL_WIDTH))
     axes.grid(visible=False)
+
+
+def _draw_line(axes: Axes, path: Path, style: Mapping[str, Any]) -> None:
+    axes.add_patch(PathPatch(path, fill=False, capstyle="projecting", **style, **WHOLE))
 
 
 def _places(axis: Axis, values: tuple[float, ...]) -> Array:
@@ -144,29 +152,37 @@ def edges_about(places: Array) -> Array:
     return on_grid(edges, float(np.ptp(edges)))
 
 
-def areas(colours: Mapping[Node, str], x: Array, y: Array) -> dict[str, Path]:
-    """The cells of each colour as one path, neighbours in a row as one; x and y are the edges of columns and rows."""
-    found: dict[str, list[Path]] = {}
-    for j in range(len(y) - 1):
-        start = 0
-        for colour, cells in groupby(colours[i, j] for i in range(len(x) - 1)):
-            stop = start + len(list(cells))
-            corners = [(x[a], y[b]) for a, b in ((start, j), (stop, j), (stop, j + 1), (start, j + 1), (start, j))]
-            found.setdefault(colour, []).append(Path(corners, closed=True))
-            start = stop
-    return {colour: Path.make_compound_path(*paths) for colour, paths in found.items()}
-
-
-def draw_seams(axes: Axes, labels: NDArray[Any], x: Array, y: Array, style: Mapping[str, Any], **around: Any) -> None:
-    """Draw lines between cells of unequal labels (columns, rows).
+def outline(inside: NDArray[np.bool_], x: Array, y: Array, **around: Any) -> Path:
+    """The outline of some cells (columns, rows), with the inside on its left; holes in it are lines of their own.
 
     Args:
         x, y: edges of columns and rows.
         around: arguments of `np.pad` that say what lies around the map.
     """
-    across, upwards = (np.pad(labels, width, **around) for width in (((1, 1), (0, 0)), ((0, 0), (1, 1))))
-    lines = [((x[i], x[i]), (y[j], y[j + 1])) for i, j in np.argwhere(across[1:] != across[:-1])]
-    lines += [((x[i], x[i + 1]), (y[j], y[j])) for i, j in np.argwhere(upwards[:, 1:] != upwards[:, :-1])]
-    # One curve, broken between lines.
-    places = np.array([[(*ends, np.nan) for ends in line] for line in lines]).reshape(-1, 2, 3)
-    axes.plot(places[:, 0].ravel(), places[:, 1].ravel(), solid_capstyle="projecting", clip_on=False, **style)
+    padded = np.pad(inside, 1, **around)
+    steps: dict[Node, list[Node]] = {}
+    for i, j in np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1]):
+        ends = [(i, j), (i, j + 1)]
+        start, stop = ends if padded[i, j + 1] else ends[::-1]
+        steps.setdefault(start, []).append(stop)
+    for i, j in np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1]):
+        ends = [(i, j), (i + 1, j)]
+        start, stop = ends if padded[i + 1, j + 1] else ends[::-1]
+        steps.setdefault(start, []).append(stop)
+    arriving = Counter(stop for stops in steps.values() for stop in stops)
+    # Lines that begin at the edge of the map come first: what is left then closes.
+    open_ends = [start for start, stops in steps.items() for _ in range(len(stops) - arriving[start])]
+    paths = []
+    while steps:
+        at = open_ends.pop() if open_ends else next(iter(steps))
+        corners = [at]
+        while at in steps:
+            before, at = at, steps[at].pop()
+            if not steps[before]:
+                del steps[before]
+            if len(corners) > 1 and 0 in {at[0] - corners[-2][0], at[1] - corners[-2][1]}:
+                corners.pop()
+            corners.append(at)
+        places = [(x[i], y[j]) for i, j in corners]
+        paths.append(Path(places, closed=corners[0] == corners[-1]))
+    return Path.make_compound_path(*paths)

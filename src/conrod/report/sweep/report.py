@@ -49,7 +49,7 @@ def _diagram(study: SweepStudy) -> Figure | None:
 
 
 def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
-    """What each timed point of the diagram is, and how to get lines of its settings to paste."""
+    """What each timed point of the diagram is, and in further lines its settings to paste."""
     diagram, share = _diagram(study), 1.0 / study.period if study.grid == PRESETS else 1.0
     if diagram is None:
         return {}
@@ -65,9 +65,7 @@ def _words(study: SweepStudy, point: SweptPoint) -> str:
     errors = ", ".join(f"{quantity} {numbers.measured(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
-        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution. "
-        f"Lines to paste: conrod recommend {study.name} --engine {point.engine} "
-        f"--position {numbers.measured(point.error('position'))}"
+        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution.\n{study.paste(point)}"
     )
 
 

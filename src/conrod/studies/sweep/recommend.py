@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
+from conrod.engines.capabilities import Lacking, Timed, capability
 from conrod.engines.engine import STOCK, shortened
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
@@ -15,6 +15,7 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
+from conrod.studies.sweep.pasted import paste_of
 from conrod.studies.sweep.prior import Swept, guesses
 from conrod.studies.sweep.savings import Savings, savings_of
 from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow, run_at
@@ -238,7 +239,7 @@ def _recommendation(
 ) -> Recommendation:
     stock = [one for one in stock if one.measurement.errors]
     timings = _timings(choice, stock, allowed, time)
-    can, pasted = capability(choice.swept.engine, Pasted), shortened(choice.case.scene, choice.case.settings)
+    pasted = shortened(choice.case.scene, choice.case.settings)
     return Recommendation(
         choice=choice,
         margin=1.0 / max(choice.excess(allowed), 1e-300),
@@ -247,7 +248,7 @@ def _recommendation(
         rejected=rejected,
         savings=savings_of(choice, stock, timings, allowed),
         pasted=pasted,
-        paste=f"# {can.reason}" if isinstance(can, Lacking) else can.paste(choice.case.scene, pasted),
+        paste=paste_of(choice.swept.engine, choice.case.scene, pasted),
         how=how,
     )
 

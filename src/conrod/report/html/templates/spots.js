@@ -1,34 +1,49 @@
-// Figures that say of a place what is there: the nearest to the pointer, or one after the other by a slider.
+// Figures that say of a place what is there: the nearest to the pointer, until a click holds it, or by a slider. The
+// first line of a text is said, and what follows stands below the figure, to be copied.
 const SVG = "http://www.w3.org/2000/svg";
 
+async function unpacked(text) {
+  const packed = new Blob([Uint8Array.from(atob(text), (letter) => letter.charCodeAt())]);
+  return new Response(packed.stream().pipeThrough(new DecompressionStream("deflate"))).json();
+}
+
 for (const root of document.querySelectorAll(".spots")) {
-  const { phrases, words, places } = JSON.parse(root.querySelector("script").textContent);
+  const [across, down, texts] = await unpacked(root.querySelector("script").textContent);
   const svg = root.querySelector("svg");
   const { width, height } = svg.viewBox.baseVal, ring = document.createElementNS(SVG, "circle");
   const label = document.createElement("label"), slider = document.createElement("input");
-  const said = document.createElement("output");
-  Object.assign(slider, { type: "range", min: 0, max: places.length - 1, value: 0 });
+  const said = document.createElement("output"), lines = document.createElement("pre");
+  let held = false;
+  Object.assign(slider, { type: "range", min: 0, max: texts.length - 1, value: 0 });
   label.append("Point ", slider);
   said.textContent = "Point at a place of the figure, or move the slider.";
+  Object.assign(lines, { className: "lines", tabIndex: 0, hidden: true });
+  lines.setAttribute("aria-label", "Settings to paste");
   root.prepend(label, said);
+  root.append(lines);
 
   function show(k) {
-    const [x, y, number] = places[k], text = words[number].map((phrase) => phrases[phrase]).join("");
-    ring.setAttribute("cx", x * width);
-    ring.setAttribute("cy", y * height);
+    ring.setAttribute("cx", across[k] * width);
+    ring.setAttribute("cy", down[k] * height);
     ring.setAttribute("r", 6);
     ring.setAttribute("class", "ring");
     svg.append(ring);
     slider.value = k;
-    slider.setAttribute("aria-valuetext", text);
-    said.textContent = text;
+    const [first, ...more] = texts[k].split("\n");
+    slider.setAttribute("aria-valuetext", first);
+    said.textContent = first;
+    lines.textContent = more.join("\n");
+    lines.hidden = !lines.textContent;
   }
 
-  svg.addEventListener("pointermove", (event) => {
+  function showNearest(event) {
     const box = svg.getBoundingClientRect();
     const x = (event.clientX - box.left) / box.width, y = (event.clientY - box.top) / box.height;
-    const far = places.map((one) => Math.hypot((one[0] - x) * width, (one[1] - y) * height));
+    const far = texts.map((_, k) => Math.hypot((across[k] - x) * width, (down[k] - y) * height));
     show(far.indexOf(Math.min(...far)));
-  });
+  }
+
+  svg.addEventListener("pointermove", (event) => held || showNearest(event));
+  svg.addEventListener("click", (event) => { held = !held; showNearest(event); });
   slider.addEventListener("input", () => show(slider.value));
 }
