@@ -17,7 +17,7 @@ from html_pages import Found, found_in
 
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.page import Section, document, html_report
-from conrod.report.html.svg import inlined
+from conrod.report.html.svg import Figures
 from conrod.studies.frame.writing import Batch
 
 REPORTS = Path(__file__).parents[2] / "reports"
@@ -75,13 +75,13 @@ def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("markup", "scripts"), [("", ()), ('<div class="machine">', ("rowAt",)), ('<span class="spots">', ("phrases",))]
+    ("markup", "scripts"), [("", ()), ('<div class="machine">', ("rowAt",)), ('<span class="spots">', ("unpacked",))]
 )
 def test_a_page_has_the_scripts_and_styles_of_what_is_on_it_and_no_others(
     markup: str, scripts: tuple[str, ...]
 ) -> None:
     found = found_in(document([Section("a", "a", f"<p>{markup}</p>")]))
-    assert [word for word in ("rowAt", "phrases") if word in found.texts["script"][-1]] == list(scripts)
+    assert [word for word in ("rowAt", "unpacked") if word in found.texts["script"][-1]] == list(scripts)
     styles = [f".{word}" for word in ("machine", "spots") if word in markup]
     assert [word for word in (".machine", ".spots") if word in found.texts["style"][0]] == styles
 
@@ -101,9 +101,9 @@ def test_an_svg_keeps_what_draws_and_nothing_that_acts() -> None:
     <script>a()</script><style>*{fill:red}</style><a href="http://e"><path d="M0 0"/></a><image href="http://e/x.png"/>
     <g id="k" style="fill: #fff; clip-path: url(http://e/#x)" onclick="a()"><use xlink:href="#k"/>
     <use xlink:href="http://e#x"/></g><rect clip-path="url(#k)"/><foreignObject/></svg>"""
-    assert inlined(planted, "f1-", 'a "b"') == (
-        '<svg stroke-linejoin="round" role="img" aria-label="a &quot;b&quot;"><g id="f1-0" fill="#fff">'
-        '<use href="#f1-0" /><use /></g><rect clip-path="url(#f1-0)" /></svg>'
+    assert Figures("f").inlined(planted, 'a "b"') == (
+        '<svg stroke-linejoin="round" role="img" aria-label="a &quot;b&quot;"><g fill="#fff" id="f0">'
+        '<use href="#f0"/><use/></g><rect clip-path="url(#f0)"/></svg>'
     )
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import importlib.util
 import json
 import re
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,13 +18,19 @@ from browser import browser, complaints, opened
 from handmade import handmade_sweep
 from html_pages import found_in
 
+from conrod.engines import engine_named
 from conrod.report.figure import Figure
 from conrod.report.html.page import document, sections_of
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import kind_named
 from conrod.report.saved import restore
+from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.report import _diagram, _spots
+from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names
+from conrod.studies.frame.writing import Batch
+from conrod.studies.sweep.findings import SweepStudy
+from conrod.studies.sweep.study import plan_sweep
 
 ROOT = Path(__file__).parents[2]
 
@@ -77,19 +85,30 @@ def test_links_of_the_site_lead_to_pages_that_it_has(site: Any) -> None:
     assert pages["reports/catalogue/six-bar.md"] == "reports/catalogue/six-bar.html"
 
 
+def vertices(data: str) -> Any:
+    """The places (N, 2) that a path in relative commands goes through."""
+    at, found = np.zeros(2), []
+    for command, given in re.findall(r"([mhvl])([^a-z]*)", data):
+        moves = np.array(re.findall(r"-?[\d.]+", given), dtype=float)
+        along = {"h": [1, 0], "v": [0, 1]}.get(command)
+        for move in moves.reshape(-1, 2) if along is None else np.outer(moves, along):
+            at = at + move
+            found.append(at)
+    return np.array(found)
+
+
 def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     study = handmade_sweep()
     diagram = _diagram(study)
     assert isinstance(diagram, Figure)
     drawn = ElementTree.fromstring(diagram.svg())
     width, height = (float(one) for one in drawn.attrib["viewBox"].split()[2:])
-    marks = [one.attrib for one in drawn.iter() if one.tag.endswith("}use") and "x" in one.attrib]
-    places = np.array([[float(mark["x"]) / width, float(mark["y"]) / height] for mark in marks])
+    curves = [one.attrib["d"] for one in drawn.iter() if "marker-mid" in one.attrib]
+    places = np.concatenate([vertices(curve) for curve in curves]) / [width, height]
     spots = _spots(study)[diagram.name]
     assert len(spots) >= len(study.points) // 2
     far = [np.abs(places - [x, y]).max(axis=1).min() for x, y, _ in spots]
     assert max(far) < 0.003
-    assert all("Lines to paste: conrod recommend" in words for *_, words in spots)
     # A spot that is elsewhere is seen to be.
     assert np.abs(places - [spots[0][0] + 0.02, spots[0][1] + 0.02]).max(axis=1).min() > 0.003
 
@@ -111,4 +130,69 @@ def test_a_cell_of_a_map_says_what_happened_there() -> None:
 def test_words_of_a_place_close_no_script() -> None:
     page = with_spots("<svg></svg>", [(0.5, 0.5, "</script><b>")])
     assert re.findall("</script>", page) == ["</script>"]
-    assert json.loads(re.findall('json">(.*)</script>', page)[0])["phrases"] == ["</script><b>"]
+    (packed,) = re.findall('octet-stream">(.*)</script>', page)
+    assert json.loads(zlib.decompress(base64.b64decode(packed))) == [[0.5], [0.5], ["</script><b>"]]
+
+
+# -- weight and lines to paste ---------------------------------------------------------------------------------------
+
+MOST = 500_000  # bytes of a machine's page
+HEAVIEST = ("reports/limits/saw-500rpm.md", "reports/sweep/saw-40rpm.md", "reports/catalogue/jansen-leg.md")
+
+
+def weight(batch: Batch) -> int:
+    return len(document(sections_of(batch)).encode())
+
+
+@pytest.mark.parametrize("page", [*HEAVIEST, pytest.param("", marks=pytest.mark.slow)])
+def test_a_page_of_a_committed_report_weighs_at_most_half_a_megabyte(page: str, site: Any) -> None:
+    weights = {name: weight(batch) for name, batch in site.reports() if name.startswith(page) or not page}
+    assert weights
+    assert {name: size for name, size in weights.items() if size > MOST} == {}
+
+
+def test_a_heavy_figure_is_noticed(site: Any) -> None:
+    batch = dict(site.reports())["reports/limits/cam-follower.md"]
+    drawn = next(name for name in batch.files if name.endswith("-steps.svg"))
+    heavy = str(batch.files[drawn]).replace("</svg>", f'<path d="M0 0{"h1v1" * (MOST // 4)}"/></svg>')
+    assert weight(batch) <= MOST < weight(Batch(batch.folder, {**batch.files, drawn: heavy}))
+
+
+@pytest.fixture(scope="module")
+def swept() -> SweepStudy:
+    text = (ROOT / "reports" / "sweep" / "data" / "cam-follower.json").read_text()
+    return restore(SweepStudy, json.loads(text))
+
+
+def test_lines_of_a_point_give_its_very_settings(swept: SweepStudy) -> None:
+    scene = SCENES[swept.name]
+    plan = plan_sweep(swept.name, scene, [engine_named(name) for name in swept.engines], "coarse")
+    settings = {case.key: (rule.engine, case.settings) for rule in plan.rules for case in rule.cases}
+    timed = timed_points(swept)
+    assert {point.engine for point in timed} == {"mujoco", "pymunk"}
+    for point in timed:
+        engine, wanted = settings[point.key]
+        lines = swept.paste(point)
+        assert lines == engine.paste(scene, wanted)
+        step = re.findall(r'timestep="([^"]*)"|space.step\(([^)]*)\)', lines)
+        assert float("".join(step[0])) == wanted.timestep
+        # Negative control: another step has other lines.
+        assert lines != engine.paste(scene, replace(wanted, timestep=1.001 * wanted.timestep))
+
+
+def test_a_click_on_a_point_shows_its_lines_and_so_does_the_keyboard(
+    swept: SweepStudy, site: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())["reports/sweep/cam-follower.md"])))
+    known = {swept.paste(point) for point in timed_points(swept)}
+    with browser() as page:
+        opened(page, tmp_path / "p.html")
+        lines, svg = (page.find_element("css selector", f".spots {one}") for one in ("pre", "svg"))
+        assert not lines.is_displayed()
+        page.execute_script("arguments[0].scrollIntoView()", svg)
+        svg.click()
+        assert lines.get_attribute("textContent") in known
+        page.find_element("css selector", ".spots input").send_keys("\ue014" * 3)  # to the right
+        assert lines.is_displayed()
+        assert lines.get_attribute("textContent") in known
+        assert complaints(page) == []
