@@ -42,6 +42,7 @@ ANYTHING = some.recursive(
 )
 
 
+@pytest.mark.slow
 @RANDOM
 @given(some.dictionaries(some.sampled_from([*tables(), "extra"]) | some.text(max_size=9), ANYTHING, max_size=8))
 def test_any_tables_are_refused_in_one_line(whole: dict[str, Any]) -> None:
@@ -57,6 +58,7 @@ def test_a_shipped_file_with_anything_in_one_place(path: Path, chance: random.Ra
         mutants.moved(scene)
 
 
+@pytest.mark.slow
 @settings(RANDOM, max_examples=20)
 @given(some.sampled_from(SHIPPED), some.randoms(use_true_random=False), some.floats(0.2, 5.0))
 def test_a_shipped_file_with_a_number_scaled(path: Path, chance: random.Random, factor: float) -> None:
