@@ -15,7 +15,6 @@ from conrod.engines.pymunk import (
     mobility,
     space,
     timing,
-    variations,
 )
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.engines.releases import read_releases
@@ -36,10 +35,10 @@ class Pymunk(Engine[PymunkSettings]):
     free_run = staticmethod(free_run.free_run)
     stepper = staticmethod(timing.started)
     reference_loop = staticmethod(timing.reference_loop)
+    paste = staticmethod(grid.paste)
+    stabilised = staticmethod(grid.stabilised)
+    regularised = staticmethod(grid.regularised)
     grid = staticmethod(grid.rules)
-    paste = staticmethod(variations.paste)
-    stabilised = staticmethod(variations.stabilised)
-    regularised = staticmethod(variations.regularised)
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
     mobility = staticmethod(mobility.space_mobility)

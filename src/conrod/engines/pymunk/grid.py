@@ -1,14 +1,15 @@
-"""The grid of pymunk settings that a sweep varies. Imports no engine."""
+"""pymunk's settings varied: by a grid, one at a time, and as lines of a user's own program. Imports no engine."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from conrod.engines.engine import Machine, as_preset
-from conrod.engines.massless_rod import BODY, ROD_FORMS
+from conrod.engines.engine import Machine, as_preset, with_fields
+from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, ROD_FORMS
 from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
 from conrod.engines.variants import Grid, Rule, texts_of
 
@@ -101,3 +102,34 @@ def _contact_grid(grid: Grid) -> Sequence[ContactKnobs]:
 
 def _iterations(text: str) -> str:
     return "iterations as tuned" if text == AS_TUNED else f"{text} iterations"
+
+
+def stabilised(machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
+    """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
+
+    That one is no number any more where the second has very many time constants (745): it becomes zero, and a step
+    mends all.
+    """
+    bias = math.exp(-1.0 / (steps * settings.timestep))
+    if machine.kinematics.mechanism.cam_contacts:
+        return with_fields(settings, collision_bias=bias)
+    return with_fields(settings, error_bias=bias)
+
+
+def regularised(machine: Machine, settings: PymunkSettings, share: float) -> None:
+    """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
+    return
+
+
+def paste(machine: Machine, settings: PymunkSettings) -> str:
+    """Statements on a `pymunk.Space` called space."""
+    lines = [f"space.iterations = {settings.iterations}"]
+    if machine.kinematics.mechanism.cam_contacts:
+        lines += [
+            f"space.collision_bias = {settings.collision_bias!r}",
+            f"space.collision_slop = {settings.collision_slop!r}",
+        ]
+    lines += ["for constraint in space.constraints:", f"    constraint.error_bias = {settings.error_bias!r}"]
+    if settings.rod == DISTANCE_JOINT:
+        lines.append("# the connecting rod is a pymunk.PinJoint of its length, not a body")
+    return "\n".join([*lines, f"space.step({settings.timestep!r})"])
