@@ -13,7 +13,9 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 from conrod.cli.validate_file import given_frame, question_of
 from conrod.cli.validate_request import ModelOptions
 from conrod.errors import InvalidInput
-from conrod.own.models.scanning import scan
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.request import Question
+from conrod.own.models.study import study
 from conrod.scenes import SCENES
 from conrod.studies.execution.isolation import confined
 
@@ -25,6 +27,11 @@ def validate(*arguments: object) -> tuple[int, str]:
     """Exit status and output."""
     done = conrod("validate", *map(str, arguments))
     return done.returncode, done.stdout
+
+
+def as_saw(put: Question) -> tuple[object, ...]:
+    """All that is asked of a model that is to be the saw."""
+    return ("saw-40rpm", SCENE), put, GivenFrame(), 0.02, None
 
 
 def digest(file: Path) -> str:
@@ -112,7 +119,7 @@ def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, o
     options = {"crank": "motor", "points": ("C=body:bow",)} | asked
     put = question_of(ModelOptions(**options), SCENE)  # type: ignore[arg-type]
     with pytest.raises(InvalidInput) as refused:
-        scan(HACKSAW, put)
+        study(HACKSAW, *as_saw(put))
     assert words in str(refused.value)
     assert str(refused.value).startswith(str(HACKSAW))
 
@@ -137,7 +144,7 @@ def test_a_model_that_cannot_be_read_is_told_in_a_line(tmp_path: Path, text: str
     file = tmp_path / "model.xml"
     file.write_text(text)
     with pytest.raises(InvalidInput) as refused:
-        scan(file, question("saw"))
+        study(file, *as_saw(question("saw")))
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
 
@@ -147,6 +154,6 @@ def test_a_model_that_never_ends_costs_its_own_process_alone(tmp_path: Path) -> 
     many = '<worldbody><replicate count="1000000000" offset="0 0 1"><geom size="1"/></replicate>'
     file.write_text(replaced(SAW, "<worldbody>", many))
     with pytest.raises(InvalidInput, match="it cannot be used: the run took longer than its limit"):
-        confined(scan, file, question("saw"), timeout=1.0)
+        confined(study, file, *as_saw(question("saw")), timeout=1.0)
     file.write_text(SAW)
-    assert confined(scan, file, question("saw"), timeout=60.0).facts.name == "conrod-saw-40rpm"
+    assert confined(study, file, *as_saw(question("saw")), timeout=60.0).model.name == "conrod-saw-40rpm"

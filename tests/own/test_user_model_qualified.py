@@ -11,7 +11,7 @@ import pytest
 from own_model_edits import TEXTS, judged
 
 from conrod.own.models.request import DrivenRun
-from conrod.own.models.study import ModelStudy
+from conrod.own.models.results import ModelStudy
 from conrod.report import user_model as words
 from conrod.scenes import SCENES
 from conrod.studies.validation.results import Noticed

@@ -14,9 +14,9 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, question, replaced,
 from conrod import MuJoCoSettings, compare, run
 from conrod.errors import InvalidInput
 from conrod.own.models.assembly import prepare
-from conrod.own.models.driving import look_at, ordered
-from conrod.own.models.request import Controls, DrivenRun, Order, Place
-from conrod.own.models.study import EXACT_SOLVER, OWN, RIPPLE, ModelStudy
+from conrod.own.models.driving import changed, look_at
+from conrod.own.models.request import Controls, DrivenRun, Place
+from conrod.own.models.results import EXACT_SOLVER, OWN, RIPPLE, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
@@ -181,7 +181,7 @@ def test_a_wrong_clock_is_out_of_tolerance(tmp_path: Path, clock: Any, tolerance
 
 
 def test_a_run_of_too_many_samples_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"1e-06 s makes 1500001 samples of 1 turns: at most 100000"):
+    with pytest.raises(InvalidInput, match=r"1e-06 s makes 1500001 samples of 1 turns: at most 500000"):
         judged(tmp_path, "saw", settled(SAW, '<option timestep="1e-6"/>'))
 
 
@@ -190,11 +190,11 @@ def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) 
     path.write_text(SAW)
     model = prepare(path, question("saw")).original
     before = model.eq_solref.copy(), model.body_invweight0.copy(), int(model.opt.disableflags)
-    changed = ordered(model, Order("hardened", MuJoCoSettings.hardened(SCENE, 1000), tolerance=1e-3))
-    assert changed.opt.tolerance == 1e-3
-    assert changed.eq_solref[0][0] == pytest.approx(0.1 * SCENE.period)
-    assert np.all(changed.geom_solref[:] == MuJoCoSettings.hardened(SCENE, 1000).contact_solref)
-    assert changed.body_invweight0.max() < 1e-6 * before[1].max()
+    hard = changed(model, MuJoCoSettings.hardened(SCENE, 1000), tolerance=1e-3)
+    assert hard.opt.tolerance == 1e-3
+    assert hard.eq_solref[0][0] == pytest.approx(0.1 * SCENE.period)
+    assert np.all(hard.geom_solref[:] == MuJoCoSettings.hardened(SCENE, 1000).contact_solref)
+    assert hard.body_invweight0.max() < 1e-6 * before[1].max()
     assert np.array_equal(model.eq_solref, before[0])
     assert np.array_equal(model.body_invweight0, before[1])
     assert int(model.opt.disableflags) == before[2]

@@ -6,15 +6,19 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import patch
 
-from conrod.engines import engine_named
-from conrod.own.models.driving import drive_model
+import mujoco
+
+from conrod.own.models import study as studying
+from conrod.own.models.assembly import prepare
+from conrod.own.models.driving import CrankDrive
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import Identity, identify
-from conrod.own.models.request import Drive, DrivenRun, Order, Place, Question, Scan
+from conrod.own.models.request import DrivenRun, Place, Question, Scan
+from conrod.own.models.results import ModelStudy
 from conrod.own.models.scanning import scan
-from conrod.own.models.study import ModelStudy, study
-from conrod.scenes import SCENES, Scene
+from conrod.scenes import SCENES
 
 ROOT = Path(__file__).parents[2]
 HACKSAW = Path(__file__).parent / "own_models" / "hacksaw.xml"
@@ -111,7 +115,7 @@ def question(kind: str, **asked: object) -> Question:
 
 
 _SCANS: dict[tuple[str, str], Scan] = {}
-_RUNS: dict[tuple[str, ...], tuple[DrivenRun, ...]] = {}
+_RUNS: dict[tuple[object, ...], DrivenRun] = {}
 
 
 def scanned(folder: Path, text: str, put: Question) -> tuple[Path, Scan]:
@@ -120,7 +124,7 @@ def scanned(folder: Path, text: str, put: Question) -> tuple[Path, Scan]:
     path.write_text(text, encoding="utf-8")
     key = (text, repr(put))
     if key not in _SCANS:
-        _SCANS[key] = scan(path, put)
+        _SCANS[key] = scan(prepare(path, put), put)
     return path, _SCANS[key]
 
 
@@ -131,22 +135,24 @@ def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **
 
 
 def judged(
-    folder: Path, kind: str, text: str, turns: float = 1.0, scene: Scene | None = None, **asked: object
-) -> ModelStudy:
-    """All of the judgement, in this process; `spoil` changes what is run before it is judged."""
-    spoil = asked.pop("spoil", lambda run: run)
-    assert callable(spoil)
-    tolerance = asked.pop("tolerance", None)
-    assert tolerance is None or isinstance(tolerance, dict)
-    qualify = bool(asked.pop("qualify", False))
+    folder: Path, kind: str, text: str, turns: float = 1.0, tolerance: dict[str, float] | None = None,
+    qualify: bool = False, spoil: Callable[[DrivenRun], DrivenRun] = lambda run: run, **asked: object,
+) -> ModelStudy:  # fmt: skip
+    """All of the judgement, in this process; `spoil` changes what is run before it is judged. Equal runs are kept."""
     put = question(kind, **asked)
     path, found = scanned(folder, text, put)
+    run, driven, as_given = CrankDrive._run, CrankDrive.driven, CrankDrive.as_given
 
-    def driven(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
-        key = (text, *map(repr, (put, drive, orders)))
+    def kept(self: CrankDrive, model: mujoco.MjModel, data: mujoco.MjData) -> DrivenRun:
+        options = repr(model.opt), *(field.tobytes() for field in (model.eq_solref, model.dof_armature, data.ctrl))
+        key = (text, put, self.rate, turns, data.qpos.tobytes(), model.body_invweight0.tobytes(), *options)
         if key not in _RUNS:
-            _RUNS[key] = tuple(drive_model(path, put, found, drive, orders))
-        return tuple(spoil(run) for run in _RUNS[key])
+            _RUNS[key] = run(self, model, data)
+        return _RUNS[key]
 
-    machine, engine = (FILES[kind], scene or SCENES[FILES[kind]]), engine_named("mujoco")
-    return study(path.name, machine, put, found, GivenFrame(), engine, driven, turns, 100_000, tolerance, qualify)
+    def spoiled(make: Callable[..., DrivenRun]) -> Callable[..., DrivenRun]:
+        return lambda *given: spoil(make(*given))
+
+    changes = {"_run": kept, "driven": spoiled(driven), "as_given": spoiled(as_given)}
+    with patch.object(studying, "scan", lambda *_: found), patch.multiple(CrankDrive, **changes):
+        return studying.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance, qualify)

@@ -23,7 +23,7 @@ from conrod.cli.validate_request import MODELS, TABLES, ModelOptions, Request, T
 from conrod.cli.validate_scenes import held_scenes, measured_of, print_verdicts, scene_verdict
 from conrod.errors import InvalidInput
 from conrod.mjcf.loops.results import LoopStudy
-from conrod.own.models.study import ModelStudy
+from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report.validation.report import KIND
 from conrod.report.writer import document_text

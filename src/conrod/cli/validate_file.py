@@ -21,8 +21,8 @@ from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.fmu.study import in_columns, study_fmu
 from conrod.own.models.frame import UNITS, GivenFrame
-from conrod.own.models.request import Drive, DrivenRun, Order, Question, controls_of, places_of
-from conrod.own.models.study import ModelStudy, study
+from conrod.own.models.request import Question, controls_of, places_of
+from conrod.own.models.results import ModelStudy
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.reading import read_table
@@ -34,7 +34,6 @@ from conrod.scenes import Scene
 from conrod.studies.execution import isolation
 from conrod.studies.frame.baseline import Held
 from conrod.studies.frame.resolve_arguments import (
-    MOST_SAMPLES,
     REVOLUTIONS,
     TOLERANCES,
     parse_tolerance,
@@ -88,14 +87,12 @@ def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request,
 
 
 def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
-    """A model against the machine that a scene is; all that touches the engine runs in processes of its own.
+    """A model against the machine that a scene is, in a process of its own.
 
     Raises:
         InvalidInput: the model cannot be used, or is not what was said.
     """
-    from conrod.engines import engine_named
-    from conrod.own.models.driving import drive_model
-    from conrod.own.models.scanning import scan
+    from conrod.own.models.study import study
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
     refuse(asked, its_own, "engine", "preset", "steps_per_rev")
@@ -108,18 +105,9 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
         )
     revolutions = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
     check_count("--revolutions", revolutions, *REVOLUTIONS)
-    question, given = question_of(asked, machine), given_frame(asked)
-    scanned = isolation.confined(scan, path, question)
-
-    def run(drive: Drive, orders: tuple[Order, ...]) -> tuple[DrivenRun, ...]:
-        return isolation.confined(drive_model, path, question, scanned, drive, orders)
-
-    engine, turns, one, file = engine_named("mujoco"), float(revolutions), (scene_text(scene), machine), str(path)
-    try:
-        judged = question, scanned, given, engine, run, turns, MOST_SAMPLES, tolerance, asked.qualify
-        return study(file, one, *judged, refine=asked.report is not None)
-    except InvalidInput as error:
-        raise error if str(error).startswith(file) else InvalidInput(f"{file}: {error}") from None
+    question, given, one = question_of(asked, machine), given_frame(asked), (scene_text(scene), machine)
+    judged = question, given, float(revolutions), tolerance, asked.qualify, asked.report is not None
+    return isolation.confined(study, path, one, *judged)
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:

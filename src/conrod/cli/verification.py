@@ -19,7 +19,7 @@ from conrod.mechanism.units import parse_quantity
 from conrod.mjcf.invariances.results import InvarianceStudy
 from conrod.own.files import files_of_model
 from conrod.own.models.references import ALL_LENGTHS, length_names
-from conrod.own.models.study import ModelStudy
+from conrod.own.models.results import ModelStudy
 from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.reading import read_table

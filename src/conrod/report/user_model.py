@@ -11,8 +11,8 @@ from typing import Any
 
 from conrod.own.models.lengths import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
+from conrod.own.models.results import EXACT_SOLVER, OWN, ModelStudy, OwnRun
 from conrod.own.models.runs import QUANTITIES, CrankMotion, JudgedRun
-from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy, OwnRun
 from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part

@@ -19,8 +19,7 @@ from conrod.exact.space.poses import poses
 from conrod.mjcf.loops.driving import Recording, opens
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun
 from conrod.own.error_curve import error_curve
-from conrod.own.models.driving import ordered
-from conrod.own.models.request import Order
+from conrod.own.models.driving import changed
 from conrod.runs.outcome import OPEN_GAP
 from conrod.runs.trajectory import Outcome
 
@@ -44,8 +43,8 @@ def with_settings(model: mujoco.MjModel, label: str, step: float, period: float,
     own = copy.copy(model)
     own.opt.timestep = step
     if label == OWN:
-        return ordered(own, Order(label, tolerance=CONVERGED))
-    return ordered(own, Order(label, _settings(label, step, period, idle), tolerance=CONVERGED))
+        return changed(own, tolerance=CONVERGED)
+    return changed(own, _settings(label, step, period, idle), CONVERGED)
 
 
 def pasted(label: str, step: float, period: float, idle: bool) -> str:

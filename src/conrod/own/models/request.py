@@ -1,4 +1,4 @@
-"""A question about a user's model, and what is found of it, as plain data that need no engine.
+"""What is asked of a user's model, and what is read of it, as plain data that need no engine.
 
 Lengths are in the model's own unit and frame, which are not known yet. Coordinates of the crank are those of its hinge
 [rad], positive about the hinge's axis. P points, T angles of a turn, K samples of a run.
@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Outcome, Settings
+from conrod.runs.trajectory import Outcome
 
 KINDS = ("site", "body", "geom")
 
@@ -98,7 +98,7 @@ class Question:
     controls: Controls = ()
 
 
-# -- facts -----------------------------------------------------------------------------------------------------------
+# -- what is read of it ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -180,9 +180,6 @@ class ModelFacts:
     controls: Mapping[str, float] = field(default_factory=dict)
 
 
-# -- kinematic mode ----------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class Scan:
     """One turn of a model with its crank held at T angles, solved by its own constraints.
@@ -212,48 +209,6 @@ class Scan:
     anchor: Array
     axis: Array
     wander: float
-
-
-# -- dynamic mode ------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Order:
-    """A run that is asked for.
-
-    Attributes:
-        settings: that stand in for the model's own; None for its own.
-        tolerance: of the solver; None for that of the settings.
-        as_given: run the file as it is, from its own start with its own actuators; nothing is replaced or added.
-        finer: number of steps that take the place of one of the model's own.
-    """
-
-    label: str
-    settings: Settings | None = None
-    tolerance: float | None = None
-    as_given: bool = False
-    finer: float = 1.0
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Motion that is prescribed to a model's crank.
-
-    Attributes:
-        rate: of the crank's hinge [rad/s], of either sign.
-        start: its coordinate at the beginning [rad].
-        near: a state (nq,) on the way, from which the start is reached.
-        turns: number of turns.
-        ripple: largest deviation of the rate that is allowed, relative to it.
-        most_samples: a run of more is refused.
-    """
-
-    rate: float
-    start: float
-    near: Array
-    turns: float
-    ripple: float
-    most_samples: int
 
 
 @dataclass(frozen=True)

@@ -1,260 +1,168 @@
-"""All that is found of a user's model, and the verdict on it."""
+"""The study of a user's model: its paths, its own run, its runs with conrod's drive, and what its verdict notices."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
+import mujoco
 import numpy as np
 
-from conrod.engines.numerics import largest_derivatives, phase_bound
+from conrod.engines import engine_named
+from conrod.errors import InvalidInput
+from conrod.own.models.assembly import prepare
+from conrod.own.models.driving import CrankDrive, changed
 from conrod.own.models.frame import GivenFrame
-from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity, identify
-from conrod.own.models.qualifying import qualified
+from conrod.own.models.identity import identify
 from conrod.own.models.references import other_branches
-from conrod.own.models.request import Drive, DrivenRun, ModelFacts, Order, Question, Scan
-from conrod.own.models.runs import QUANTITIES, CrankMotion, JudgedRun, RunReference, crank_motion, difference, judged
-from conrod.runs.trajectory import Outcome
+from conrod.own.models.request import DrivenRun, Question
+from conrod.own.models.results import AS_GIVEN, EXACT_SOLVER, OWN, ModelStudy, OwnRun
+from conrod.own.models.runs import QUANTITIES, JudgedRun, RunReference, crank_motion, difference, judged, tracks_of
+from conrod.own.models.scanning import scan
+from conrod.runs.trajectory import Outcome, Piece, Trajectory
 from conrod.scenes import Scene
-from conrod.studies.validation.results import Qualified, RefinementPoint
+from conrod.studies.detection.defects import MOTION
+from conrod.studies.detection.judging import examined
+from conrod.studies.detection.machine_defects import Recording
+from conrod.studies.frame.resolve_arguments import MOST_SAMPLES
+from conrod.studies.validation.results import Qualified, RefinementPoint, Tolerance, ValidationResult
 
-if TYPE_CHECKING:
-    from conrod.engines.engine import Engine
-
-AS_GIVEN, OWN, EXACT_SOLVER = "its own run", "as it is", "as it is, solver tolerance 0"
 PRESETS = ("tuned", "hardened")
 FINER = (0.5, 2.0, 4.0)  # steps that take the place of one, where a model is refined
-RIPPLE = 1e-7
 # A model whose points are further off than this, with all lengths fitted, is another machine: its runs say nothing.
 COMPARABLE = 0.05
-ACROSS = 1e-5  # of gravity; a machine a hundredth of a degree out of the vertical has 2e-4
-
-Runs = Callable[[Drive, tuple[Order, ...]], tuple[DrivenRun, ...]]
-
-
-@dataclass(frozen=True)
-class OwnRun:
-    """The model run as its file has it, from its own start by its own actuators; see `ModelFacts` for these.
-
-    Attributes:
-        crank: None where the run did not complete.
-        commanded: speed of the crank [rad/s] that the controls are to give it; None where all of them are 0.
-    """
-
-    run: JudgedRun
-    crank: CrankMotion | None
-    commanded: float | None
-
-    @property
-    def failed(self) -> bool:
-        """True if it did not complete, or its crank strayed from what is commanded."""
-        strayed = self.crank is not None and self.commanded is not None and self.crank.strays(self.commanded)
-        return self.run.outcome is not Outcome.COMPLETED or strayed
-
-
-@dataclass(frozen=True)
-class ModelStudy:
-    """A user's model, judged.
-
-    Attributes:
-        file: as the user named it.
-        scene_name, scene: the machine that it is to be.
-        model: its joints, closures and settings.
-        tolerance: asked for, by quantity; None for the default of kinematic mode alone.
-        own_run: as the file has it; None where the model is too far off the machine.
-        runs: dynamic mode with conrod's drive, by label; empty there, too.
-        refused: presets that were not run, with the reason.
-        drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
-        points: that the runs are compared at.
-        qualified: what the verdict on its own settings notices of planted defects; None where that is not known.
-        refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
-    """
-
-    file: str
-    scene_name: str
-    scene: Scene
-    question: Question
-    model: ModelFacts
-    identity: Identity
-    tolerance: Mapping[str, float] | None
-    revolutions: float
-    runs: Mapping[str, JudgedRun]
-    refused: Mapping[str, str]
-    drive_share: Mapping[str, float] | None
-    points: tuple[str, ...]
-    own_run: OwnRun | None = None
-    qualified: Qualified | None = None
-    refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
-
-    @property
-    def kinematic_tolerance(self) -> float:
-        """That the paths are held to, over the point's length."""
-        return (self.tolerance or {}).get("position", DEFAULT_TOLERANCE)
-
-    @property
-    def is_machine(self) -> bool:
-        """True if the paths are the machine's."""
-        return self.identity.is_machine(self.kinematic_tolerance)
-
-    @property
-    def gravity(self) -> tuple[float, float, float]:
-        """Of the model [m/s²]: along the scene's x and y, and out of its plane."""
-        frame, own = self.identity.frame, np.array(self.model.settings.gravity)
-        (x, y), across = frame.turned(own[None])[0].tolist(), np.cross(frame.view.right, frame.view.up)
-        return x, y, frame.unit * float(across @ own)
-
-    @property
-    def gravity_is_across(self) -> bool:
-        """True if a part of the gravity points out of the plane of motion, in which the scene has all of it."""
-        return abs(self.gravity[2]) > ACROSS * float(np.linalg.norm(self.gravity))
-
-    @property
-    def own(self) -> JudgedRun | None:
-        """The run that stands for the model's own settings: with what the drive changes taken away, if it completed."""
-        exact, own = self.runs.get(EXACT_SOLVER), self.runs.get(OWN)
-        return exact if exact is not None and exact.outcome is Outcome.COMPLETED else own
-
-    @property
-    def limits(self) -> Mapping[str, float]:
-        """What is allowed: the tolerance asked for, and what follows from it and the drive for the clock.
-
-        The drive keeps the speed to `RIPPLE`. The position at the nominal time may be off by the tolerance of the
-        position and by what the phase moves the point.
-        """
-        asked, own = self.tolerance or {}, self.own
-        if own is None:
-            return asked
-        kept = phase_bound(own.steps_per_revolution * self.revolutions, self.revolutions)
-        phase = kept + RIPPLE * 2.0 * np.pi * self.revolutions
-        clock = {"phase": phase}
-        if "position" in asked:
-            clock["total"] = asked["position"] + phase * largest_derivatives(self.scene.kinematics, 1)[1]
-        return {**clock, **asked}
-
-    def exceeded(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
-        """Quantities that are out of tolerance: found and allowed, of all judged runs or of some.
-
-        The clock of the model's own run is its drive's, and held to what was asked for alone.
-        """
-        over = dict[str, tuple[float, float]]()
-        for run in runs or self.judged:
-            limits = self.limits if run is self.own else self.tolerance or {}
-            for name, allowed in limits.items() if run.errors is not None else ():
-                if not (found := run.judged_error(name)) <= allowed:
-                    over[name] = max((found, allowed), over.get(name, (found, allowed)))
-        return over
-
-    @property
-    def judged(self) -> list[JudgedRun]:
-        """Runs that are held to a tolerance: of its own settings, and of the file where that commands a motion."""
-        own_run = self.own_run.run if self.own_run and self.own_run.commanded is not None else None
-        return [run for run in (self.own, own_run) if run is not None]
-
-    @property
-    def blind(self) -> bool:
-        """True where it is known that the verdict on its own settings notices nothing."""
-        return self.qualified is not None and self.qualified.blind
-
-    @property
-    def passed(self) -> bool:
-        """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
-        own = self.own
-        if not self.is_machine or self.model.stops or own is None or self.own_run is None or self.own_run.failed:
-            return False
-        return own.outcome is Outcome.COMPLETED and not self.exceeded() and not self.blind
 
 
 def study(
-    file: str,
+    path: Path,
     scene: tuple[str, Scene],
     question: Question,
-    scan: Scan,
     given: GivenFrame,
-    engine: Engine[Any],
-    run: Runs,
     revolutions: float,
-    most_samples: int,
     tolerance: Mapping[str, float] | None,
     qualify: bool = False,
     refine: bool = False,
 ) -> ModelStudy:
-    """Judge a scanned model.
+    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.isolation`.
 
     Args:
         scene: its name and itself.
-        run: drives the model.
         qualify: whether defects are planted into the run of its own settings, too.
         refine: whether the runs that conrod drives are made at other steps, too.
 
     Raises:
-        InvalidInput: its plane of motion or its frame cannot be determined, or its runs cannot be made.
+        InvalidInput: the model cannot be used, its plane of motion or its frame cannot be determined, or its runs
+            cannot be made.
     """
+    try:
+        return _studied(path, scene, question, given, revolutions, tolerance, qualify, refine)
+    except InvalidInput as error:
+        raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
+
+
+def _studied(
+    path: Path, scene: tuple[str, Scene], question: Question, given: GivenFrame, revolutions: float,
+    tolerance: Mapping[str, float] | None, qualify: bool, refine: bool,
+) -> ModelStudy:  # fmt: skip
     name, machine = scene
-    identity, moving = identify(machine, scan, given)
+    assembly = prepare(path, question)
+    turn = scan(assembly, question)
+    facts, (identity, moving) = turn.facts, identify(machine, turn, given)
     misplaced = identity.explanations[0].misplaced if identity.explanations else ()
     wrong = {one.point for one in misplaced}
     # Compared are points that are where they should be on their links; all, where none is.
-    points = tuple(point for point in scan.points if point not in wrong) or scan.points
+    points = tuple(point for point in turn.points if point not in wrong) or turn.points
     found = ModelStudy(
-        file, name, machine, question, scan.facts, identity, tolerance, revolutions, {}, {}, None, points
+        str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, None, points
     )
     if identity.left > COMPARABLE:
         return found
-    orders, refused = _orders(machine, scan, engine)
-    finer = [
-        k for k in FINER if refine and k * revolutions * machine.period <= most_samples * scan.facts.settings.timestep
-    ]
-    # Without the run from which an exact solver takes away what the drive does.
-    first_refined = 2 if scan.facts.settings.tolerance != 0.0 else 1
-    others = [order for k in finer for order in _orders(machine, scan, engine, k)[0][first_refined:]]
-    frame, first = identity.frame, float(scan.coordinate[0])
+    frame, first = identity.frame, float(turn.coordinate[0])
     start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
-    near = scan.states[int(np.argmin(np.abs(scan.coordinate - start)))]
-    drive = Drive(frame.sense * machine.speed, start, near, revolutions, RIPPLE, most_samples)
-    made = run(drive, (*orders, *others))
-    driven = {order.label: one for order, one in zip(orders, made, strict=False)}
+    drive = CrankDrive(assembly, turn, frame.sense * machine.speed, start, revolutions)
     branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-    to = RunReference(moving, machine.speed, branches, frame, points, scan.facts.touching is not None, revolutions)
+    to = RunReference(moving, machine.speed, branches, frame, points, facts.touching is not None, revolutions)
+    as_given = drive.as_given(question)
+    models, refused = _models(machine, assembly.original)
+    driven = {label: drive.driven(model) for label, model in models.items()}
     runs = {label: judged(label, one, to) for label, one in driven.items()}
-    coarser_and_finer = [
-        (o.label, judged(o.label, one, to)) for o, one in zip(others, made[len(orders) :], strict=True)
-    ]
-    refined = {
-        label: _points(runs[label], *(one for name, one in coarser_and_finer if name == label))
-        for label in dict(coarser_and_finer)
-    }
-    completed = runs[AS_GIVEN].outcome is Outcome.COMPLETED
-    crank = crank_motion(driven[AS_GIVEN], to) if completed else None
-    own_run = OwnRun(runs.pop(AS_GIVEN), crank, machine.speed if any(scan.facts.controls.values()) else None)
+    at_steps = {label: [run] for label, run in runs.items()}
+    for finer in FINER if refine else ():
+        if finer * revolutions * machine.period <= MOST_SAMPLES * facts.settings.timestep:
+            others, _ = _models(machine, assembly.original, finer)
+            if EXACT_SOLVER in others:  # from which an exact solver takes away what the drive does
+                del others[OWN]
+            for label, model in others.items():
+                at_steps[label].append(judged(label, drive.driven(model), to))
+    own_run = judged(AS_GIVEN, as_given, to)
+    crank = crank_motion(as_given, to) if own_run.outcome is Outcome.COMPLETED else None
+    commanded = machine.speed if any(facts.controls.values()) else None
     both = [runs[label] for label in (OWN, EXACT_SOLVER) if label in runs and runs[label].errors is not None]
     share = difference(driven[OWN], driven[EXACT_SOLVER], to) if len(both) == 2 else None
-    found = replace(found, own_run=own_run, runs=runs, refused=refused, drive_share=share, refined=refined)
+    refined = {label: _points(same) for label, same in at_steps.items() if len(same) > 1}
+    found = replace(
+        found, own_run=OwnRun(own_run, crank, commanded), runs=runs, refused=refused, drive_share=share, refined=refined
+    )
     own = found.own
-    return replace(found, qualified=qualified(found, driven[own.label], to)) if qualify and own else found
+    return replace(found, qualified=_qualified(found, driven[own.label], to)) if qualify and own else found
 
 
-def _orders(scene: Scene, scan: Scan, engine: Engine[Any], finer: float = 1.0) -> tuple[list[Order], dict[str, str]]:
-    """The model's own run, and driven: as it is, with an exact solver, with each preset's settings at its own step."""
-    own = scan.facts.settings
-    steps = max(2, round(finer * scene.period / own.timestep))
-    orders, refused = [Order(AS_GIVEN, as_given=True), Order(OWN, finer=finer)], dict[str, str]()
-    if own.tolerance != 0.0:
-        orders.append(Order(EXACT_SOLVER, tolerance=0.0, finer=finer))
+def _models(
+    scene: Scene, model: mujoco.MjModel, finer: float = 1.0
+) -> tuple[dict[str, mujoco.MjModel], dict[str, str]]:
+    """The model as it is, with an exact solver, and with each preset's settings at its own step; presets refused."""
+    engine, refused = engine_named("mujoco"), dict[str, str]()
+    models = {OWN: changed(model, finer=finer)}
+    if model.opt.tolerance != 0.0:
+        models[EXACT_SOLVER] = changed(model, tolerance=0.0, finer=finer)
+    steps = max(2, round(finer * scene.period / float(model.opt.timestep)))
     for preset in PRESETS:
-        settings = engine.presets[preset](scene, steps)
-        reason = engine.refusal(scene, settings)
-        if reason is None:
-            orders.append(Order(preset, settings, finer=finer))
+        settings: Any = engine.presets[preset](scene, steps)
+        if (reason := engine.refusal(scene, settings)) is None:
+            models[preset] = changed(model, settings, finer=finer)
         else:
             refused[preset] = reason
-    return orders, refused
+    return models, refused
 
 
-def _points(*runs: JudgedRun) -> tuple[RefinementPoint, ...]:
+def _points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
     """Errors of runs of one kind, from coarse to fine."""
     ordered = sorted(runs, key=lambda run: run.steps_per_revolution)
     return tuple(
         RefinementPoint(round(run.steps_per_revolution), run.outcome.slug, *(run.worst(name) for name in QUANTITIES))
         for run in ordered
     )
+
+
+def _qualified(study: ModelStudy, run: DrivenRun, to: RunReference) -> Qualified | None:
+    """What the verdict on a model's own settings notices; None where the run is not judged, or did not pass.
+
+    Defects that take a run of their own are not planted, nor masses, which do not show.
+
+    Args:
+        run: that stands for its own settings.
+    """
+    own, version, limits = study.own, study.model.engine_version, dict[str, Any](study.limits)
+    if own is None or not study.tolerance or own.errors is None or study.exceeded(own):
+        return None
+    settings: Any = run  # of which the time step alone is asked for
+    trajectory = Trajectory(
+        "mujoco", version, settings, to.speed, to.turns, run.outcome, run.reason, tracks_of(run, to), None
+    )
+    given = Recording(Piece(trajectory, 0, run.times, run.warnings, None, None), to.exact, None)
+
+    def judge(planted: Recording) -> ValidationResult:
+        found = judged(own.label, run, replace(to, exact=planted.reference), planted.run.trajectory.points)
+        errors = {
+            point: {quantity: vars(curve.size) for quantity, curve in curves.items()}
+            for point, curves in (found.errors or {}).items()
+        }
+        return ValidationResult(
+            scene=study.scene_name, parameters={}, engine="mujoco", engine_version=version, preset=None,
+            mode="dynamic", revolutions=to.turns, outcome=found.outcome.slug, reason=found.reason, errors=errors,
+            phase={"max": found.phase}, tolerance=Tolerance(**limits),
+        ).judged()  # fmt: skip
+
+    return Qualified(tuple(one for defect in MOTION if (one := examined(defect, given, judge))), ())

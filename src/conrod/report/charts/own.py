@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
+from conrod.own.models.results import EXACT_SOLVER, OWN, ModelStudy
 from conrod.own.models.runs import QUANTITIES, JudgedRun
-from conrod.own.models.study import EXACT_SOLVER, OWN, ModelStudy
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import NORMS, on_grid, on_log_grid, whole_decades

@@ -11,7 +11,7 @@ from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
 from conrod.mjcf.invariances.results import InvarianceStudy
 from conrod.mjcf.loops.results import LoopStudy
-from conrod.own.models.study import ModelStudy
+from conrod.own.models.results import ModelStudy
 from conrod.own.pedigree import package_hash, sha256, stated_source
 from conrod.own.sensitivity import sensitivities, shares
 from conrod.own.tables.study import TableStudy

@@ -11,7 +11,7 @@ from conrod.engines.registry import presets_of
 from conrod.mechanism.units import in_prose
 from conrod.mjcf.loops.results import QUANTITIES as UNITS
 from conrod.mjcf.loops.results import LoopStudy
-from conrod.own.models.study import ModelStudy
+from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report import loops, numbers, trajectory, user_model
 from conrod.report.results import name_of

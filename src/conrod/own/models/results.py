@@ -1,0 +1,152 @@
+"""All that is found of a user's model, and the verdict on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from conrod.engines.numerics import largest_derivatives, phase_bound
+from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity
+from conrod.own.models.request import ModelFacts, Question
+from conrod.own.models.runs import CrankMotion, JudgedRun
+from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
+from conrod.studies.validation.results import Qualified, RefinementPoint
+
+AS_GIVEN, OWN, EXACT_SOLVER = "its own run", "as it is", "as it is, solver tolerance 0"
+RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
+ACROSS = 1e-5  # of gravity; a machine a hundredth of a degree out of the vertical has 2e-4
+
+
+@dataclass(frozen=True)
+class OwnRun:
+    """The model run as its file has it, from its own start by its own actuators; see `ModelFacts` for these.
+
+    Attributes:
+        crank: None where the run did not complete.
+        commanded: speed of the crank [rad/s] that the controls are to give it; None where all of them are 0.
+    """
+
+    run: JudgedRun
+    crank: CrankMotion | None
+    commanded: float | None
+
+    @property
+    def failed(self) -> bool:
+        """True if it did not complete, or its crank strayed from what is commanded."""
+        strayed = self.crank is not None and self.commanded is not None and self.crank.strays(self.commanded)
+        return self.run.outcome is not Outcome.COMPLETED or strayed
+
+
+@dataclass(frozen=True)
+class ModelStudy:
+    """A user's model, judged.
+
+    Attributes:
+        file: as the user named it.
+        scene_name, scene: the machine that it is to be.
+        model: its joints, closures and settings.
+        tolerance: asked for, by quantity; None for the default of kinematic mode alone.
+        own_run: as the file has it; None where the model is too far off the machine.
+        runs: dynamic mode with conrod's drive, by label; empty there, too.
+        refused: presets that were not run, with the reason.
+        drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
+        points: that the runs are compared at.
+        qualified: what the verdict on its own settings notices of planted defects; None where that is not known.
+        refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
+    """
+
+    file: str
+    scene_name: str
+    scene: Scene
+    question: Question
+    model: ModelFacts
+    identity: Identity
+    tolerance: Mapping[str, float] | None
+    revolutions: float
+    runs: Mapping[str, JudgedRun]
+    refused: Mapping[str, str]
+    drive_share: Mapping[str, float] | None
+    points: tuple[str, ...]
+    own_run: OwnRun | None = None
+    qualified: Qualified | None = None
+    refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
+
+    @property
+    def kinematic_tolerance(self) -> float:
+        """That the paths are held to, over the point's length."""
+        return (self.tolerance or {}).get("position", DEFAULT_TOLERANCE)
+
+    @property
+    def is_machine(self) -> bool:
+        """True if the paths are the machine's."""
+        return self.identity.is_machine(self.kinematic_tolerance)
+
+    @property
+    def gravity(self) -> tuple[float, float, float]:
+        """Of the model [m/s²]: along the scene's x and y, and out of its plane."""
+        frame, own = self.identity.frame, np.array(self.model.settings.gravity)
+        (x, y), across = frame.turned(own[None])[0].tolist(), np.cross(frame.view.right, frame.view.up)
+        return x, y, frame.unit * float(across @ own)
+
+    @property
+    def gravity_is_across(self) -> bool:
+        """True if a part of the gravity points out of the plane of motion, in which the scene has all of it."""
+        return abs(self.gravity[2]) > ACROSS * float(np.linalg.norm(self.gravity))
+
+    @property
+    def own(self) -> JudgedRun | None:
+        """The run that stands for the model's own settings: with what the drive changes taken away, if it completed."""
+        exact, own = self.runs.get(EXACT_SOLVER), self.runs.get(OWN)
+        return exact if exact is not None and exact.outcome is Outcome.COMPLETED else own
+
+    @property
+    def limits(self) -> Mapping[str, float]:
+        """What is allowed: the tolerance asked for, and what follows from it and the drive for the clock.
+
+        The drive keeps the speed to `RIPPLE`. The position at the nominal time may be off by the tolerance of the
+        position and by what the phase moves the point.
+        """
+        asked, own = self.tolerance or {}, self.own
+        if own is None:
+            return asked
+        kept = phase_bound(own.steps_per_revolution * self.revolutions, self.revolutions)
+        phase = kept + RIPPLE * 2.0 * np.pi * self.revolutions
+        clock = {"phase": phase}
+        if "position" in asked:
+            clock["total"] = asked["position"] + phase * largest_derivatives(self.scene.kinematics, 1)[1]
+        return {**clock, **asked}
+
+    def exceeded(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
+        """Quantities that are out of tolerance: found and allowed, of all judged runs or of some.
+
+        The clock of the model's own run is its drive's, and held to what was asked for alone.
+        """
+        over = dict[str, tuple[float, float]]()
+        for run in runs or self.judged:
+            limits = self.limits if run is self.own else self.tolerance or {}
+            for name, allowed in limits.items() if run.errors is not None else ():
+                if not (found := run.judged_error(name)) <= allowed:
+                    over[name] = max((found, allowed), over.get(name, (found, allowed)))
+        return over
+
+    @property
+    def judged(self) -> list[JudgedRun]:
+        """Runs that are held to a tolerance: of its own settings, and of the file where that commands a motion."""
+        own_run = self.own_run.run if self.own_run and self.own_run.commanded is not None else None
+        return [run for run in (self.own, own_run) if run is not None]
+
+    @property
+    def blind(self) -> bool:
+        """True where it is known that the verdict on its own settings notices nothing."""
+        return self.qualified is not None and self.qualified.blind
+
+    @property
+    def passed(self) -> bool:
+        """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
+        own = self.own
+        if not self.is_machine or self.model.stops or own is None or self.own_run is None or self.own_run.failed:
+            return False
+        return own.outcome is Outcome.COMPLETED and not self.exceeded() and not self.blind
