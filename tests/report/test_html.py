@@ -117,6 +117,14 @@ def test_names_stay_text() -> None:
     assert RIGHT_TO_LEFT in page
 
 
+def test_what_a_page_folds_away_stands_open_and_nothing_else_is_markup() -> None:
+    page = html_of("<details><summary>Every <b> & run</summary>\n\n| a |\n| --- |\n| 1 |\n\n</details>\n", place())
+    assert "<details" not in page  # a name within the words is no words
+    page = html_of("<details>\n<summary>Every run</summary>\n\nText <details> in it\n\n</details>\n", place())
+    assert page.startswith("<details open><summary>Every run</summary>\n")
+    assert page.count("<details") == page.count("</details>") == 1
+
+
 def test_a_number_links_to_the_command_of_its_page_or_of_its_rows_machine() -> None:
     text = "| machine | x |\n| --- | ---: |\n| [saw](saw.md) | 1.0 |\n| all | 2.0 |\n| none | n/a |\n"
     page = html_of(text, place(command="p--command", target={"saw.md": "#saw"}.get))

@@ -6,7 +6,7 @@ Neither the closed form nor the solver knows of the other; the model is between 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import mujoco
 import numpy as np
@@ -180,10 +180,13 @@ DURATION = 0.2
 SAMPLES = np.linspace(0.0, DURATION, 7)
 # Of travel, per period^k: of position, velocity, acceleration and jerk.
 BARS = (1e-12, 1e-12, 1e-12, 1e-9)
+Solved = tuple[DrivenTree, SpatialMotion]
 
 
-def solved(machine: SpatialMachine) -> tuple[DrivenTree, SpatialMotion]:
+def solved(machine: SpatialMachine, defect: Callable[[mujoco.MjModel], None] | None = None) -> Solved:
     model = mujoco.MjModel.from_xml_string(machine.mjcf)
+    if defect:
+        defect(model)
     tree = tree_of(model, model.qpos0)
     units = {joint.name: joint.unit for joint in tree.joints}
     made = DrivenTree(tree, {joint: law_of(law, units[joint], 0.0, joint) for joint, law in machine.drives.items()})
@@ -214,3 +217,33 @@ def test_the_solver_moves_a_model_as_its_closed_form_says(name: str, monkeypatch
     # Negative control: a link 0.1 % longer, or an angle 0.1 degrees larger, is another machine.
     other = {key: math.radians(value) if key in ANGLES else value for key, value in change.items()}
     assert errors(MACHINES[name](**other), motion)[0] > 1e-5
+
+
+def longer_link(model: mujoco.MjModel) -> None:
+    """0.1 % more between a link and the next; where all links meet in a point, to the closure's pin."""
+    offsets = [model.body_pos[body] for body, parent in enumerate(model.body_parentid) if parent]
+    far = [offset for offset in offsets if offset.any()]
+    (far[0] if far else model.site_pos[model.eq_obj1id[0]])[:] *= 1.001
+
+
+def turned_axis(model: mujoco.MjModel) -> None:
+    """The first joint's axis 0.1 degrees off."""
+    model.jnt_axis[0] += math.tan(0.1 * DEGREE) * np.cross(model.jnt_axis[0], [0.36, 0.48, 0.8])
+
+
+def shifted_closure(model: mujoco.MjModel) -> None:
+    """The first closure is anchored 0.1 mm off."""
+    weld = model.eq_type[0] == mujoco.mjtEq.mjEQ_WELD
+    (model.eq_data[0, 3:6] if weld else model.site_pos[model.eq_obj1id[0]])[:] += [6e-5, 0.0, 8e-5]
+
+
+# A shaft may stand anywhere along its axis, and legs follow a platform that is driven, whatever they are.
+UNSEEN = [(longer_link, name) for name in ("cardan", "double-cardan", "double-cardan-misphased")]
+DEFECTS = [(defect, name) for defect in (longer_link, turned_axis, shifted_closure) for name in MACHINES]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("defect", "name"), [case for case in DEFECTS if case not in UNSEEN and case[1] != "stewart"])
+def test_a_model_built_a_little_wrong_moves_otherwise(defect: Callable[[mujoco.MjModel], None], name: str) -> None:
+    machine = MACHINES[name]()
+    assert errors(machine, solved(machine, defect)[1])[0] > 1e-6

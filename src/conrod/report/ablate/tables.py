@@ -64,7 +64,7 @@ def _change(
 
 def ingredients_table(found: EngineAblation, title: str = "") -> Table:
     """A row for each ingredient: cost, change, verdict, and which studies need it."""
-    head = ("ingredient", "in words", "cost alone", "cost in full", "change", "verdict", TORQUE, "needed by")
+    head = ("ingredient", "cost alone", "cost in full", "change", "verdict", TORQUE, "needed by")
     return table(head, [_ingredient(found, one) for one in found.ingredients], title=title)
 
 
@@ -76,8 +76,7 @@ def _ingredient(found: EngineAblation, one: IngredientResult) -> list[Cell]:
     saves = one.verdict is Verdict.FREE and costs and all(cost.high < 1.0 / COSTS for cost in costs)
     verdict = "; ".join(filter(None, [verdict, "faster with it" if saves else "", finer_text(found, one)]))
     return [
-        one.name,
-        f"{one.title}{' (part of the minimal model)' if one.minimal else ''}",
+        f"{one.name}{' (part of the minimal model)' if one.minimal else ''}",
         *("" if evidence is None else cost_text(evidence.cost) for evidence in pair),
         "" if first is None else _change(first.change),
         Toned(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
@@ -126,8 +125,8 @@ def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
         known = [own[name] for own in named.values() if name in own]
         needs = dict.fromkeys(need for one in known for need in _needs(one))
         verdicts = [own[name].verdict.value if name in own else ABSENT for own in named.values()]
-        rows.append([f"`{name}`", known[0].title, *verdicts, ", ".join(needs)])
-    return table(["ingredient", "in words", *found, "needed by studies of"], rows)
+        rows.append([f"`{name}`", *verdicts, ", ".join(needs)])
+    return table(["ingredient", *found, "needed by studies of"], rows)
 
 
 # -- models ----------------------------------------------------------------------------------------------------------

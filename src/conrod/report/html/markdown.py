@@ -11,10 +11,13 @@ from urllib.parse import unquote
 from markdown_it import MarkdownIt
 from markdown_it.common.utils import escapeHtml
 from markdown_it.renderer import RendererHTML
+from markdown_it.rules_core import StateCore
 from markdown_it.token import Token
 
 OUTWARD = ("https://", "http://")
 NUMBER = re.compile(r"[\d.,<]")
+# The one markup that pages have, on lines of its own; names of users are escaped, and never look like it.
+DETAILS = re.compile(r"<details>\s*<summary>([^<]+)</summary>|</details>")
 
 
 @dataclass
@@ -47,12 +50,20 @@ class Place:
 
 
 def html_of(text: str, place: Place) -> str:
-    """The page as HTML; nothing in it is markup but Markdown's own."""
+    """The page as HTML; nothing in it is markup but Markdown's own, and what opens and closes."""
     return str(_parser().render(text, {"place": place}))
 
 
 def _parser() -> MarkdownIt:
-    return MarkdownIt("commonmark", {"html": False}, renderer_cls=_Renderer).enable("table")
+    parser = MarkdownIt("commonmark", {"html": False}, renderer_cls=_Renderer).enable("table")
+    parser.core.ruler.after("block", "details", _find_details)
+    return parser
+
+
+def _find_details(state: StateCore) -> None:
+    for before, inline, after in zip(state.tokens, state.tokens[1:], state.tokens[2:], strict=False):
+        if before.type == "paragraph_open" and DETAILS.fullmatch(inline.content):
+            inline.type, before.hidden, after.hidden = "details", True, True
 
 
 class _Renderer(RendererHTML):
@@ -109,6 +120,12 @@ class _Renderer(RendererHTML):
 
     def link_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         return "</a>" if env["place"].links.pop() else ""
+
+    def details(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        found = DETAILS.fullmatch(tokens[idx].content)
+        # Open, so that paper has it and links lead into it.
+        words = found and found[1]
+        return f"<details open><summary>{escapeHtml(words)}</summary>\n" if words else "</details>\n"
 
     def fence(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         return super().fence(tokens, idx, options, env).replace("<pre>", '<pre tabindex="0">', 1)
