@@ -7,6 +7,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from conrod.report.charts.canvas import drawing_style
@@ -169,7 +170,8 @@ def test_undetected_failures_are_outlined(undetected: bool) -> None:
     runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", undetected, None))
     found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
     figure = drawn(found)
-    colours = [line.get_color() for line in figure.axes[0].lines if len(line.get_xdata())]  # type: ignore[arg-type]
+    lines = [patch for patch in figure.axes[0].patches if not patch.get_fill() and len(patch.get_path().vertices)]
+    colours = [to_hex(line.get_edgecolor()) for line in lines]
     # The boundary, then the outline's white casing and its red core.
-    assert colours[:3] == (["#111111", "white", UNDETECTED_COLOUR] if undetected else ["#111111", "#555555", "white"])
+    assert colours == ["#111111", *(["#ffffff", UNDETECTED_COLOUR] if undetected else [])]
     assert any("undetected" in text for text in legend_of(figure)) is undetected

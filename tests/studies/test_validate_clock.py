@@ -94,11 +94,11 @@ def with_a_longer_step(monkeypatch: pytest.MonkeyPatch, engine: str) -> None:
 
 def with_late_stamps(monkeypatch: pytest.MonkeyPatch, engine: str) -> None:
     if engine == "mujoco":
-        times = mujoco_dynamics._times
+        stamped = mujoco_dynamics.instants_of
         monkeypatch.setattr(
             mujoco_dynamics,
-            "_times",
-            lambda machine, settings, *rest: times(machine, settings, *rest) + settings.timestep,
+            "instants_of",
+            lambda made, times, *rest: stamped(made, times + made.model.opt.timestep, *rest),
         )
     else:
         stamps = pymunk_dynamics.staggered
