@@ -29,7 +29,7 @@ MODELS = {
     HACKSAW: ("--scene", "saw-500rpm", "--crank", "motor", "--point", "C=body:bow"),
 }
 SHORT = ("--seconds", "0.05")
-QUICK = "conrod.studies.frame.paired_timing.STEPPER_BLOCK_TIME", 2e-5  # [s], of harden's timing, which is not at stake
+QUICK = "conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5  # [s], of harden's timing, which is not at stake
 FEWER = 10  # one vertex of a cam in so many is kept: compiling it costs less
 VERBS = ("lint", "harden", "validate")
 
