@@ -47,16 +47,16 @@ def row(page: str, start: str) -> list[str]:
 def test_the_page_has_of_every_ingredient_cost_change_verdict_and_who_needs_it(pages: dict[str, str]) -> None:
     page = pages[f"{SCENE}.md"]
     costly = row(page, "sensors")
-    assert costly[2:4] == ["1.20 (1.19 .. 1.21)", "1.30 (1.29 .. 1.31)"]
-    assert costly[5] == "costly"
+    assert costly[1:3] == ["1.20 (1.19 .. 1.21)", "1.30 (1.29 .. 1.31)"]
+    assert costly[4] == "costly"
     harmful = row(page, "noslip")
-    assert harmful[4:] == ["1.0e-6", "**harmful (position)**", "n/a", "wear"]
+    assert harmful[3:] == ["1.0e-6", "**harmful (position)**", "n/a", "wear"]
     required = row(page, "closure")
-    assert "part of the minimal model" in required[1]
-    assert required[5] == "required (opened)"
-    assert required[7] == "drive torque, joint reactions"
-    assert row(page, "looks")[5] == "free"
-    assert row(page, "looks")[7] == "impact"
+    assert "part of the minimal model" in required[0]
+    assert required[4] == "required (opened)"
+    assert required[6] == "drive torque, joint reactions"
+    assert row(page, "looks")[4] == "free"
+    assert row(page, "looks")[6] == "impact"
     for verdict, meaning in MEANINGS.items():
         assert f"**{verdict.value}**: {meaning}" in page
 
