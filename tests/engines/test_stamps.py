@@ -83,7 +83,6 @@ def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
         assert one.bodies is not None
         assert piece.drive_torque == pytest.approx(-settings.armature * one.bodies.position.instants.acceleration)
         assert piece.warnings == {}
-        assert piece.solver is not None
     free = replace(settings, armature=0.0)
     begun = next(engine_named("mujoco").run(scene, free, 0.02))
     assert (begun.drive_torque, len(begun.clock)) == (None, 5)

@@ -253,35 +253,6 @@ def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped
         assert "step 551" in found.reason
 
 
-# -- what pymunk's iteration left ------------------------------------------------------------------------------------
-
-
-def largest_left(scene: Any, **changes: Any) -> float:
-    settings = replace(PymunkSettings.tuned(scene, 200), **changes)
-    found = [piece.solver for piece in PYMUNK.run(scene, settings, 1.0, 0.0, 10)]
-    assert len(found) == 20
-    assert all(state.iterations == settings.iterations for state in found)
-    return max(state.residual for state in found) / (abs(scene.speed) * max(scene.lengths.values()))
-
-
-@pytest.mark.parametrize("form", [{}, {"rod": DISTANCE_JOINT}])
-@pytest.mark.parametrize("bias", [0.0, PymunkSettings.stock(SAW, 200).error_bias])
-@pytest.mark.parametrize("scene", [SAW, PRESS], ids=["saw", "press"])
-def test_a_converged_iteration_leaves_rounding_and_a_short_one_does_not(
-    scene: Any, bias: float, form: dict[str, str]
-) -> None:
-    assert largest_left(scene, error_bias=bias, iterations=1000, **form) < 1e-12
-    assert largest_left(scene, error_bias=bias, iterations=2, **form) > 1e-8
-
-
-def test_a_bias_other_than_the_engine_has_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = dynamics.gap_rate_left
-    monkeypatch.setattr(
-        dynamics, "gap_rate_left", lambda form, settings, *at: told(form, replace(settings, error_bias=0.5), *at)
-    )
-    assert largest_left(SAW, iterations=1000) > 1e-6
-
-
 @pytest.mark.parametrize("name", ["saw, stock", "press, rod left out", "cam"])
 def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     engine, scene, settings, turns = asked(f"pymunk: {name}")

@@ -95,15 +95,6 @@ def test_what_only_the_safe_end_lacks_is_not_called_nowhere() -> None:
     assert boundaries_table([other]).rows[0][3:6] == ("none of it", "none of it", "all of it")
 
 
-def test_a_solver_that_stopped_early_is_in_the_table_with_its_worst_residual() -> None:
-    walk = walked("regularisation", "mujoco", "tuned", 1.0, ((1e-15, "safe", "completed", False, 1e-3),))
-    note = "stopped after 0 iterations, residual above "
-    early = tuple(replace(p, solver=f"{note}{1e-16 / p.value:.1g}" if p.value < 1e-9 else "") for p in walk.probes)
-    (row,) = boundaries_table([replace(walk, probes=early)]).rows
-    assert row[-1] == f"{note}0.1: 1e-10 .. 1e-15 (5 of 13 runs)"
-    assert "its solver" not in boundaries_table(steps_walks()).headings
-
-
 def test_determinism_shows_what_was_different() -> None:
     one = saved().determinism[0]
     other = replace(one, fingerprints={**one.fingerprints, RUNS[-1]: "f" * 64})

@@ -1,4 +1,4 @@
-"""A watched run: the errors of a measured one, how it ends, its solver and its last bit, whatever its pieces."""
+"""A watched run: the errors of a measured one, how it ends and its last bit, whatever its pieces."""
 
 from __future__ import annotations
 
@@ -7,21 +7,17 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 from catalogue import CAM, SAW
 from watched import cell, coarse_cam, extremes, in_pieces_of, moved, planted_in, watched
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.engine import PIECE
 from conrod.engines.running import whole_run
-from conrod.runs.trajectory import Piece, SolverState
+from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.recorders import looked
-from conrod.studies.limits.records import SolverRecord
 from conrod.studies.limits.stream_run import piece_length, stream_run
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500
@@ -164,57 +160,3 @@ def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, mo
         assert extremes(stream_run(cell(SAW, settings))).fingerprint == known
     planted_in(monkeypatch, settings.engine, 0, lambda piece: moved(piece, 1e-16))
     assert extremes(stream_run(cell(SAW, settings))).fingerprint != known
-
-
-# -- the solver ------------------------------------------------------------------------------------------------------
-
-
-def test_a_solver_that_stopped_before_it_began_has_a_residual() -> None:
-    tuned = MuJoCoSettings.tuned(SAW, 200)
-    done, trapped = (extremes(watched(SAW, s)).solver for s in (tuned, replace(tuned, tolerance=1e-8)))
-    assert done is not None
-    assert trapped is not None
-    assert (done.looked_at, done.allowed, trapped.looked_at) == (done.looked_at, tuned.iterations, done.looked_at)
-    assert 20 <= done.looked_at <= 40
-    assert done.least is not None
-    assert done.least > 0
-    assert trapped.most == 0
-    assert done.residual is not None
-    assert trapped.residual is not None
-    assert done.residual < 1e-12
-    assert trapped.residual > 1e-6
-
-
-def test_an_iteration_cut_short_has_a_residual() -> None:
-    tuned = PymunkSettings.tuned(SAW, 200)
-    done, short = (extremes(watched(SAW, replace(tuned, iterations=n))).solver for n in (300, 3))
-    assert done is not None
-    assert short is not None
-    assert (short.allowed, short.least, short.most) == (3, 3, 3)
-    assert done.residual is not None
-    assert short.residual is not None
-    assert done.residual < 1e-11
-    assert short.residual > 1e-4
-
-
-@pytest.mark.parametrize("revolutions", [2.0, 3.0, 4.0, 10.0, 50.0, 1000.0, 10_000.0])
-@pytest.mark.parametrize("steps", [20, 50, 100, 1000, 4096, 20_000])
-def test_the_solver_is_looked_at_all_around_the_turn(steps: int, revolutions: float) -> None:
-    length = piece_length(cell(SAW, PymunkSettings.tuned(SAW, steps), revolutions))
-    assert length <= PIECE
-    looks = length * np.arange(1, min(40, steps * revolutions // length) + 1)
-    at = np.sort(looks % steps) / steps
-    widest = np.diff(at, append=at[0] + 1.0).max()
-    # Points that the golden ratio parts leave no gap wider than 2 over their number; few steps give few points.
-    assert widest <= max(0.11, 2.0 / len(looks))
-    # Negative control: pieces of so many turns look at one angle.
-    assert len(set((steps * np.arange(1, 41)) % steps)) == 1
-
-
-def test_residuals_are_normalised_by_what_they_are() -> None:
-    """The same machine in another unit, and ten times as fast, leaves the same."""
-    for of_rates, residual in ((True, 6.0), (False, 12.0)):
-        found = SolverRecord(0, 10, None, None, None)
-        for state in (SolverState(None, residual, of_rates), SolverState(4, math.nan, of_rates)):
-            found = looked(found, state, (6.0, 12.0))
-        assert (found.looked_at, found.least, found.most, found.residual) == (2, 4, 4, 1.0)

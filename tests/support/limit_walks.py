@@ -55,7 +55,6 @@ def probe(value: float, level: str, outcome: str, undetected: bool, error: float
         reason="" if outcome == "completed" else f"made to be {outcome}",
         errors=None if error is None else {"position": error, "velocity": 3.0 * error, "acceleration": 9.0 * error},
         torque=None,
-        solver="",
         key=f"{outcome}-{value:g}",
     )
     return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own

@@ -108,7 +108,7 @@ class PlantedEngine(Engine[PlantedSettings]):
         trajectory = Trajectory(
             NAME, self.version, settings, machine.speed, revolutions, verdict.outcome, verdict.reason, points, tracks
         )
-        return Piece(trajectory, first, times, {}, None, None)
+        return Piece(trajectory, first, times, {}, None)
 
 
 class LawfulEngine(PlantedEngine):

@@ -21,7 +21,6 @@ from conrod.runs.trajectory import (
     Piece,
     PointTracks,
     Settings,
-    SolverState,
     Track,
     Trajectory,
 )
@@ -40,7 +39,6 @@ class Recorded:
     points: Mapping[str, PointTracks]
     clock: Array | None = None
     warnings: Mapping[str, int] = field(default_factory=dict)
-    solver: SolverState | None = None
     drive_torque: Array | None = None
     ended: Callable[[Verdict], Verdict] = lambda judged: judged
 
@@ -85,7 +83,7 @@ def pieces(
             settings.engine, version, settings, machine.speed, revolutions,
             verdict.outcome, verdict.reason, points, bodies,
         )  # fmt: skip
-        yield Piece(trajectory, first, ticks, found.warnings, found.solver, found.drive_torque)
+        yield Piece(trajectory, first, ticks, found.warnings, found.drive_torque)
 
 
 def _last(samples: int) -> FieldByField:

@@ -154,22 +154,6 @@ class Trajectory:
 
 
 @dataclass(frozen=True)
-class SolverState:
-    """State in which the engine's solver ended one step.
-
-    Attributes:
-        iterations: that it took; None where the engine does not report them.
-        residual: what it left of what it was to solve: the largest gap acceleration [m/s^2] of a joint where it
-            solves for accelerations, the largest gap rate [m/s] where it solves for velocities.
-        of_rates: whether it solves for velocities.
-    """
-
-    iterations: int | None
-    residual: float
-    of_rates: bool = False
-
-
-@dataclass(frozen=True)
 class Piece:
     """A stretch of a run, recorded whole; the run itself may be of any length.
 
@@ -179,7 +163,6 @@ class Piece:
         clock: of the engine, or of a user of an engine that has none: the sum of its steps so far, at the instants of
             the positions (T,) [s].
         warnings: what the engine itself has warned of so far, and how often.
-        solver: at the last step; None where there is nothing to look at.
         drive_torque: by the engine's account, at the instants of the accelerations (T,) [N m], about the crank in the
             sense of the crank angle; None where it does not report it.
     """
@@ -188,7 +171,6 @@ class Piece:
     first_step: int
     clock: Array
     warnings: Mapping[str, int]
-    solver: SolverState | None
     drive_torque: Array | None
 
 
@@ -196,7 +178,7 @@ Part = TypeVar("Part", Instants, Track, PointTracks, BodyStates, BodyTracks)
 
 
 def concatenate_pieces(pieces: Sequence[Piece]) -> Piece:
-    """One piece of all their samples; outcome, warnings and solver are those of the last one."""
+    """One piece of all their samples; outcome and warnings are those of the last one."""
     if len(pieces) == 1:
         return pieces[0]
     first, last, join = pieces[0], pieces[-1], FieldByField(np.concatenate)

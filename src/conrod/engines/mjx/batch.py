@@ -60,7 +60,6 @@ class Replayed:
     """A recording of one piece that has been made: states (T, 1 + nq + nv) and sensor data (T, ..)."""
 
     warnings: Mapping[str, int] = {}
-    solver = None
 
     def __init__(self, *recorded: Array) -> None:
         self._recorded = recorded

@@ -76,11 +76,9 @@ class Recorder:
 
     Attributes:
         warnings: of the engine; it has none.
-        solver: how the constraint solver ended, which it does not say.
     """
 
     warnings: Mapping[str, int] = {}
-    solver = None
 
     def __init__(self, made: Build, settings: MJXSettings, coordinates: Array, rates: Array) -> None:
         self._timestep, self._double, self._steps = settings.timestep, settings.precision == "double", 0

@@ -16,7 +16,7 @@ from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.recording import Recorded, pieces, points_of
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, SolverState, Track
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
 
 
 class Recording(Protocol):
@@ -24,9 +24,6 @@ class Recording(Protocol):
 
     @property
     def warnings(self) -> Mapping[str, int]: ...
-
-    @property
-    def solver(self) -> SolverState | None: ...
 
     def next(self, samples: int) -> tuple[Array, Array]: ...
 
@@ -63,7 +60,7 @@ def recorded(
         end = end or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
         poses, clock = bodies.poses[-1], float(states[-1, 0])
         return Recorded(
-            BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings, recorder.solver,
+            BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings,
             drive_torque(settings, instants), partial(verdict_of, ended=end),
         )  # fmt: skip
 

@@ -1,13 +1,4 @@
-"""MuJoCo steps, and its states are kept, with its warnings and how its constraint solver ended.
-
-The solver is to find accelerations a of the constraints and forces f with a = J qacc_smooth + A f, A = J M^-1 J^T, and
-a = aref - R f: where a constraint acts (MuJoCo documentation, Computation, 'Constraint model'). Newton and CG take f
-from qacc by the second, so that a stop leaves the first unsolved; PGS takes qacc from f by the first and leaves the
-second. Both are here eliminated: (A + R) f = aref - J qacc_smooth, a small system, is solved directly, and what the
-solver left is how far the accelerations J qacc, which the engine steps with, are from a. So regularisation, which is no
-error of the solver, does not count, and forces that a hardened model has lost digits of do not either. Nothing is
-written into the engine after the start.
-"""
+"""MuJoCo steps, and its states are kept, with its warnings."""
 
 from __future__ import annotations
 
@@ -16,14 +7,13 @@ from contextlib import contextmanager
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
-from conrod.engines.mujoco.model import Build, constraint_jacobian, laws_acting
+from conrod.engines.mujoco.model import Build, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict
-from conrod.runs.trajectory import Outcome, SolverState
+from conrod.runs.trajectory import Outcome
 
 # What MuJoCo warns of where it resets the state, if it may.
 BAD_NUMBERS = ("BADQPOS", "BADQVEL", "BADQACC")
@@ -56,53 +46,6 @@ def ended_by_engine(
     return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
 
 
-def solver_state(model: mujoco.MjModel, data: mujoco.MjData) -> SolverState | None:
-    """The solver in data that `mj_forward` has made, of which nothing is changed.
-
-    (After a step of RK4 the data is a mixture: its accelerations are the mean of the stages.)
-
-    Returns:
-        None where no constraint is there to solve, or its numbers are not finite.
-    """
-    if data.nefc == 0:
-        return None
-    jacobian, yielding = constraint_jacobian(model, data), np.empty((data.nefc, model.nv))
-    mujoco.mj_solveM(model, data, yielding, jacobian)  # J M^-1
-    # Numbers of a run that is about to diverge may be too large to be multiplied.
-    with np.errstate(all="ignore"):
-        free, found = jacobian @ data.qacc_smooth, jacobian @ data.qacc
-        answer = yielding @ jacobian.T
-        system, missing = answer + np.diag(data.efc_R), data.efc_aref - free
-    if not all(np.all(np.isfinite(values)) for values in (system, missing, found)):
-        return None
-    one_way = np.asarray(data.efc_type != mujoco.mjtConstraint.mjCNSTR_EQUALITY, dtype=bool)
-    exact = free + answer @ constraint_forces(system, missing, one_way)
-    iterations = int(data.solver_niter[: max(data.nisland, 1)].max())
-    return SolverState(iterations, float(np.abs(found - exact).max()))
-
-
-def constraint_forces(system: Array, missing: Array, one_way: NDArray[np.bool_]) -> Array:
-    """Forces f (n,) with S f = m where a constraint acts; one that only pushes acts where f > 0, else S f >= m.
-
-    Args:
-        system: S (n, n), symmetric, its diagonal positive.
-    """
-    # The rows of links of very different weight are brought to one size; redundant ones share their force.
-    scale = 1.0 / np.sqrt(np.diag(system))
-    scaled = scale[:, None] * system * scale
-    acting, force = np.ones(len(missing), dtype=bool), np.zeros(len(missing))
-    # Of the sets of contacts that act, of which a machine has few, one is the right one.
-    for _ in range(2 ** int(one_way.sum())):
-        chosen = np.ix_(acting, acting)
-        force = np.zeros(len(missing))
-        force[acting] = scale[acting] * np.linalg.lstsq(scaled[chosen], (scale * missing)[acting], rcond=None)[0]
-        wanted = ~one_way | np.where(acting, force > 0.0, system @ force < missing)
-        if np.array_equal(wanted, acting):
-            break
-        acting = wanted
-    return force
-
-
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
 WARNINGS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
 del WARNINGS["mjNWARNING"]
@@ -126,19 +69,13 @@ class Recorder:
 
     Args:
         begin: the time [s] of the start, at which the engine's clock is 0.
-
-    Attributes:
-        solver: how the constraint solver ended for the accelerations of the last reported sample; None where there was
-            nothing to solve, or no step any more.
     """
 
     def __init__(
         self, made: Build, settings: MuJoCoSettings, coordinates: Array, rates: Array, begin: float = 0.0
     ) -> None:
-        self.solver: SolverState | None = None
         self._made, self._begin = made, begin
         self._model, self._data = made.model, mujoco.MjData(made.model)
-        self._aside = mujoco.MjData(made.model)  # to look at the solver without a trace in the run
         self._data.qpos[:], self._data.qvel[:] = coordinates, rates
         self._step = self._round_steps if settings.rounded_state else self._roll_out
         self._state = np.empty(mujoco.mj_stateSize(self._model, STATE))  # that the next step starts from
@@ -159,16 +96,12 @@ class Recorder:
         sensors = np.empty((1, samples, self._model.nsensordata))
         states[0, 0] = self._state
         with warnings_kept_quiet(), laws_acting(self._model, self._made.tree, self._begin):
-            self._take(states[:, :-1], sensors[:, :-1])
-            self.solver = self._look(states[0, -2])
-            self._take(states[:, -2:], sensors[:, -1:])
+            self._take(states, sensors)
         self._state = states[0, -1].copy()
         return states[0, :-1], sensors[0]
 
     def _take(self, states: Array, sensors: Array) -> None:
         """States (1, steps + 1, nstate) after the first one, and sensor data (1, steps, ..) of the states before."""
-        if not sensors.shape[1]:
-            return
         if self.warnings:
             # Another rollout would clear the counters and go on.
             states[0, 1:], sensors[0] = states[0, 0], self._data.sensordata
@@ -192,15 +125,6 @@ class Recorder:
             round_state(self._data)
             mujoco.mj_getState(self._model, self._data, states[0, k + 1], STATE)
             sensors[0, k] = self._data.sensordata
-
-    def _look(self, state: Array) -> SolverState | None:
-        """The solver in the step that leaves this state, which is that of now; under RK4 in its first stage."""
-        if self.warnings:
-            return None
-        mujoco.mj_setState(self._model, self._aside, state, STATE)
-        self._aside.qacc_warmstart[:] = self._data.qacc_warmstart
-        mujoco.mj_forward(self._model, self._aside)
-        return solver_state(self._model, self._aside)
 
 
 def round_state(data: mujoco.MjData) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,12 +16,9 @@ from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import advance, state
 from conrod.engines.recording import Recorded, pieces
-from conrod.exact.dynamics.coordinates import coordinate_jet
-from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Prismatic
-from conrod.runs.trajectory import BodyStates, BodyTracks, Piece, PointTracks, SolverState, Track
+from conrod.runs.trajectory import BodyStates, BodyTracks, Piece, PointTracks, Track
 
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 
@@ -45,11 +41,8 @@ def run(
         at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
         bodies = body_tracks(made.form, at, centres, rates, before)
         points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(kinematics, made.form, at, bodies)
-        left = gap_rate_left(made.form, settings, centres[-1:], rates[-1:])
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies
-        # The iteration has no test of its own, and takes all it may.
-        solver = None if left is None else SolverState(settings.iterations, left, of_rates=True)
-        return Recorded(bodies, points, solver=solver)
+        return Recorded(bodies, points)
 
     return pieces(machine, settings, VERSION, revolutions, start_angle, steps, record, KEPT)
 
@@ -60,35 +53,6 @@ def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> B
     poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
     made.place(poses[0], slopes[0] * machine.speed)
     return made
-
-
-def gap_rate_left(form: ModelForm, settings: PymunkSettings, centres: Array, rates: Array) -> float | None:
-    """Residual of Chipmunk's iteration: largest deviation of a joint's gap rate [m/s] from the one asked for.
-
-    In cpSpaceStep positions move first; then every joint's preStep asks for the gap rate -(1 - bias^h) C / h that mends
-    a share of its error C there (bias_coef in Chipmunk's constraint headers), and the iteration makes the velocities
-    fit all of them. Where it is converged, J(x_n) v_n + (1 - bias^h) C(x_n) / h is nothing but rounding.
-
-    Args:
-        centres: centres of gravity with turns (1, 3 n) of the engine's bodies, after a step.
-        rates: theirs.
-
-    Returns:
-        None for contact, whose errors are mended by velocities of their own; and where the state is rounded after
-        every step, which leaves more than a converged iteration does, and is none of its doing.
-    """
-    mechanism = form.mechanism
-    if mechanism.cam_contacts or settings.rounded_state:
-        return None
-    h = settings.substep
-    mending = (1.0 - settings.error_bias**h) / h
-    bodies = pose_jets(mechanism, list(body_states(mechanism, centres, rates)))
-    held = [joint for joint in mechanism.joints if joint.name != mechanism.driver.joint]
-    # Of a slide its offset alone, as everywhere; it is in metres.
-    gaps = [joint_residual(joint, bodies)[: 1 if isinstance(joint, Prismatic) else None] for joint in held]
-    gaps += [[coordinate_jet(rod, bodies) - rod.length] for rod in form.distances]
-    sizes = [[[float(np.asarray(c).item()) for c in gap.coefficients] for gap in parts] for parts in gaps]
-    return max((math.hypot(*(rate + mending * size for size, rate in parts)) for parts in sizes), default=0.0)
 
 
 def body_tracks(

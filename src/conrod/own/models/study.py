@@ -151,7 +151,7 @@ def _qualified(study: ModelStudy, run: DrivenRun, to: RunReference) -> Qualified
     trajectory = Trajectory(
         "mujoco", version, settings, to.speed, to.turns, run.outcome, run.reason, tracks_of(run, to), None
     )
-    given = Recording(Piece(trajectory, 0, run.times, run.warnings, None, None), to.exact, None)
+    given = Recording(Piece(trajectory, 0, run.times, run.warnings, None), to.exact, None)
 
     def judge(planted: Recording) -> ValidationResult:
         found = judged(own.label, run, replace(to, exact=planted.reference), planted.run.trajectory.points)

@@ -139,7 +139,7 @@ def boundaries_table(walks: Sequence[Walk]) -> Table:
     if not found:
         return listed_table(walks)
     rows = [(*who(walk), span_text(walk.probes), *bounded(walk), _fails_from(walk)) for walk in found]
-    return _with_notes((*WHO, "from .. to", *BOUNDED, "fails from"), rows, found)
+    return table((*WHO, "from .. to", *BOUNDED, "fails from"), rows)
 
 
 def _fails_from(walk: Walk) -> str:
@@ -160,27 +160,7 @@ def listed_table(walks: Sequence[Walk], title: str = "") -> Table:
         error = numbers.measured(largest_error(walk.probes))
         ended = ", ".join(f"{n} {outcome}" for outcome, n in ends.items()) or NONE
         rows.append((walk.axis, *who(walk), *counts, error, ended))
-    return _with_notes(("axis", *WHO, "runs", "within 10 %", LARGEST, "ended otherwise"), rows, found, title)
-
-
-def _with_notes(head: Sequence[str], rows: Sequence[Sequence[Cell]], walks: Sequence[Walk], title: str = "") -> Table:
-    """With a column on the solver, where it was ever remarkable."""
-    notes = [solver_notes(walk.probes) for walk in walks]
-    if not any(notes):
-        return table(head, rows, title=title)
-    return table(
-        (*head, "its solver"), [(*row, note or NONE) for row, note in zip(rows, notes, strict=True)], title=title
-    )
-
-
-def solver_notes(probes: Sequence[Probe]) -> str:
-    """Return each note on the solver, with the largest residual that it left, and its values."""
-    where: dict[str, list[Probe]] = {}
-    for probe in probes:
-        if probe.solver:
-            where.setdefault(probe.solver.partition(",")[0], []).append(probe)
-    worst = {note: max(of, key=lambda p: float(p.solver.rpartition(" ")[2])).solver for note, of in where.items()}
-    return "; ".join(f"{worst[n]}: {span_text(of)} ({len(of)} of {len(probes)} runs)" for n, of in where.items())
+    return table(("axis", *WHO, "runs", "within 10 %", LARGEST, "ended otherwise"), rows, title=title)
 
 
 def undetected_table(walks: Iterable[Walk]) -> Table:

@@ -1,9 +1,8 @@
-"""Recorders of a run that comes in pieces: fingerprint, error sizes, solver, marks, drive torque, flights."""
+"""Recorders of a run that comes in pieces: fingerprint, marks, drive torque, flights."""
 
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -15,8 +14,8 @@ from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import SolverState, Trajectory
-from conrod.studies.limits.records import Flight, Mark, SolverRecord
+from conrod.runs.trajectory import Trajectory
+from conrod.studies.limits.records import Flight, Mark
 
 
 class Fingerprint:
@@ -55,20 +54,6 @@ def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
         yield f"{name} position", tracks.position.values
         yield f"{name} velocity", tracks.velocity.values
         yield f"{name} acceleration", tracks.acceleration.values
-
-
-def looked(record: SolverRecord, state: SolverState, scale: tuple[float, float]) -> SolverRecord:
-    """Return the record of an engine's solver with one more step.
-
-    Args:
-        scale: of the machine: speed x length [m/s] and speed^2 x length [m/s^2], see `SolverRecord.residual`.
-    """
-    residual = state.residual / scale[0 if state.of_rates else 1]
-    # A state that is not finite is an outcome of its own.
-    residuals = [one for one in (record.residual, residual) if one is not None and math.isfinite(one)]
-    taken = [one for one in (record.least, record.most, state.iterations) if one is not None]
-    ends = min(taken, default=None), max(taken, default=None), max(residuals, default=None)
-    return SolverRecord(record.looked_at + 1, record.allowed, *ends)
 
 
 SHORT = 2.0  # revolutions of a run that needs no history

@@ -5,7 +5,6 @@ And whether anything shows it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -13,25 +12,6 @@ from enum import Enum
 from conrod.runs.plain import restore
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import Measurement
-
-
-@dataclass(frozen=True)
-class SolverRecord:
-    """End of the engine's solver over the steps that were sampled.
-
-    Attributes:
-        looked_at: number of those steps.
-        allowed: iterations that it may take.
-        least, most: iterations that it took; None where the engine does not report it.
-        residual: largest part of what it was to solve that it left: of the joints' gap acceleration (MuJoCo), over
-            omega^2 L, or of their gap rate (pymunk), over omega L.
-    """
-
-    looked_at: int
-    allowed: int
-    least: int | None
-    most: int | None
-    residual: float | None
 
 
 @dataclass(frozen=True)
@@ -79,7 +59,6 @@ class Extremes:
         samples: how many were recorded and compared.
         finite: whether all poses and rates of the bodies and the motion of the observed points were.
         warnings: what the engine itself warned of, and how often.
-        solver: None where the engine has none to look at.
         torque: largest error of the drive torque over its exact peak, from the second sample on: at the first one an
             iterative solver has nothing to start from; None where the engine does not report it.
         penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
@@ -94,7 +73,6 @@ class Extremes:
     samples: int
     finite: bool
     warnings: Mapping[str, int]
-    solver: SolverRecord | None
     torque: float | None
     penetration: float | None
     flights: tuple[Flight, ...]
@@ -106,7 +84,7 @@ class Extremes:
     @classmethod
     def of(cls, measurement: Measurement) -> Extremes:
         """Return what was recorded of a measured run; no sample where it ended before anything could be."""
-        nothing = cls(0, True, {}, None, None, None, (), (), "")
+        nothing = cls(0, True, {}, None, None, (), (), "")
         return nothing if measurement.extremes is None else restore(cls, measurement.extremes)
 
 
@@ -157,34 +135,3 @@ def is_undetected(measurement: Measurement) -> bool:
     if level_of(measurement).slug in GOOD or measurement.outcome in LOUD:
         return False
     return recorded.samples > 0 and recorded.finite and not recorded.warnings
-
-
-# A residual (normalised) above this is no rounding. MuJoCo's converged runs leave 1e-15 to 1e-13, and up to 2.2e-9
-# where a slider is a million times as heavy as usual; pymunk's 1e-16 to 6e-12. With 64 iterations pymunk leaves 7e-9,
-# and the press's acceleration error is a hundred times what it is with 128 (1.1e-3, 1.1e-5; at 1000 steps a turn).
-LEFT = 4e-9
-
-
-def solver_note(solver: SolverRecord | None) -> str:
-    """Return a few words on a solver that stopped too early or did not converge, or none where all is well.
-
-    They give the residual by its power of ten, so that runs with the same note can be reported together.
-    """
-    if solver is None or solver.residual is None or solver.residual <= LEFT:
-        # With nothing left to do, to stop at once is right.
-        return ""
-    return f"{_iterations(solver)}, residual above {_power(math.floor(math.log10(solver.residual)))}"
-
-
-def _power(exponent: int) -> str:
-    return f"{10.0**exponent:g}" if -5 < exponent < 6 else f"1e{exponent}"
-
-
-def _iterations(solver: SolverRecord) -> str:
-    if solver.least is None or solver.most is None:
-        return "left its task unfinished"
-    if solver.most == 0:
-        return "stopped after 0 iterations"
-    if solver.least == 0:
-        return "stopped after 0 iterations at some steps"
-    return "took all its iterations" if solver.most >= solver.allowed else "stopped before all its iterations"

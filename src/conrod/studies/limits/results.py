@@ -23,7 +23,6 @@ class Probe:
         reason: details of an outcome other than completed.
         errors: largest of position, velocity and acceleration, normalised; None unless the run completed.
         torque: largest error of the drive torque over its exact peak; None where there is none.
-        solver: note on the engine's solver, empty where all is well.
         key: of the run in the ledger.
     """
 
@@ -35,7 +34,6 @@ class Probe:
     reason: str
     errors: Mapping[str, float] | None
     torque: float | None
-    solver: str
     key: str
 
     @property

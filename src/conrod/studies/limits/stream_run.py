@@ -25,20 +25,15 @@ from conrod.studies.limits.recorders import (
     Flights,
     History,
     longest,
-    looked,
     recorded,
 )
-from conrod.studies.limits.records import Extremes, SolverRecord
+from conrod.studies.limits.records import Extremes
 
 if TYPE_CHECKING:
     from conrod.studies.limits.case import LimitCase
 
-# The solver is looked at at the end of each piece: at least so often in a run, and at so many crank angles. What a look
-# costs is then a small part of a long run.
-LOOKS, ANGLES = 40, 20
-LEAST_PIECE = 25  # steps; in a run of few, to look more often would cost more than the run
-# Of a turn: steps of this size come to all parts of it, whole turns between them or not, and so do its powers.
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+# Pieces of a run, that one which ends soon is soon seen to; and the least steps of each.
+PIECES, LEAST_PIECE = 40, 25
 # A machine that came apart may blow up yet: it is followed for so many revolutions more.
 FOLLOWED = 2.0
 GONE = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
@@ -82,16 +77,7 @@ def piece_length(case: LimitCase) -> int:
             f"revolutions = {case.revolutions:g} at {turn} steps each are {steps} steps; "
             f"a run needs {LEAST_STEPS} to have accelerations"
         )
-    most = min(max(steps // LOOKS, LEAST_PIECE), PIECE)
-    if most * ANGLES <= turn:
-        return most
-    share = GOLDEN
-    while share * turn > most:
-        share *= GOLDEN
-    length = max(round((int(most / turn - share) + share) * turn), LEAST_STEPS)
-    while math.gcd(length, turn) > 1 and length > LEAST_STEPS:
-        length -= 1
-    return length
+    return min(max(steps // PIECES, LEAST_PIECE), PIECE)
 
 
 COMPARED = 2048  # samples that are compared together, where pieces are shorter
@@ -102,12 +88,9 @@ class RunStatistics:
 
     def __init__(self, case: LimitCase) -> None:
         machine, settings, given = case.machine, case.settings, case.settings.as_dict()
-        kinematics, steps, speed = machine.kinematics, settings.steps_per_revolution, abs(machine.speed)
+        kinematics, steps = machine.kinematics, settings.steps_per_revolution
         contacts = kinematics.mechanism.cam_contacts
         self._machine, self._timestep = machine, settings.timestep
-        self._length = max(machine.lengths.values())
-        self._solver_scale = (self._length * speed, self._length * speed**2)
-        self._solver = SolverRecord(0, given.get("iterations", 0), None, None, None)
         self._samples, self._finite, self._start_of_clock = 0, True, 0.0
         self._warnings: dict[str, int] = {}
         self._fingerprint, self._history = Fingerprint(), History(case.revolutions, steps)
@@ -130,8 +113,6 @@ class RunStatistics:
         self._warnings = dict(piece.warnings)
         self._finite = self._finite and all(bool(np.all(np.isfinite(v))) for _, v in recorded(piece.trajectory))
         self._fingerprint.add(piece.trajectory)
-        if piece.solver is not None:
-            self._solver = looked(self._solver, piece.solver, self._solver_scale)
         if self._flights and self._finite:
             gaps = joint_gaps(self._machine.kinematics.mechanism, [bodies.position.poses])
             for name, flights in self._flights.items():
@@ -176,7 +157,6 @@ class RunStatistics:
             samples=self._samples,
             finite=self._finite,
             warnings=self._warnings,
-            solver=self._solver if self._solver.looked_at else None,
             torque=self._torque,
             penetration=max((flights.penetration for flights in self._flights.values()), default=None),
             flights=longest([flight for flights in self._flights.values() for flight in flights.found()]),

@@ -9,7 +9,7 @@ from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of, solver_note
+from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of
 from conrod.studies.limits.results import Boundary, LongRun, Probe, Walk
 from conrod.studies.limits.scale import between, spaced
 
@@ -56,7 +56,6 @@ def _middle(axis: Axis, good: float, bad: float) -> float | None:
 
 def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measurement: Measurement) -> Probe:
     """Return what a run on an axis showed."""
-    recorded = Extremes.of(measurement)
     errors = {q: measurement.largest(q) for q in QUANTITIES}
     return Probe(
         value=value,
@@ -66,8 +65,7 @@ def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measuremen
         undetected=is_undetected(measurement),
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
-        torque=recorded.torque,
-        solver=solver_note(recorded.solver),
+        torque=Extremes.of(measurement).torque,
         key=case.key,
     )
 
@@ -112,4 +110,4 @@ def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[W
 def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
     level, value = Level.of_error(mark.position), float(mark.revolution)
     text, undetected, errors = axis.readable(setup, value), level is Level.WRONG, {"position": mark.position}
-    return Probe(value, text, level.slug, "completed", undetected, "", errors, None, "", key)
+    return Probe(value, text, level.slug, "completed", undetected, "", errors, None, key)
