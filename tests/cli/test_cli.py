@@ -47,7 +47,7 @@ def test_a_python_of_its_own_prints_the_same_and_ends_with_the_same_status() -> 
 def test_show_tells_and_draws_a_scene(name: str, tmp_path: Path) -> None:
     done = conrod("show", name, "--svg", "scene.svg", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    for word in ("mobility: 1", "stroke of", "dead centre", "kg", "closed form", "generic"):
+    for word in ("mobility: 1", "stroke", "turns back", "kg", "closed form", "generic"):
         assert word in done.stdout
     assert (tmp_path / "scene.svg").read_text().rstrip().endswith("</svg>")
 

@@ -99,8 +99,6 @@ MISTAKES = {
     "sweep saw-500rpm --ledger file": ("file is not a ledger of conrod",),
     "show --svg x.svg": ("SCENE",),
     "show saw-40rpm --svg a.png": ("a.png", ".svg"),
-    "show saw-40rpm --figures ''": ("name of a folder",),
-    "show saw-40rpm --figures . --svg centres.svg": ("it is the same file as the figure centres.svg",),
     "export saw-40rpm --format csv -o ''": ("-o ''", "name of a file"),
     "export saw-40rpm --format npz": ("-o",),
     "validate --json ''": ("--json '': give the name of a",),

@@ -1,4 +1,4 @@
-"""What `conrod show` tells of a linkage, against closed forms; its figures, its JSON, and what it refuses."""
+"""What `conrod show` tells of a linkage, against closed forms, and its JSON."""
 
 from __future__ import annotations
 
@@ -93,7 +93,6 @@ def test_the_saws_stroke_dead_centres_time_ratio_and_transmission_are_those_of_a
     assert found == pytest.approx(
         [least, 90.0, 90.0 + pressure, 270.0, 90.0 - pressure, 270.0, pressure, 270.0], abs=1e-4
     )
-    assert "instant centres: 6" in out
     assert "crank: turns fully" in out
 
 
@@ -111,11 +110,6 @@ def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) ->
     assert abs(float(np.abs(wrong).max()) - exact) > 0.01
 
 
-def test_a_coupler_point_that_does_not_rest_has_no_dead_centre(rocking: Path) -> None:
-    assert "dead centre of P" not in conrod("show", "rocking.toml", cwd=rocking).stdout
-    assert "dead centre of C" in conrod("show", "saw-40rpm").stdout
-
-
 def test_an_input_that_makes_one_pass_is_told_its_limits(rocking: Path) -> None:
     # This crank could turn; its driver makes a part of it.
     done = conrod("show", "pass.toml", "--json", "out.json", cwd=rocking)
@@ -129,61 +123,31 @@ def test_an_input_that_makes_one_pass_is_told_its_limits(rocking: Path) -> None:
 
 
 @pytest.mark.parametrize("degrees", ["20", "130", "-75.5"])
-def test_links_centres_and_points_at_an_angle_are_those_of_the_slider_cranks_closed_form(
-    degrees: str, tmp_path: Path
-) -> None:
+def test_links_and_points_at_an_angle_are_those_of_the_slider_cranks_closed_form(degrees: str, tmp_path: Path) -> None:
     here = told("saw-40rpm", f"--angle={degrees} deg", folder=tmp_path)["instant"]
     angle, saw = math.radians(float(degrees)), Saw(speed=40.0 * 2.0 * math.pi / 60.0)
-    w = saw.speed
-    shaft = np.array([math.sqrt(ROD**2 - OFFSET**2) - CRANK, -OFFSET])
-    pin = shaft + CRANK * np.array([math.cos(angle), math.sin(angle)])
-    down = math.sqrt(ROD**2 - pin[1] ** 2)
+    w, height = saw.speed, CRANK * math.sin(angle) - OFFSET
+    down = math.sqrt(ROD**2 - height**2)
     # The rod from pin to slider, to the left: -rod sin(turn of it) = height of the pin.
     rod_speed = CRANK * math.cos(angle) * w / down
-    rod_change = (pin[1] * rod_speed**2 - CRANK * math.sin(angle) * w**2) / down
+    rod_change = (height * rod_speed**2 - CRANK * math.sin(angle) * w**2) / down
     links = {link["link"]: link for link in here["links"]}
-    assert links["rod"]["angular_velocity"] == pytest.approx(rod_speed, rel=1e-11)
-    assert links["rod"]["angular_acceleration"] == pytest.approx(rod_change, rel=1e-11)
-    centres = {centre["name"]: centre for centre in here["centres"]}
-    # On the crank's line, above or below the slider; and at infinity.
-    slider = pin[0] - down
-    assert centres["O13"]["place"] == pytest.approx([slider, shaft[1] + math.tan(angle) * (slider - shaft[0])])
-    assert centres["O14"]["place"] is None
+    assert links["rod"]["rate"][2] == pytest.approx(rod_speed, rel=1e-11)
+    assert links["rod"]["acceleration"][2] == pytest.approx(rod_change, rel=1e-11)
     motion = saw.motion(angle, w)
-    points = {point["name"]: point for point in here["points"]}
+    points = {point["point"]: point for point in here["points"]}
     for name in ("C", "M"):
         exact = motion.point(name)
         assert points[name]["velocity"] == pytest.approx(list(exact.velocity[0]), abs=1e-13)
         assert points[name]["acceleration"] == pytest.approx(list(exact.acceleration[0]), abs=1e-12)
-        parts = np.array(points[name]["normal"]) + np.array(points[name]["tangential"])
-        assert parts == pytest.approx(list(exact.acceleration[0]), abs=1e-12)
-    # rho = V^2 / A_n of the point on the crank is the crank's length.
-    assert points["A"]["curvature"] == pytest.approx(1.0 / CRANK, rel=1e-12)
-    assert points["C"]["curvature"] == 0.0
-
-
-def test_vectors_of_a_point_add_up_to_the_motion_of_the_solver(rocking: Path) -> None:
-    here = told("rocking.toml", "--angle", "1.1", folder=rocking)["instant"]
-    vectors = {vector["name"]: np.array(vector["value"]) for vector in here["accelerations"]}
-    points = {point["name"]: point for point in here["points"]}
-    through_coupler = vectors["A^n_A"] + vectors["A^t_A"] + vectors["A^n_B/A"] + vectors["A^t_B/A"]
-    assert through_coupler == pytest.approx(points["B"]["acceleration"], abs=1e-13)
-    # Negative control: one part left out is far off.
-    assert np.linalg.norm(through_coupler - vectors["A^t_B/A"] - points["B"]["acceleration"]) > 0.01
 
 
 def test_what_is_printed_at_an_angle_is_what_is_written(tmp_path: Path) -> None:
     done = conrod("show", "saw-40rpm", "--angle", "60deg", "--json", "out.json", cwd=tmp_path)
     here = json.loads((tmp_path / "out.json").read_text())["instant"]
-    for vector in [*here["velocities"], *here["accelerations"]]:
-        size = math.hypot(*vector["value"])
-        assert numbers_after(f"{vector['name']} ", done.stdout)[0] == pytest.approx(size, rel=1e-5, abs=1e-12)
-    for centre in here["centres"]:
-        if centre["place"]:
-            assert numbers_after(f"{centre['name']} ", done.stdout) == pytest.approx(
-                [1e3 * value for value in centre["place"]], abs=1e-3
-            )
-    assert "at infinity  at 90 deg" in done.stdout
+    for point in here["points"]:
+        written = [*(1e3 * value for value in point["place"]), *point["velocity"], *point["acceleration"]]
+        assert numbers_after(f"{point['point']} ", done.stdout) == pytest.approx(written, rel=1e-5, abs=5e-4)
 
 
 def test_without_an_angle_nothing_is_told_of_one(tmp_path: Path) -> None:
@@ -194,25 +158,7 @@ def test_the_example_of_the_document_is_what_is_printed() -> None:
     example = DOCUMENT.read_text().split("```text\n")[1].split("```")[0].rstrip("\n")
     printed = [line.rstrip() for line in conrod("show", "saw-40rpm", "--angle", "60deg").stdout.splitlines()]
     assert "\n".join(printed).endswith(example)
-    assert example.startswith("links: 1 ground")
-
-
-# -- files ----------------------------------------------------------------------------------------------------------
-
-
-def test_figures_are_drawn_at_the_angle_or_at_a_usual_one(rocking: Path) -> None:
-    for scene, options, angle in (
-        ("saw-40rpm", (), "60"),
-        ("saw-40rpm", ("--angle", "30 deg"), "30"),
-        ("pass.toml", (), "10"),
-    ):
-        done = conrod("show", scene, "--figures", f"at-{angle}", *options, cwd=rocking)
-        assert done.returncode == 0, done.stderr
-        assert f"at crank angle {angle} deg" in done.stdout
-    for name in ("centres.svg", "velocities.svg", "accelerations.svg"):
-        usual, other = ((rocking / folder / name).read_text() for folder in ("at-60", "at-30"))
-        assert usual.rstrip().endswith("</svg>")
-        assert usual != other
+    assert example.startswith("crank: turns fully")
 
 
 def test_show_says_that_it_is_at_work_while_it_computes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -294,12 +294,10 @@ def test_the_work_grows_with_the_loops_and_not_with_their_square(monkeypatch: py
 def test_all_quantities_of_a_linkage_come_together() -> None:
     kinematics = Kinematics(four_bar(*CRANK_ROCKER))
     turn = turn_quantities(kinematics)
-    assert (turn.mobility, turn.crank_range.full) == (1, True)
-    assert turn.numbers == {"ground": 1, "crank": 2, "coupler": 3, "rocker": 4}
+    assert turn.crank_range.full
     assert turn.outputs == (output("crank-rocker"),)
     assert [angle.driven for angle in turn.transmission] == ["rocker"]
-    here = instant_quantities(kinematics, 0.3, 5.0, 2.0)
-    assert len(here.centres) == 6
-    assert here.state.links["crank"].angular_velocity == pytest.approx(5.0)
-    assert here.state.links["crank"].angular_acceleration == pytest.approx(2.0)
-    assert max(here.velocities.gap, here.accelerations.gap) <= 1e-12
+    here = instant_quantities(kinematics, 0.3, 5.0)
+    crank = next(link for link in here.links if link.link == "crank")
+    assert (crank.rate[2], crank.acceleration[2]) == pytest.approx((5.0, 0.0))
+    assert [push.driven for push in here.pushes] == ["rocker"]

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import conrod
+from conrod.cli.console import jumps
 from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
@@ -22,7 +23,7 @@ from conrod.mechanism.cam import CYCLOIDAL, DWELL, HARMONIC, LAWS, Segment, symm
 from conrod.mechanism.cam_law import TURN, LawProfile, can_roll, check_cut, concave_reason
 from conrod.mechanism.mechanism import CamContact
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from conrod.studies.frame.scene_summary import dead_centres, jumps
+from conrod.studies.limits.changed_machines import dead_angles
 from conrod.studies.validation.study import validate_kinematic
 
 CATALOGUE = Path(conrod.__file__).parent / "scenes" / "catalogue"
@@ -292,8 +293,7 @@ def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engi
 @pytest.mark.parametrize("name", CAMS)
 def test_a_dwell_is_no_dead_centre(name: str) -> None:
     # Where a rise and a fall meet without a dwell, there is one.
-    assert dead_centres(shipped(name)) == ()
+    assert dead_angles(shipped(name)) == ()
     rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
     peaked = scene_of(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
-    (peak,) = dead_centres(peaked)
-    assert math.degrees(peak.angle) == pytest.approx(150.0, abs=1e-3)
+    assert dead_angles(peaked) == pytest.approx((150.0,), abs=1e-3)

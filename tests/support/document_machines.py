@@ -1,16 +1,17 @@
-"""Links of the catalogue's machines at a crank angle, for tests."""
+"""Links of the catalogue's machines at the printed instant, for tests."""
 
 from __future__ import annotations
 
-from conrod.exact.linkage.state import LinkageState, linkage_state
+from conrod.exact.linkage import LinkMotion, instant_quantities
 from conrod.scenes import Scene
 
 
-def state(scene: Scene, angle: float = 0.0) -> LinkageState:
-    """Motion of all links; crank angle 0 is the printed instant."""
-    return linkage_state(scene.kinematics, angle, scene.speed)
+def link_motion(scene: Scene, name: str) -> LinkMotion:
+    """Motion of a link; crank angle 0 is the printed instant."""
+    links = instant_quantities(scene.kinematics, 0.0, scene.speed).links
+    return next(link for link in links if link.link == name)
 
 
-def turning(scene: Scene, link: str) -> float:
+def turning(scene: Scene, name: str) -> float:
     """Angular velocity of a link [rad/s], counter-clockwise positive."""
-    return state(scene).links[link].angular_velocity
+    return link_motion(scene, name).rate[2]

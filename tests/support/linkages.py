@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 
@@ -23,10 +22,7 @@ from conrod.mechanism.mechanism import (
     Pose,
     Prismatic,
     Revolute,
-    Rolling,
 )
-
-RPM = 2.0 * math.pi / 60.0
 
 Place = tuple[float, float]
 
@@ -126,60 +122,6 @@ def example_5_6() -> Mechanism:
     return four_bar(0.11, 0.21, 0.145, 0.3397241528063615, 1.0540538523344571)
 
 
-def example_4_10() -> Mechanism:
-    """Machine of example 4.10: O12A .14 m; sliders at B and C, which move at right angles to O13B and O15C, assumed."""
-    o13, o15 = (0.81, 0.0), (0.09265432098765439, 0.30629263262820533)
-    a, b = (0.14, 0.0), (0.2765891104779995, 0.2277560601594347)
-    c = (0.15265432098765438, 0.30629263262820533)
-    across = [math.atan2(p[1] - o[1], p[0] - o[0]) + 0.5 * math.pi for p, o in ((b, o13), (c, o15))]
-    return assembled(
-        "example 4.10",
-        {
-            "crank": ((0.0, 0.0), a),
-            "three": (a, b),
-            "four": (b, (b[0] + 1.0, b[1])),
-            "five": (b, c),
-            "six": (c, (c[0] + 1.0, c[1])),
-        },
-        [
-            ("O12", GROUND, "crank", (0.0, 0.0)),
-            ("A", "crank", "three", a),
-            ("B", "three", "four", b),
-            ("B5", "three", "five", b),
-            ("C", "five", "six", c),
-        ],
-        [
-            Prismatic("slide at B", GROUND, "four", b, (0.0, 0.0), across[0]),
-            Prismatic("slide at C", GROUND, "six", c, (0.0, 0.0), across[1]),
-        ],
-    )
-
-
-def example_6_15() -> Mechanism:
-    """Six-bar of example 6.15 in the frame of its link 4 at the printed instant; two angles fitted, 600 rpm clockwise.
-
-    O12A .2, AB .53, BC .29, CD .45, DB .53, O15C .49, AE .53, BE .19 m.
-    """
-    o12, o15 = (0.1321876681663548, -0.5962326718926764), (-0.3337894419168863, 0.19285692639131724)
-    a, b = (0.273047619047619, -0.45425213013526566), (0.0, 0.0)
-    c, d = (0.15330188679245285, 0.24616768980894704), (0.53, 0.0)
-    slide = math.atan2(0.01215932914046104, 0.9999260726247986)
-    mechanism = assembled(
-        "example 6.15",
-        {"crank": (o12, a), "three": (a, b), "four": (b, d), "five": (o15, c), "six": (d, (d[0] + 1.0, d[1]))},
-        [
-            ("O12", GROUND, "crank", o12),
-            ("A", "crank", "three", a),
-            ("B", "three", "four", b),
-            ("C", "four", "five", c),
-            ("D", "four", "six", d),
-            ("O15", GROUND, "five", o15),
-        ],
-        [Prismatic("slide", GROUND, "six", d, (0.0, 0.0), slide)],
-    )
-    return mechanism
-
-
 def example_6_18() -> Mechanism:
     """Four-bar of example 6.18, O14B .3, BC .25, O12C .13 m, driven at O14; ground and input angle recovered.
 
@@ -224,21 +166,3 @@ def assembled(
         poses,
         observed,
     )
-
-
-def planetary_wheel(track: float, wheel: float, turn: float = 0.6) -> Mechanism:
-    """A wheel on an arm about the origin rolls on a round track, on its outside, or in it where `track` is negative."""
-    arm = abs(track + wheel)
-    centre = (arm * math.cos(turn), arm * math.sin(turn))
-    carried = assembled(
-        "planetary wheel",
-        {"arm": ((0.0, 0.0), centre), "wheel": (centre, (centre[0] + 1.0, centre[1]))},
-        [
-            ("O12", GROUND, "arm", (0.0, 0.0)),
-            ("A", "arm", "wheel", centre),
-        ],
-    )
-    # What is rolled off in the start pose: the wheel's turn is 0 there, the line of centres is at `turn`.
-    offset = -(track + wheel) * turn
-    rolling = Rolling("mesh", GROUND, "wheel", (0.0, 0.0), (0.0, 0.0), track, wheel, offset)
-    return replace(carried, joints=(*carried.joints, rolling))

@@ -5,31 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
 from rich.console import Console
 
 from conrod.engines import engine_names
 from conrod.engines.registry import OPTIONAL, presets_of
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, TurnQuantities
-from conrod.exact.linkage.centres import centre_count
 from conrod.report import numbers
-from conrod.report.linkage.tables import (
-    degrees,
-    instant_tables,
-    links_table,
-    outputs_table,
-    reach_words,
-    transmission_table,
-)
+from conrod.report.linkage import degrees, links_table, outputs_table, points_table, reach_words, transmission_table
 from conrod.report.scene_words import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.scenes.space import MACHINES
-from conrod.studies.frame.scene_summary import dead_centres, jumps, stroke
 
 PARAMETER = ("parameter", "value", "unit", "meaning")
+# Of omega^2 L: both sides of a break are taken so near to it that a continuous acceleration differs by less.
+SEEN = 1e-6
 
 
 # -- show ------------------------------------------------------------------------------------------------------------
@@ -83,16 +77,25 @@ def show_scene(name: str, scene: Scene) -> None:
         *("", f"bodies: {bodies}"),
         f"mobility: {mechanism.mobility} (Gruebler: {len(mechanism.bodies)} moving links, "
         f"{len(mechanism.joints) - higher} lower and {higher} higher pairs)",
-        f"stroke of {scene.output}: {1e3 * stroke(scene):.6g} mm",
+        *(f"{what} jumps at: {math.degrees(angle):.4f} deg" for angle, what in jumps(scene)),
     ]
-    for centre in dead_centres(scene):
-        x, y = (1e3 * v for v in centre.place)
-        lines.append(f"dead centre of {scene.output}: {math.degrees(centre.angle):.4f} deg, at ({x:.6g}, {y:.6g}) mm")
-    lines += [f"{what} jumps at: {math.degrees(angle):.4f} deg" for angle, what in jumps(scene)]
     points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
     generic = "generic Newton solver on the joint equations"
     references = f"closed form from the parameters; {generic}" if scene.closed_form else generic
     print_lines(out, [*lines, f"observed points: {points}", f"references: {references}"])
+
+
+def jumps(scene: Scene) -> tuple[tuple[float, str], ...]:
+    """Each crank angle [rad] where an observed point's motion jumps, with the lowest derivative that does."""
+    if not (angles := scene.break_angles()):
+        return ()
+    before, after = scene.beside_breaks()
+    jump = np.zeros(len(angles))
+    for name, length in scene.lengths.items():
+        gap = np.linalg.norm(after.point(name).acceleration - before.point(name).acceleration, axis=1)
+        jump = np.maximum(jump, gap / (length * scene.speed**2))
+    named = ("acceleration" if size > SEEN else "jerk" for size in jump)
+    return tuple(sorted(zip(angles, named, strict=True)))
 
 
 # -- show: a linkage -------------------------------------------------------------------------------------------------
@@ -101,16 +104,7 @@ def show_scene(name: str, scene: Scene) -> None:
 def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
     """Print the quantities of a linkage over a turn, or its driver's span."""
     out = console()
-    links = ", ".join(f"{number} {name}" for name, number in turn.numbers.items())
-    count = centre_count(kinematics.mechanism)
-    print_lines(
-        out,
-        (
-            *("", f"links: {links}"),
-            f"instant centres: {count}, n (n - 1) / 2 of n = {len(turn.numbers)} links",
-            f"crank: {reach_words(turn.crank_range)}",
-        ),
-    )
+    print_lines(out, ("", f"crank: {reach_words(turn.crank_range)}"))
     span = kinematics.mechanism.driver.span
     if span is not None:
         print_lines(out, [f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg"])
@@ -120,20 +114,15 @@ def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
     _print_apart(out, (outputs_table(turn), transmission_table(turn)))
 
 
-def show_instant(instant: InstantQuantities, numbering: dict[str, int]) -> None:
-    """Print the quantities of a linkage at a crank angle."""
-    out, state = console(), instant.state
-    speed = " ".join(numbers.in_shown_unit(state.speed, "rad/s"))
-    print_lines(out, ("", f"at crank angle {degrees(state.angle)} deg, crank speed {speed}"))
-    _print_apart(out, [links_table(instant, numbering)])
+def show_instant(instant: InstantQuantities) -> None:
+    """Print the motion of links and points at a crank angle."""
+    out = console()
+    speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
+    print_lines(out, ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}"))
+    _print_apart(out, (links_table(instant), points_table(instant)))
     for push in instant.pushes:
-        angle = float(push.angle[0])
-        line = (
-            f"transmission angle of {push.driven}, pushed by {push.through}: {math.degrees(angle):.4f} deg; "
-            f"pressure angle {math.degrees(abs(0.5 * math.pi - angle)):.4f} deg"
-        )
-        print_lines(out, [line])
-    _print_apart(out, instant_tables(instant))
+        angle = math.degrees(float(push.angle[0]))
+        print_lines(out, ["", f"transmission angle of {push.driven}, pushed by {push.through}: {angle:.4f} deg"])
 
 
 def _print_apart(out: Console, tables: Iterable[Table]) -> None:

@@ -16,6 +16,7 @@ from conrod.mechanism.mechanism import GROUND, LowerPair, Prismatic
 AT_REST = 1e-11
 # So small a share of a link's way is rounding of a way that leads back.
 RETURNED = 1e-9
+ROUNDED = 1e-9  # [rad]
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,9 @@ def _dead_centre(
     greatest = bool(signs[before] > 0.0)
     value = float((poses @ weights)[0])
     if course.periodic:
-        angle, until = angle % TURN, angle % TURN + (until - angle)
+        # Rounding just below angle 0 is angle 0.
+        once = angle % TURN if TURN - angle % TURN > ROUNDED else 0.0
+        angle, until = once, once + (until - angle)
     return DeadCentre(angle, until, value, greatest)
 
 

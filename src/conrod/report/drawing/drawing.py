@@ -77,7 +77,7 @@ def view_at(scene: Scene, angle: float) -> View:
     # The angles and the sides of the dimensions of the scenes with a closed form were chosen for them.
     labels = LabelPlacement(extent / POINTS, first=scene.closed_form)
     axes, size = Figure().subplots(), 0.022 * extent
-    return View(axes, mechanism, poses, turn, size, labels, extent=extent, paths=paths)
+    return View(axes, mechanism, poses, turn, size, labels, extent, paths)
 
 
 def _framed(view: View) -> Figure:

@@ -13,7 +13,7 @@ from conrod.engines.cam_polygon import convex_hull
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of, to_world
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.view import Slide, View, pitch_lines, profile, slide_of, ways
+from conrod.report.drawing.view import MM, Slide, View, pitch_lines, profile, slide_of, ways
 
 BAR = 6.0  # width of a link [pt]
 IN_LINE = 0.01  # how far places may lie off a line, of its length: less than a bar is wide
@@ -66,8 +66,8 @@ def draw_links(view: View) -> None:
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:
     """Ways of the block from where it is drawn, back and forth, over the turn."""
-    gone = view.scale * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
-    now = view.scale * ways(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
+    gone = MM * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
+    now = MM * ways(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
     return float(min(gone.min() - now, 0.0)), float(max(gone.max() - now, 0.0))
 
 
@@ -132,7 +132,7 @@ def _cam(view: View, contact: CamContact) -> None:
         view.axes.plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
     roller = view.place(contact.b, contact.roller_centre)
     ring = np.linspace(0.0, 2.0 * np.pi, 181)
-    circle = roller + view.scale * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
+    circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
     view.axes.fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
     view.labels.draw_curve(circle)
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from conrod.exact.linkage.points import coincident_point
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import (
     GROUND,
@@ -22,6 +21,7 @@ from conrod.mechanism.mechanism import (
     Prismatic,
     Revolute,
     Rolling,
+    beside,
     to_world,
 )
 from conrod.report.drawing.label_placement import LabelPlacement
@@ -31,7 +31,7 @@ MM = 1e3
 
 @dataclass(frozen=True)
 class View:
-    """A mechanism at a crank angle, to be drawn in the unit of its axes: mm, or points on paper.
+    """A mechanism at a crank angle, to be drawn in mm.
 
     Attributes:
         axes: what it is drawn on.
@@ -39,7 +39,6 @@ class View:
         turn: stacked poses over a turn or a pass, (T, 3 n) [m, m, rad]; or the one pose, (1, 3 n).
         size: of a symbol.
         labels: texts and lines that are drawn already.
-        scale, shift: a place [m] times `scale` plus `shift` is one in the drawing.
         extent: of the mechanism.
         paths: of the observed points over a turn or a pass, (T, 2).
     """
@@ -50,14 +49,12 @@ class View:
     turn: Array
     size: float
     labels: LabelPlacement
-    scale: float = MM
-    shift: tuple[float, float] = (0.0, 0.0)
-    extent: float = 0.0
-    paths: Mapping[str, Array] = field(default_factory=dict)
+    extent: float
+    paths: Mapping[str, Array]
 
     def at(self, places: ArrayLike) -> Array:
         """Return places (..., 2) [m] in the drawing."""
-        return np.asarray(self.scale * np.asarray(places, dtype=float) + np.array(self.shift))
+        return MM * np.asarray(places, dtype=float)
 
     def place(self, body: str, point: Point) -> Array:
         """Return a point of a body, given in its own frame [m], in the drawing; (2,)."""
@@ -90,12 +87,16 @@ class Slide:
 
 def slide_of(mechanism: Mechanism, joint: Prismatic) -> Slide:
     """The guide and the block of a prismatic joint, as a course draws them."""
-    sliding = coincident_point(mechanism, joint)
-    assert sliding is not None
-    guide, moving, point = sliding
-    if GROUND in (joint.a, joint.b):
-        guide, moving = (joint.a, joint.b) if joint.a == GROUND else (joint.b, joint.a)
-        point = joint.point_b if joint.b == moving else joint.point_a
+    guide, moving, point = joint.a, joint.b, joint.point_b
+    if joint.b == GROUND:
+        guide, moving, point = joint.b, joint.a, joint.point_a
+    elif joint.a != GROUND:
+        # What slides is the block on a pin, and the pin is its point.
+        for link, other in ((joint.a, joint.b), (joint.b, joint.a)):
+            held = [one for one in mechanism.joints_on(other) if one is not joint]
+            if len(held) == 1 and isinstance(held[0], Revolute):
+                guide, moving, point = link, other, beside(held[0], other)[2]
+                break
     # `b` is turned against `a` by the joint's angle.
     return Slide(guide, moving, point, joint.direction - (joint.angle if guide == joint.b else 0.0))
 

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from conrod.errors import InvalidInput
+from conrod.exact.linkage.course import course_of
+from conrod.exact.linkage.outputs import outputs
 from conrod.mechanism.mechanism import GROUND, Revolute
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
-from conrod.studies.frame.scene_summary import dead_centres
 from conrod.studies.limits.case import Declaration, Setup
 
 MM = 1e-3  # [m]
@@ -109,8 +110,9 @@ def no_change_point(setup: Setup) -> str | None:
 
 @lru_cache(SCENES_KEPT)
 def dead_angles(scene: Scene) -> tuple[float, ...]:
-    """Return the crank angles [deg] of the dead centres, where the output turns back."""
-    return tuple(math.degrees(centre.angle) for centre in dead_centres(scene))
+    """Return the crank angles [deg] of the dead centres, where a driven link turns back without a dwell."""
+    centres = [centre for output in outputs(course_of(scene.kinematics)) for centre in output.dead_centres]
+    return tuple(sorted({math.degrees(centre.angle) for centre in centres if centre.angle == centre.until}))
 
 
 # -- order of declaration --------------------------------------------------------------------------------------------
