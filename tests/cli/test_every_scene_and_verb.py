@@ -26,7 +26,7 @@ COARSE = "--steps-per-rev 40 --revolutions 1"
 FAST = ("show {}", "export {} --format mjcf -o m.xml")
 VERBS = (
     *FAST,
-    "lint m.xml --scene {} --seconds 0.01",
+    "lint m.xml --seconds 0.01",
     "show {} --angle 0",
     "export {} --format csv --steps-per-rev 40 -o t.csv",
     "validate t.csv --scene {}",

@@ -44,40 +44,6 @@ def colliding_links(text: str) -> str:
     return replaced(INERT, "")(replaced(' contact="disable"', "")(text))
 
 
-def colliding_but_apart(text: str) -> str:
-    """The crank's bar and the slider's block, which never come near each other."""
-    text = replaced(' contact="disable"', "")(text)
-    for shape in ('size="0.02576 0.02576 0.008585"', 'fromto="0 0 0 0.1 0 0"'):
-        text = re.sub(rf"({shape}[^>]*?){INERT}", r"\1", text)
-    return text
-
-
-def closed_twice(text: str) -> str:
-    again = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
-    return replaced("</equality>", f"{again}</equality>")(text)
-
-
-def floating_rod(text: str, ties: tuple[str, ...] = ("0",)) -> str:
-    """The rod as a free body, tied to the crank pin at one point or more along the pin."""
-    begin = text.index('<body name="rod"')
-    end = text.index("</body>", begin) + len("</body>")
-    rod, text = text[begin:end], text[:begin] + text[end:]
-    rod = replaced('pos="0.1 0 0" euler', 'pos="0.2861817604250837 -0.09 0" euler')(rod)
-    sites = "".join(f'<site name="tie.rod{z}" pos="0 0 {z}" />' for z in ties)
-    rod = replaced('<joint name="crank-pin" type="hinge" axis="0 0 1" />', f"<freejoint />{sites}")(rod)
-    text = replaced("</worldbody>", f"{rod}</worldbody>")(text)
-    sites = "".join(f'<site name="tie.crank{z}" pos="0.1 0 {z}" />' for z in ties)
-    text = replaced('armature="1e+13" />', f'armature="1e+13" />{sites}')(text)
-    closures = "".join(f'<connect site1="tie.rod{z}" site2="tie.crank{z}" {CLOSURE} />' for z in ties)
-    text = replaced("</equality>", f"{closures}</equality>")(text)
-    # It stands still: the keyframe does not know of the rod's coordinates.
-    return re.sub(r"<key .*?/>", "", text)
-
-
-def doubly_tied_rod(text: str) -> str:
-    return floating_rod(text, ("0", "0.02"))
-
-
 def without_start_speeds(text: str) -> str:
     """A keyframe that sets the crank in motion, and nothing else."""
     return re.sub(r'qvel="[^"]*"', 'qvel="0 52.35987755982988 0"', text)
@@ -97,25 +63,11 @@ def plant(edit: Callable[[str], str], *expected: str, seconds: float = 0.03) -> 
 
 
 PLANTED = {
-    "links that collide at their pin": plant(colliding_links, "joined-links-collide", "never-touch", seconds=0.126),
-    "links that could collide and never do": plant(colliding_but_apart, "never-touch", seconds=0.126),
-    "a loop closed twice": plant(closed_twice, "redundant-closure"),
-    "a rod that floats": plant(floating_rod, "freedom-taken-away"),
-    "a rod that floats, tied at two points": plant(doubly_tied_rod, "freedom-taken-away", "redundant-closure"),
+    "links that collide at their pin": plant(colliding_links, "joined-links-collide"),
     "a soft closure": plant(replaced(f" {CLOSURE}", ""), "soft-closure"),
     "a void tolerance": plant(replaced('tolerance="0" ', ""), "solver-stops-early"),
     "a silent reset": plant(replaced('autoreset="disable" ', ""), "silent-reset"),
-    "a late sensor": plant(
-        replaced('<framepos name="C.position"', '<framepos delay="0.0012" nsample="20" name="C.position"'),
-        "late-sensor",
-    ),
-    "a sensor that holds its value": plant(
-        replaced('<framepos name="C.position"', '<framepos interval="0.0012" nsample="2" name="C.position"'),
-        "late-sensor",
-    ),
-    "gravity across the plane": plant(replaced('gravity="0 -9.81 0"', 'gravity="0 -9 -3"'), "gravity-across"),
     "masses brought to a sum": plant(replaced("<compiler ", '<compiler settotalmass="20" '), "changed-inertia"),
-    "a least mass": plant(replaced("<compiler ", '<compiler boundmass="2" '), "changed-inertia"),
     "inertias that are balanced": plant(
         lambda text: replaced("<compiler ", '<compiler balanceinertia="true" ')(
             replaced('diaginertia="0.01125 0.01125 0.01125"', 'diaginertia="0.001 0.01125 0.01125"')(text)
@@ -123,10 +75,5 @@ PLANTED = {
         "changed-inertia",
     ),
     "a step that is too long": plant(replaced('timestep="0.00012"', 'timestep="0.05"'), "step-too-long", seconds=10.0),
-    "an open start": plant(
-        replaced('euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'),
-        "open-start",
-        "torn-start",
-    ),
-    "start speeds that do not fit": plant(without_start_speeds, "torn-start"),
+    "an open start": plant(replaced('euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
 }

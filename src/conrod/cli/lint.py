@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,20 +11,17 @@ from rich.console import Console
 from rich.text import Text
 
 from conrod.cli import FAILED, options
-from conrod.cli.options import complete_scene, option
+from conrod.cli.options import option
 from conrod.cli.say import waiting
-from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, github, sarif
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
-from conrod.own.models.request import controls_of, places_of
+from conrod.own.models.request import controls_of
 from conrod.report.terminal import console, print_lines
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.frame.writing import naming, real_path, single, write_together
 
-REVOLUTIONS = 2  # of a crank whose speed a scene gives
 COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
 
 
@@ -33,21 +29,11 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cy
 class Asked:
     """Options of `conrod lint`, as typed; None or empty where nothing was given."""
 
-    scene: str | None = option(
-        "--scene", metavar="SCENE", help="Drive the crank at this machine's speed.", shell_complete=complete_scene
-    )
-    assignments: tuple[str, ...] = option("--set")
-    crank: str | None = option("--crank", metavar="JOINT", help="Of --scene: the driven hinge [the only one].")
-    points: tuple[str, ...] = option(
-        "--point", multiple=True, metavar="NAME=site:SITE", help="Observed, e.g. C=body:slider [every body]."
-    )
     keyframe: str | None = option(
         "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
     )
     controls: tuple[str, ...] = option("--ctrl")
-    seconds: float | None = option(
-        "--seconds", type=float, metavar="T", help="Duration of the run [2000 steps; 2 turns of the crank]."
-    )
+    seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
     ignored: tuple[str, ...] = option("--ignore", multiple=True, metavar="RULE", help="Leave a rule out.")
     fail_on: str = option(
         "--fail-on",
@@ -58,7 +44,7 @@ class Asked:
     )
     form: str = option(
         "--format",
-        type=click.Choice(["text", "github", "sarif"]),
+        type=click.Choice(["text", "sarif"]),
         default="text",
         help="For people, or for a build server [text].",
     )
@@ -81,20 +67,10 @@ def lint(model: str, asked: Asked) -> None:
     path = Path(model)
     check_readable(path)
     files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, as_outputs_must_not_be(path))
-    speed, seconds, observed = None, asked.seconds, list[str]()
-    if seconds is not None:
-        check_number("--seconds", seconds, 1e-9, 1e9, "s")
-    if asked.scene is not None:
-        machine = select_scene(asked.scene, asked.assignments)[1]
-        observed = [point.name for point in machine.kinematics.mechanism.observed]
-        speed, seconds = machine.speed, seconds or REVOLUTIONS * 2.0 * math.pi / abs(machine.speed)
-    elif asked.assignments:
-        raise InvalidInput(f"--set {asked.assignments[0]}: it is a parameter of what --scene names")
-    elif asked.crank is not None:
-        raise InvalidInput(f"--crank {asked.crank}: say with --scene how fast it turns")
+    if asked.seconds is not None:
+        check_number("--seconds", asked.seconds, 1e-9, 1e9, "s")
     folder = str(real_path(files["--fix"]).parent) if "--fix" in files else None
-    places, controls = places_of(asked.points, observed), controls_of(asked.controls)
-    request = Request(asked.keyframe, seconds, asked.crank, speed, places, asked.ignored, folder, controls)
+    request = Request(asked.keyframe, asked.seconds, asked.ignored, folder, controls_of(asked.controls))
 
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
@@ -105,13 +81,13 @@ def lint(model: str, asked: Asked) -> None:
         if asked.form == "text":
             print_report(report, files.get("--fix"))
         else:
-            click.echo({"github": github, "sarif": sarif}[asked.form](report), nl=False)
-    texts = {
+            click.echo(sarif(report), nl=False)
+    texts: dict[str, str | bytes] = {
         "--json": json_document(report.document()),
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
-    if any(finding.harm.severity in Severity(asked.fail_on).and_worse for finding in report.findings):
+    if any(finding.severity in Severity(asked.fail_on).and_worse for finding in report.findings):
         sys.exit(FAILED)
 
 
@@ -124,7 +100,7 @@ def print_report(report: Report, out_file: Path | None) -> None:
     print_lines(out, [f"{report.model}: {report.run}"])
     for finding in report.findings:
         _print_finding(out, finding)
-    print_lines(out, ["", *report.notes, _counted([finding.harm.severity for finding in report.findings])])
+    print_lines(out, ["", *report.notes, _counted([finding.severity for finding in report.findings])])
     if report.fixed is not None:
         print_lines(out, [_fixed(report.fixed, out_file)])
 
@@ -137,14 +113,13 @@ def _counted(found: list[Severity]) -> str:
 
 
 def _print_finding(out: Console, finding: Finding) -> None:
-    severity = finding.harm.severity
-    head = (f"{severity.value}: {finding.rule}", COLOURS[severity])
-    print_lines(out, ["", Text.assemble(head, f" ({finding.harm.meaning})")])
+    severity = finding.severity
+    print_lines(out, ["", Text(f"{severity.value}: {finding.rule}", COLOURS[severity])])
     lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
     if finding.change is not None:
         lines.append(f"change of motion without it: {_value(finding.change)}")
     lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
-    lines += [f"     {edit.words}" for edit in finding.edits]
+    lines += [f"     {edit}" for edit in finding.edits]
     if finding.edits:
         lines.append("safe: --fix makes it" if finding.safe else "not made by --fix: say yourself which was meant")
     print_lines(out, lines, indent=2)

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.mobility import jacobian_rank
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
@@ -21,41 +17,8 @@ KINDS = {
     mujoco.mjtEq.mjEQ_JOINT: "joint",
     mujoco.mjtEq.mjEQ_TENDON: "tendon",
 }
-# A row whose entries are all below this share of the largest entry of all rows says nothing: rounding is 1e-16 of it.
-EMPTY = 1e-12
 PASSES = 50
 REDUNDANT = 1e-9  # singular values below this share of the largest are redundant rows
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Rows of the active equality constraints at one pose."""
-
-    ids: NDArray[np.int_]  # (r,) the equality that each row belongs to
-    jacobian: Array  # (r, nv)
-    gaps: Array  # (r,) how far each is violated [m or rad]
-    rates: Array  # (r,) of the gaps
-
-    @cached_property
-    def effective(self) -> NDArray[np.bool_]:
-        """(r,) rows that hold anything."""
-        sizes = np.abs(self.jacobian).max(axis=1, initial=0.0)
-        return np.asarray(sizes > EMPTY * sizes.max(initial=0.0))
-
-    @cached_property
-    def rank(self) -> int:
-        """Rank of all rows."""
-        return jacobian_rank(self.jacobian)
-
-    def rank_without(self, gone: list[int]) -> int:
-        """Rank of the rows of all but some equalities."""
-        return jacobian_rank(self.jacobian[~np.isin(self.ids, gone)])
-
-
-def rows_at(model: mujoco.MjModel, data: mujoco.MjData) -> Rows:
-    """Equality constraints in data that `mj_forward` has made."""
-    gaps, rates = np.array(data.efc_pos[: data.ne]), np.array(data.efc_vel[: data.ne])
-    return Rows(owners(data), equality_jacobian(model, data), gaps, rates)
 
 
 def owners(data: mujoco.MjData) -> NDArray[np.int_]:
@@ -65,26 +28,21 @@ def owners(data: mujoco.MjData) -> NDArray[np.int_]:
 
 def openings(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Opening (neq,) [m] of each connect or weld, 0 for others and those that are off."""
-    return lengths(model, owners(data), data.efc_pos[: data.ne])
-
-
-def lengths(model: mujoco.MjModel, ids: NDArray[np.int_], values: Array) -> Array:
-    """Length (neq,) of the translational part, the first three, of each connect's or weld's values (r,)."""
+    ids, gaps = owners(data), data.efc_pos[: data.ne]
     tied = [ties_bodies(model, index) for index in range(model.neq)]
-    return np.array([tied[i] * np.linalg.norm(values[ids == i][:3]) for i in range(model.neq)], dtype=float)
+    return np.array([tied[i] * np.linalg.norm(gaps[ids == i][:3]) for i in range(model.neq)], dtype=float)
 
 
 def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bool:
     """Move data to the nearest pose in which no equality is open by more, by Newton iteration; False for none."""
     for _ in range(PASSES):
         mujoco.mj_fwdPosition(model, data)
-        rows = rows_at(model, data)
-        if not (np.isfinite(rows.gaps).all() and np.isfinite(rows.jacobian).all()):
+        gaps, jacobian = np.array(data.efc_pos[: data.ne]), equality_jacobian(model, data)
+        if not (np.isfinite(gaps).all() and np.isfinite(jacobian).all()):
             return False
-        if np.abs(rows.gaps).max(initial=0.0) <= closed:
+        if np.abs(gaps).max(initial=0.0) <= closed:
             return True
-        step = -np.linalg.lstsq(rows.jacobian, rows.gaps, rcond=REDUNDANT)[0]
-        mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+        mujoco.mj_integratePos(model, data.qpos, -np.linalg.lstsq(jacobian, gaps, rcond=REDUNDANT)[0], 1.0)
     return False
 
 

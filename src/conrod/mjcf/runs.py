@@ -10,7 +10,6 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet, warnings_of
 from conrod.exact.motion import Array
-from conrod.own.models.loading import FoundPoint
 
 KINDS = mujoco.mjtState
 # All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.
@@ -73,22 +72,12 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
     return make
 
 
-def velocity(
-    model: mujoco.MjModel, data: mujoco.MjData, body: int, place: mujoco.mjtObj = mujoco.mjtObj.mjOBJ_BODY
-) -> Array:
-    """Angular velocity and that of the centre of gravity, or of the frame (mjOBJ_XBODY), of a body (6,)."""
-    found = np.empty(6)
-    mujoco.mj_objectVelocity(model, data, place, body, found, 0)
-    return found
-
-
 @dataclass(frozen=True)
 class Run:
     """A run that was made."""
 
     states: Array  # (S, n) at samples, evenly spaced, the first is the start
-    points: Array  # (S, p, 3) [m], what is observed
-    sensors: Array  # (S, n), as MuJoCo gives them after the step that leaves the sample: they belong to the sample
+    points: Array  # (S, p, 3) [m]: origins and centres of gravity of all bodies that can move
     steps: int  # that were made before anything broke
     touched: dict[tuple[int, int], int]  # how many steps a pair of geoms was in contact
     warnings: tuple[str, ...]  # of the engine
@@ -100,11 +89,11 @@ class Run:
         return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
 
 
-def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[FoundPoint] = ()) -> Run:
+def run(model: mujoco.MjModel, start: Array, steps: int) -> Run:
     """Step a model; ends early where the engine warns of numbers that are none."""
     data = data_at(model, start)
     every = max(1, -(-steps // SAMPLES))
-    states, sensors, touched, done = list[Array](), list[Array](), dict[tuple[int, int], int](), 0
+    states, touched, done = list[Array](), dict[tuple[int, int], int](), 0
     with warnings_kept_quiet():
         for step in range(steps):
             if step % every == 0:
@@ -118,23 +107,20 @@ def run(model: mujoco.MjModel, start: Array, steps: int, observed: Sequence[Foun
                 acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
                 for pair in {(min(geoms), max(geoms)) for geoms in acting}:
                     touched[pair] = touched.get(pair, 0) + 1
-            if step % every == 0:
-                sensors.append(data.sensordata.copy())
         warnings = tuple(warnings_of(data))
-        points = _places(model, states, observed)
+        points = _places(model, states)
     broke = bool(broken(data)) or not np.isfinite(points).all()
     states_made = np.reshape(states, (len(states), len(start)))
-    return Run(states_made, points, np.array(sensors), done, touched, warnings, broke)
+    return Run(states_made, points, done, touched, warnings, broke)
 
 
-def _places(model: mujoco.MjModel, states: Sequence[Array], observed: Sequence[FoundPoint]) -> Array:
-    """Places (S, p, 3) [m] of points, or of the origins and centres of gravity of all bodies that can move."""
+def _places(model: mujoco.MjModel, states: Sequence[Array]) -> Array:
+    """Places (S, p, 3) [m] of the origins and centres of gravity of all bodies that can move."""
     # In data of their own: after a step, positions in the data of the run belong to the instant before it.
     aside, moving = mujoco.MjData(model), model.body_weldid > 0
     places = []
     for state in states:
         mujoco.mj_setState(model, aside, state, STATE)
         mujoco.mj_kinematics(model, aside)
-        every = [point.position(aside) for point in observed] or np.vstack([aside.xpos[moving], aside.xipos[moving]])
-        places.append(np.array(every))
+        places.append(np.vstack([aside.xpos[moving], aside.xipos[moving]]))
     return np.array(places)

@@ -11,9 +11,10 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import older
+from conrod.engines.mujoco.model import equality_jacobian
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import REDUNDANT, close_loops, rows_at
+from conrod.mjcf.equalities import REDUNDANT, close_loops
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
 from conrod.mjcf.harden.results import Drift, Loop, Request, Variant
 from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
@@ -52,7 +53,7 @@ def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure
     before, name = state_of(model, data), start_words(model, index, data.ctrl)
     if not close_loops(model, data, CLOSED * float(model.stat.extent)):
         return Start(before, name, given, closed=False)
-    jacobian, fastest = rows_at(model, data).jacobian, float(np.abs(data.qvel).max(initial=0.0))
+    jacobian, fastest = equality_jacobian(model, data), float(np.abs(data.qvel).max(initial=0.0))
     parting = np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
     data.qvel[:] -= parting
     changed = float(np.abs(parting).max()) / fastest if fastest else 0.0

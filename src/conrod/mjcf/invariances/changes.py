@@ -6,6 +6,7 @@ import copy
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import mujoco
@@ -14,10 +15,10 @@ from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
+from conrod.mjcf.invariances.declaration import both_orders
 from conrod.mjcf.invariances.results import Invariance, Kept
 from conrod.mjcf.invariances.rounding import Accelerations, Put, accelerations, converged, forward
 from conrod.mjcf.invariances.similarity import Similarity
-from conrod.mjcf.lint.document import Document
 from conrod.mjcf.runs import STATE
 
 JACOBIANS, SOLVERS = mujoco.mjtJacobian, mujoco.mjtSolver
@@ -41,7 +42,6 @@ class Bench:
     Attributes:
         times, states: of its run (T,) [s] and (T, n), as `conrod.mjcf.runs` has them.
         reference: solved on dense matrices to the end, with the bound that rounding gives them.
-        document: the file, None where there is none to take apart.
         broke: whether the engine gave the run up, or should have.
     """
 
@@ -49,16 +49,13 @@ class Bench:
     times: Array
     states: Array
     reference: tuple[Accelerations, ...]
-    document: Document | None = None
     broke: bool = False
 
     @classmethod
-    def of(
-        cls, model: mujoco.MjModel, times: Array, states: Array, document: Document | None = None, broke: bool = False
-    ) -> Bench:
+    def of(cls, model: mujoco.MjModel, times: Array, states: Array, broke: bool = False) -> Bench:
         """The bench of a model."""
         solved = converged(model)
-        return cls(model, times, states, tuple(accelerations(solved, at(solved, s)) for s in states), document, broke)
+        return cls(model, times, states, tuple(accelerations(solved, at(solved, s)) for s in states), broke)
 
     def held(self, change: str, others: Callable[[Array], Array], residual: bool = False) -> Invariance:
         """A change judged by the accelerations (nv,) that it gives at each state.
@@ -203,13 +200,11 @@ def _in_image(solved: mujoco.MjModel, similarity: Similarity) -> Callable[[Array
     return found
 
 
-def reversed_declaration(bench: Bench) -> Invariance:
+def reversed_declaration(bench: Bench, path: Path) -> Invariance:
     """The elements of every body, and the equality constraints, declared in reverse order."""
     change = "order of declaration"
-    if bench.document is None:
-        return Invariance(change, "rounding", Kept.UNSUPPORTED, reason="there is no file to take apart")
     try:
-        named, reverse = bench.document.reordered()
+        named, reverse = both_orders(path)
     except ValueError as error:
         return Invariance(change, "rounding", Kept.UNSUPPORTED, reason=" ".join(str(error).split()))
     positions, rates = order(named, reverse)

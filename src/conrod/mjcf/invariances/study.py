@@ -30,7 +30,6 @@ from conrod.mjcf.invariances.changes import (
     solving_changed,
 )
 from conrod.mjcf.invariances.results import Invariance, Kept
-from conrod.mjcf.lint.document import Document
 from conrod.mjcf.runs import SAMPLES, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
@@ -62,9 +61,8 @@ def study(
     if not model.nv:
         raise InvalidInput(f"{path}: nothing in it moves: it has no joint")
     start, steps = _start(model, seconds, keyframe, controls)
-    document = None if path.suffix.lower() == ".mjb" else Document(path)
     with warnings_kept_quiet():
-        bench = _bench(model, start, steps, document)
+        bench = _bench(model, start, steps)
         own = _digest(model, start, steps)
         with ThreadPoolExecutor(THREADS) as threads:
             together = set(threads.map(lambda _: _digest(model, start, steps), range(THREADS)))
@@ -72,7 +70,7 @@ def study(
         found = [
             _same_bits(change, digests) for change, digests in (same | {f"{THREADS} threads": together | {own}}).items()
         ]
-        found += [*solving_changed(bench), *similarities(bench), reversed_declaration(bench)]
+        found += [*solving_changed(bench), *similarities(bench), reversed_declaration(bench, path)]
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
     words = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
     return f"{words}, from {start_words(model, data_at_start(model, keyframe, controls)[1])}{broke}", tuple(found)
@@ -91,7 +89,7 @@ def _same_bits(change: str, digests: set[str]) -> Invariance:
     return Invariance(change, "bits", Kept.BITS if len(digests) == 1 else Kept.BROKEN)
 
 
-def _bench(model: mujoco.MjModel, start: Array, steps: int, document: Document | None) -> Bench:
+def _bench(model: mujoco.MjModel, start: Array, steps: int) -> Bench:
     """A model with some states of its run.
 
     Raises:
@@ -103,7 +101,7 @@ def _bench(model: mujoco.MjModel, start: Array, steps: int, document: Document |
     if not len(states):
         raise InvalidInput("its run breaks off at the start")
     interval = model.opt.timestep * max(1, -(-steps // SAMPLES)) * every
-    return Bench.of(model, interval * np.arange(len(states)), states, document, made.broke)
+    return Bench.of(model, interval * np.arange(len(states)), states, made.broke)
 
 
 # -- scenes: a model for each order in which joints may be declared ---------------------------------------------------

@@ -1,111 +1,69 @@
 """A model on the bench, with its run, edited copies of it and their runs; and what a rule is.
 
-All runs are from one start, for the same time, and observe the same points.
+All runs are from one start, for the same time, and observe all bodies.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import mujoco
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import Rows, openings, rows_at
+from conrod.mjcf.equalities import openings
 from conrod.mjcf.lint.document import Document
-from conrod.mjcf.lint.findings import Edit, Finding, SetOption
+from conrod.mjcf.lint.findings import Finding
 from conrod.mjcf.runs import STATE, Run, data_at, run
-from conrod.own.models.loading import FoundPoint
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
-LOOKS = 40
-# Of a model of many coordinates fewer, or their ranks would take longer than its run.
-FEWEST, COORDINATES = 3, 100
 BOUNDLESS = 1e300  # stands for infinity, which JSON has not
 
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Everything that rules ask of a model.
-
-    Attributes:
-        copies: of the model with further edits, each on a bench of its own.
-    """
+    """Everything that rules ask of a model."""
 
     document: Document  # the file
+    model: mujoco.MjModel  # compiled from it with the edits
+    edits: tuple[str, ...]
     start: Array  # state that all runs start from
     steps: int  # of the run
-    observed: tuple[FoundPoint, ...]  # points that are observed; every body where there is none
     keyframe: int | None  # index of the keyframe that the start is taken from; None where it is the model's own pose
-    edits: tuple[Edit, ...]  # of the file, among them those that make the crank keep its speed
-    copies: dict[tuple[tuple[Edit, ...], int], Bench] = field(default_factory=dict)
 
-    def edited(self, edits: Sequence[Edit], steps: int | None = None) -> Bench:
-        """The model with further edits, for the same time."""
-        key = (*self.edits, *edits), steps or self.steps
-        if key not in self.copies:
-            self.copies[key] = replace(self, edits=key[0], steps=key[1])
-        return self.copies[key]
-
-    def with_step(self, step: float) -> Bench:
-        """The model with another step [s]."""
-        option = SetOption(("option",), "timestep", repr(step))
-        return self.edited((option,), max(1, round(self.steps * self.step / step)))
+    def edited(self, edits: Sequence[str], steps: int | None = None) -> Bench:
+        """The model with further edits, for the same time; raises ValueError where they do not compile."""
+        every = (*self.edits, *edits)
+        return replace(self, model=self.document.compiled(every), edits=every, steps=steps or self.steps)
 
     @cached_property
-    def model(self) -> mujoco.MjModel:
-        """The model, compiled.
-
-        Raises:
-            ValueError: the edits do not compile.
-        """
-        return self.document.compiled(self.edits) if self.edits else self.document.model
+    def finer(self) -> Bench:
+        """The model with half its step."""
+        return self.edited((f'<option timestep="{0.5 * self.step!r}"/>',), 2 * self.steps)
 
     @property
     def step(self) -> float:
         """Step of the model [s]."""
         return float(self.model.opt.timestep)
 
-    # -- the run -----------------------------------------------------------------------------------------------------
-
     @cached_property
     def run(self) -> Run:
         """The model's run."""
-        return run(self.model, self.start, self.steps, self.observed)
-
-    def poses(self, every: int = 0) -> Iterator[mujoco.MjData]:
-        """Data of poses along the run, with all that `mj_forward` makes; one object, used again and again.
-
-        Args:
-            every: take every so manieth sample, 0 for some `LOOKS` poses.
-        """
-        data = data_at(self.model, self.start)
-        looks = min(LOOKS, max(FEWEST, LOOKS * COORDINATES**2 // self.model.nv**2))
-        for state in self.run.states[:: every or max(1, len(self.run.states) // looks)]:
-            mujoco.mj_setState(self.model, data, state, STATE)
-            mujoco.mj_forward(self.model, data)
-            yield data
-
-    @cached_property
-    def rows(self) -> list[Rows]:
-        """Equality constraints at each look."""
-        return [rows_at(self.model, data) for data in self.poses()]
+        return run(self.model, self.start, self.steps)
 
     @cached_property
     def openings(self) -> Array:
         """Opening (samples, neq) [m] of each connect or weld; 0 for other equalities and those that are off."""
-        found = [openings(self.model, data) for data in self.poses(1)]
+        data, found = data_at(self.model, self.start), list[Array]()
+        for state in self.run.states:
+            mujoco.mj_setState(self.model, data, state, STATE)
+            mujoco.mj_forward(self.model, data)
+            found.append(openings(self.model, data))
         return np.reshape(found, (len(found), self.model.neq))
-
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom that the closures leave, at the pose where they leave the fewest."""
-        coordinates = int(self.model.nv)
-        return min((coordinates - rows.rank for rows in self.rows), default=coordinates)
 
     # -- measures ----------------------------------------------------------------------------------------------------
 
@@ -119,13 +77,9 @@ class Bench:
         size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
         return size if size > 0.0 else float(self.model.stat.extent)
 
-    def change(self, edits: Sequence[Edit]) -> float:
+    def change(self, edits: Sequence[str]) -> float:
         """The largest change of the observed positions that edits make, over the travel."""
         return self.change_to(self.edited(edits).run)
-
-    def change_from(self, start: Array) -> float:
-        """The same of another start."""
-        return self.change_to(run(self.model, start, self.steps, self.observed))
 
     def change_to(self, other: Run) -> float:
         """The same of another run; beyond all bounds where one of the two broke earlier."""
@@ -136,13 +90,6 @@ class Bench:
         # What stands has no travel.
         share = largest / (self.run.travel if self.run.travel > UNCHANGED * self.size else self.size)
         return share if math.isfinite(share) else BOUNDLESS
-
-    def tried(self, finding: Finding, edits: Sequence[Edit], same: float) -> Finding:
-        """A finding with edits, where the file has a place for them; safe where the motion changes by no more."""
-        if not self.document.can_make(edits):
-            return finding
-        change = self.change(edits)
-        return replace(finding, edits=tuple(edits), safe=change <= same, change=change)
 
 
 Judge = Callable[[Bench], Iterator[Finding]]
