@@ -94,19 +94,6 @@ class FreeMotion(Protocol):
 
 
 @runtime_checkable
-class OwnMotor(Protocol):
-    """The engine as it comes, its crank driven by its own velocity actuator as a user would set it up.
-
-    So many steps of a length [s] from exact poses and rates (3 n,); with the actuator's kind and parameters. Raises
-    InvalidInput where the engine cannot have the mechanism.
-    """
-
-    def motor_run(
-        self, machine: Machine, timestep: float, steps: int, poses: Array, rates: Array
-    ) -> tuple[FreeRun, Mapping[str, str | float]]: ...
-
-
-@runtime_checkable
 class Timed(Protocol):
     """Stepping with nothing recorded, for timings.
 
@@ -196,7 +183,6 @@ MEANINGS: Mapping[type, str] = {
     ErrorLaw: "law of its errors",
     ReportsForces: "report of forces",
     FreeMotion: "motion without a drive",
-    OwnMotor: "velocity actuator",
     Timed: "stepping with nothing recorded, which timings take",
     Swept: "grid of settings",
     Varied: "variations of its settings",

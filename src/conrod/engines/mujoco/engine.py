@@ -12,7 +12,7 @@ from conrod.engines.engine import Engine, Machine, with_fields
 from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mujoco import dynamics, ingredients, kinematic, law, older, standalone, timing
 from conrod.engines.mujoco.forces import forces
-from conrod.engines.mujoco.free_run import free_run, motor_run
+from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.grid import regularised, rules, stabilised
 from conrod.engines.mujoco.loads import by_program
 from conrod.engines.mujoco.mjcf import mjcf
@@ -84,7 +84,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
     reference_loop = staticmethod(timing.reference_loop)
     grid = staticmethod(rules)
     free_run = staticmethod(free_run)
-    motor_run = staticmethod(motor_run)
     paste = staticmethod(standalone.paste)
     stabilised = staticmethod(stabilised)
     regularised = staticmethod(regularised)

@@ -5,19 +5,17 @@ States are of the instants counted in steps; position and rate belong to one ins
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from conrod.engines.engine import PIECE, STOCK, Machine
+from conrod.engines.engine import PIECE, STOCK
 from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.mujoco.recorder import Recorder
-from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, exchanged_inertia, harden
+from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, harden
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput, unknown_choice
@@ -36,9 +34,6 @@ TUNED_STEPS, TUNED_DAMPING = 2.0, 0.4  # time constant, damping ratio
 # stabilisation (a fifth of the turn) diverges there.
 SETTLING, SETTLING_AT_CROSSINGS = 5.0, 100.0
 FREE_HARDENING, HARDENED_ITERATIONS = 1e-8, 5
-# MuJoCo's documentation recommends this integrator for actuators with velocity feedback. A gain of a hundred times the
-# inertia that a turn exchanges, times the speed, keeps the speed to a hundredth (0.03 % to 3 % on shipped machines).
-MOTOR, MOTOR_STIFFNESS, MOTOR_INTEGRATOR = "own-motor", 100.0, "implicitfast"
 
 
 def free_settings(mechanism: Mechanism, preset: str, timestep: float, pace: Pace) -> MuJoCoSettings:
@@ -81,43 +76,13 @@ def free_run(
     Raises:
         InvalidInput: there is no such preset, or MuJoCo cannot have the mechanism as a tree with closures; says why.
     """
-    return _stepped(mechanism, free_settings(mechanism, preset, timestep, pace), steps, poses, rates, every)
-
-
-def motor_run(
-    machine: Machine, timestep: float, steps: int, poses: Array, rates: Array
-) -> tuple[FreeRun, Mapping[str, str | float]]:
-    """MuJoCo as it comes, its own solver tolerance included, with a velocity actuator on the hinge of the crank.
-
-    Raises:
-        InvalidInput: as `free_run`.
-    """
-    mechanism, speed = machine.kinematics.mechanism, machine.speed
-    gain = float(f"{MOTOR_STIFFNESS * exchanged_inertia(machine) * abs(speed):.1g}")
-    settings = replace(free_settings(mechanism, STOCK, timestep, Pace(math.inf)), integrator=MOTOR_INTEGRATOR)
-    # The hinge's coordinate is the crank angle, in its sense.
-    run = _stepped(mechanism, settings, steps, poses, rates, 1, (gain, speed))
-    return run, {"actuator": "a velocity actuator", "kv": gain, "integrator": MOTOR_INTEGRATOR}
-
-
-def _stepped(
-    mechanism: Mechanism, settings: MuJoCoSettings, steps: int, poses: Array, rates: Array, every: int,
-    motor: tuple[float, float] | None = None,
-) -> FreeRun:  # fmt: skip
-    """Steps of a model without conrod's drive; a motor is given by its kv and the rate asked for [rad/s]."""
+    settings = free_settings(mechanism, preset, timestep, pace)
     tree = spanning_tree(mechanism, poses)
     if reason := tree_refusal(tree):
         raise InvalidInput(f"{mechanism.name}: {reason}")
-    text = mjcf(tree, settings, f"conrod-{mechanism.name}", sensors=False)
-    if motor is not None:
-        actuator = f'<actuator><velocity name="{MOTOR}" joint="crank" kv="{motor[0]!r}"/></actuator>'
-        text = text.replace("</mujoco>", f"{actuator}</mujoco>")
-    model = compiled(text)
+    model = compiled(mjcf(tree, settings, f"conrod-{mechanism.name}", sensors=False))
     if settings.hardening is not None:
         harden(model, settings.hardening)
-    if motor is not None:
-        # The same force as with ctrl at this rate, which the recorder has no place for.
-        model.actuator(MOTOR).biasprm[0] = motor[0] * motor[1]
     made = Build(ModelForm(mechanism, mechanism), tree, model)
     recorder = Recorder(made, settings, made.coordinates(poses[None])[0], made.rates(poses[None], rates[None])[0])
     kept, seconds, clock = list[Array](), 0.0, -settings.timestep

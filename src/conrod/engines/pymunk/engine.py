@@ -31,7 +31,6 @@ class Pymunk(Engine[PymunkSettings]):
     solve_kinematics = staticmethod(kinematic.solve_kinematics)
     expected_error = staticmethod(law.expected_error)
     forces = staticmethod(forces.forces)
-    motor_run = staticmethod(free_run.motor_run)
     free_run = staticmethod(free_run.free_run)
     stepper = staticmethod(timing.started)
     reference_loop = staticmethod(timing.reference_loop)

@@ -16,13 +16,11 @@ travel with h = 2.5 ms, 0.7e-2 with 1.25 ms, and 0.7 with 0.3 ms; with 64 times 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 
 import numpy as np
-import pymunk
 
 from conrod.engines.centres import body_states
-from conrod.engines.engine import PIECE, STOCK, Machine
+from conrod.engines.engine import PIECE
 from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes
@@ -44,34 +42,11 @@ def free_run(
     Raises:
         InvalidInput: there is no such preset, or pymunk cannot have a joint of the mechanism; says why.
     """
-    return _stepped(mechanism, PymunkSettings.free(mechanism, preset, timestep), steps, poses, rates, every)
-
-
-def motor_run(
-    machine: Machine, timestep: float, steps: int, poses: Array, rates: Array
-) -> tuple[FreeRun, Mapping[str, str | float]]:
-    """pymunk as it comes, with a `SimpleMotor` of unlimited torque between the ground and a crank that is a body.
-
-    Raises:
-        InvalidInput: as `free_run`.
-    """
-    mechanism = machine.kinematics.mechanism
-    settings, turn = PymunkSettings.free(mechanism, STOCK, timestep), mechanism.driver.sense * machine.speed
-    return _stepped(mechanism, settings, steps, poses, rates, 1, turn), {"actuator": "a SimpleMotor"}
-
-
-def _stepped(
-    mechanism: Mechanism, settings: PymunkSettings, steps: int, poses: Array, rates: Array, every: int,
-    motor: float | None = None,
-) -> FreeRun:  # fmt: skip
-    """Steps of a space without conrod's drive; a motor is given by the rate asked for [rad/s]."""
+    settings = PymunkSettings.free(mechanism, preset, timestep)
     if reason := gears_refusal(mechanism):
         raise InvalidInput(f"{mechanism.name}: {reason}")
     made = build_free(mechanism, settings, poses)
     made.place(poses, rates)
-    if motor is not None:
-        # Chipmunk's rate is that of the first body against the second.
-        made.space.add(pymunk.SimpleMotor(made.space.static_body, made.crank, -motor))
     h, in_step = settings.timestep, not mechanism.cam_contacts
     places, speeds = ([values.copy()] for values in state(made))
     pushes = Pushes(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None

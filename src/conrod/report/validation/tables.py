@@ -58,18 +58,6 @@ def added_words(study: SceneStudy) -> list[str]:
                 f"{engine} stock is {engine} as it comes, and a drive: a flywheel of {numbers.quantity(flywheel)} "
                 f"kg m² on the crank, and a solver tolerance of {settings['tolerance']:g}"
             )
-        if run.mode == "motor" and settings:
-            others = ", ".join(
-                f"{name} {numbers.setting(value)}" for name, value in settings.items() if name != "actuator"
-            )
-            kept = ""
-            if run.drive is not None and run.phase is not None:
-                ripple, behind = numbers.measured(100.0 * (run.drive["speed"] or 0.0)), run.phase["max"]
-                kept = f"; its speed is off by {ripple} % at most, its angle by {numbers.in_degrees(behind)} deg"
-            found.append(
-                f"{engine} own motor is {engine} as it comes, its crank driven by {settings['actuator']}"
-                f"{others and f' ({others})'}, as a user would set it up{kept}"
-            )
     return found
 
 

@@ -12,7 +12,7 @@ from conrod.exact.motion import Array
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
-Mode = Literal["kinematic", "dynamic", "motor"]
+Mode = Literal["kinematic", "dynamic"]
 
 
 @dataclass(frozen=True)

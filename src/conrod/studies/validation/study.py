@@ -10,27 +10,22 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, OwnMotor, capability
-from conrod.engines.engine import STOCK, default_steps, judged_preset, step_length
+from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, capability
+from conrod.engines.engine import default_steps, judged_preset
 from conrod.engines.numerics import MEETING
-from conrod.engines.tracks import FreeRun
-from conrod.errors import InvalidInput
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import Stretch, size_of
-from conrod.runs.outcome import joint_gaps, judge
-from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
+from conrod.runs.comparison import size_of
+from conrod.runs.outcome import joint_gaps
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, refinement_path, results_of
-from conrod.studies.validation.plan import DrawnPoses, Plan, started, validate_dynamic
+from conrod.studies.validation.plan import Plan, started, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 
 # The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
 KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
 KINEMATIC_ANGLES = 360
-OWN_MOTOR = "own motor"  # in the place of a preset's name
-STEPPED = slice(2, None)  # samples whose acceleration, a central difference, has none of the exact start in it
 
 
 def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> ValidationResult:
@@ -77,68 +72,12 @@ def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
     )
 
 
-# -- the engine's own motor --------------------------------------------------------------------------------------------
-#
-# A scene driven by the engine's own velocity actuator, as a user would set it up, with nothing of conrod's drive. It
-# stands beside `stock`, to which the drive was added. Errors are taken at the crank angle reached, as everywhere; what
-# the actuator makes of the speed is seen in the drive's ripple and in the phase. It is measured, and never judged.
-
-
-def validate_own_motor(name: str, scene: Scene, engine: Engine[Any], plan: Plan) -> ValidationResult:
-    """Measure the engine with its own actuator."""
-    assert isinstance(engine, OwnMotor)
-    steps = plan.steps(scene)
-    start, revolutions = plan.stretch(scene)
-    empty = replace(started(name, scene, engine, OWN_MOTOR, plan), mode="motor", revolutions=revolutions)
-    poses, slopes = scene.kinematics.derivatives(np.array([start]), 1)
-    try:
-        run, actuator = engine.motor_run(
-            scene, step_length(scene, steps), round(steps * revolutions), poses[0], slopes[0] * scene.speed
-        )
-    except InvalidInput as error:
-        return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=str(error))
-    empty = replace(empty, settings=actuator)
-    with np.errstate(all="ignore"):
-        found = _trajectory(scene, engine, run, start, revolutions)
-    if found.outcome is not Outcome.COMPLETED:
-        return replace(empty, outcome=found.outcome.slug, reason=found.reason)
-    errors, bodies, whole = RunErrors(), DrawnPoses(scene, steps), Stretch(found, scene)
-    errors.add(whole)
-    bodies.add(whole)
-    return replace(empty, **errors.found(), poses=bodies.errors)
-
-
-def _trajectory(scene: Scene, engine: Engine[Any], run: FreeRun, start: float, revolutions: float) -> Trajectory:
-    """The run as one at constant speed is reported; accelerations are differences of velocities."""
-    kinematics, speed = scene.kinematics, scene.speed
-    mechanism, accelerations = kinematics.mechanism, np.gradient(run.rates, run.times, axis=0)
-    crank, driver = 3 * mechanism.body_index[mechanism.crank] + 2, mechanism.driver
-    angle, rate, acceleration = (driver.sense * motion[:, crank] for motion in (run.poses, run.rates, accelerations))
-    instants = Instants(run.times + start / speed, angle - driver.sense * driver.start, rate, acceleration)
-    motion = [run.poses, run.rates, accelerations]
-    states = BodyStates(instants, *motion)
-    stepped = BodyStates(instants[STEPPED], *(values[STEPPED] for values in motion))
-    tracks = {
-        name: PointTracks(Track(instants, x), Track(instants, v), Track(stepped.instants, a[STEPPED]))
-        for name, (x, v, a) in kinematics.point_derivatives(motion).items()
-    }
-    bodies = BodyTracks(states, states, stepped)
-    verdict = judge(kinematics, bodies, speed)
-    settings = engine.presets[STOCK](scene, round(2.0 * np.pi / abs(speed) / float(run.times[1])))
-    return Trajectory(
-        engine.name, engine.version, settings, speed, revolutions, verdict.outcome, verdict.reason, tracks, bodies
-    )
-
-
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class ValidationCase(EngineCase[ValidationResult]):
-    """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset.
-
-    In the place of a preset's name `OWN_MOTOR` stands for the engine with its own actuator.
-    """
+    """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset."""
 
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
@@ -154,26 +93,18 @@ class ValidationCase(EngineCase[ValidationResult]):
     def run(self) -> ValidationResult:
         if self.preset is None:
             return validate_kinematic(self.name, self.scene, self.made_by)
-        if self.preset == OWN_MOTOR:
-            return validate_own_motor(self.name, self.scene, self.made_by, self.plan)
         return validate_dynamic(self.name, self.scene, self.made_by, self.preset, self.plan)
 
     @property
     def tolerance(self) -> Mapping[str, float] | None:
-        return None if self.preset in (None, OWN_MOTOR) else self.plan.tolerance
+        return None if self.preset is None else self.plan.tolerance
 
     def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
-        measured = self.preset == OWN_MOTOR
-        required = not measured and (
-            self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
-        )
+        required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
         found = started(self.name, self.scene, self.made_by, self.preset, self.plan)
         return replace(found, outcome=outcome.slug, reason=reason, passed=False if required else None)
 
     def determined_by(self) -> dict[str, Any]:
-        if self.preset == OWN_MOTOR:
-            stock = self.made_by.presets[STOCK](self.scene, self.plan.steps(self.scene)).as_dict()
-            return {"settings": stock, "motor": 1, "revolutions": self.plan.revolutions}
         preset, steps, turns = judged_preset(self.made_by), default_steps(self.scene), 1.0
         path: tuple[int, ...] = ()
         if self.preset is not None:
@@ -186,7 +117,7 @@ class ValidationCase(EngineCase[ValidationResult]):
 def validation_cases(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> list[ValidationCase]:
-    """Scene by scene, engine by engine: kinematic mode, then each preset; with all of them the engine's own motor.
+    """Scene by scene, engine by engine: kinematic mode, then each preset.
 
     Args:
         presets: to run, by engine name.
@@ -195,14 +126,8 @@ def validation_cases(
         ValidationCase(name, scene, engine.name, preset, plan)
         for name, scene in scenes.items()
         for engine in engines
-        for preset in (None, *_with_own_motor(engine, presets[engine.name]))
+        for preset in (None, *presets[engine.name])
     ]
-
-
-def _with_own_motor(engine: Engine[Any], presets: Sequence[str]) -> list[str]:
-    """The presets, and where these are all, after `stock`, to which a drive was added, the engine with its own."""
-    own = [OWN_MOTOR] if isinstance(engine, OwnMotor) and set(presets) == set(engine.presets) else []
-    return [name for preset in presets for name in (preset, *(own if preset == STOCK else ()))]
 
 
 def validation(
