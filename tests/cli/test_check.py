@@ -122,7 +122,7 @@ def test_a_baseline_that_cannot_be_used_is_refused_before_anything_is_run(case: 
     options, message = BASELINES[case]
     (tmp_path / "text").write_text("saw", encoding="utf-8")
     kept = Baseline({"scene": ["saw-500rpm"]}, "ab", {}, {})
-    write(tmp_path / "saw.json", kept, {})
+    write(tmp_path / "saw.json", kept)
     before = {one: one.read_bytes() for one in tmp_path.iterdir()}
     done = conrod("validate", "saw-500rpm", *options, cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)

@@ -17,13 +17,11 @@ import msgspec
 
 from conrod.cli.options import RunOptions, as_given
 from conrod.cli.validate_request import CheckOptions, Request
-from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.own.models.results import AS_GIVEN, OWN, ModelStudy
 from conrod.own.models.runs import JudgedRun
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
-from conrod.report.numbers import rounded
 from conrod.report.terminal import console, print_lines
 from conrod.report.writer import environment
 from conrod.runs.plain import plain
@@ -47,9 +45,6 @@ from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.resolve_arguments import TOLERANCES
 from conrod.studies.frame.result import Result, SceneResults
-from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing
-from conrod.studies.validation.results import ValidationResult
 
 Again = Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
@@ -62,7 +57,8 @@ def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
     """The lines of studies of scenes, or of the one of a model or a table."""
     study = found[0]
     if isinstance(study, SceneResults):
-        return {name: _result(result) for name, (_, result) in _named(found).items()}
+        pairs = [(f"{one.name} " if len(found) > 1 else "", result) for one in found for result in one.results]
+        return {f"{name}{one.engine} {one.preset or 'kinematic'}": _result(one) for name, one in pairs}
     if isinstance(study, TableStudy):
         sizes = {name: study.largest(name) for name in (*ERRORS, "phase")}
         return {"table": _line("completed", study.passed, sizes, study.errors)}
@@ -70,16 +66,6 @@ def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
     runs = [*study.runs.values(), *([study.own_run.run] if study.own_run else [])]
     paths = _line("completed", study.is_machine, {"position": study.identity.largest}, study.identity.off)
     return {"paths": paths} | {run.label: _run(study, run) for run in runs}
-
-
-def _named(found: Sequence[SceneResults[Any]]) -> dict[str, tuple[Scene, Any]]:
-    """Results with their scenes, by the names of their lines."""
-    pairs = [(study, result) for study in found for result in study.results]
-    scenes = [f"{study.name} " if len(found) > 1 else "" for study, _ in pairs]
-    return {
-        f"{scene}{result.engine} {result.preset or 'kinematic'}": (study.scene, result)
-        for scene, (study, result) in zip(scenes, pairs, strict=True)
-    }
 
 
 def _result(result: Result) -> Line:
@@ -107,19 +93,6 @@ def _line(
     numbers = {name: Number(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)}
     bits = hashlib.sha256(msgspec.json.encode(plain(shown))).hexdigest()[:16]
     return Line(outcome, passed, numbers, bits, {k: v for k, v in (settings or {}).items() if k != "preset"})
-
-
-def costs_of(
-    found: Sequence[SceneResults[Any]], time: Callable[[list[RunCase]], Mapping[str, Timing]]
-) -> dict[str, float]:
-    """CPU time of a revolution of each completed run, over the engine's reference loop, by the name of its line."""
-    cases = {}
-    for name, (scene, result) in _named(found).items():
-        preset = engine_named(result.engine).presets.get(result.preset)
-        if isinstance(result, ValidationResult) and result.completed and preset and result.steps_per_revolution:
-            cases[name] = RunCase(result.scene, scene, preset(scene, result.steps_per_revolution))
-    timed = time(list(cases.values()))
-    return {name: rounded(timed[case.key].ratio, 2) for name, case in cases.items() if case.key in timed}
 
 
 @dataclass(frozen=True)
@@ -161,12 +134,11 @@ class Holding:
             check_same(file, before, now)
         return cls(file, asked.accept, scenes, before, now)
 
-    def held(self, found: Sequence[Any], again: Again, costs: Callable[[], Mapping[str, float]] = dict) -> Held:
+    def held(self, found: Sequence[Any], again: Again) -> Held:
         """Studies held against the baseline, which is written where it is to be.
 
         Args:
             again: the same studies of each of some scenes.
-            costs: by the name of a line.
         """
         now, drift = replace(self.now, results=_lines_of(found)), None
         if self.before is not None and self.before.hash == now.hash:
@@ -178,7 +150,7 @@ class Holding:
             for factor in FACTORS
         ]
         like = {AS_GIVEN: OWN} if OWN in now.results else {}
-        write(self.file, banded(now, [_lines_of(one) for one in again(others)], like), costs())
+        write(self.file, banded(now, [_lines_of(one) for one in again(others)], like))
         return replace(drift or Held(self.file), written=True, accepted=self.accept)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from conrod.cli import FAILED
-from conrod.cli.baseline import Holding, costs_of, holds
+from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import chosen_engines, refuse
 from conrod.cli.outputs import outputs
 from conrod.cli.runner import Runner, processes_of
@@ -119,7 +119,7 @@ def held_scenes(holding: Holding | None, asked: Request, found: Sequence[Any], r
         with runner.answering() as run:
             return pursue([measured_of(own, scenes).study for scenes in others], run)
 
-    return None if holding is None else holding.held(found, again, lambda: costs_of(found, runner.time))
+    return None if holding is None else holding.held(found, again)
 
 
 def _turns(asked: Request) -> int:

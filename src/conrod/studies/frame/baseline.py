@@ -45,7 +45,6 @@ class Line:
         passed: the verdict by the law, or by the tolerance asked for; None where nothing is judged.
         numbers: errors by quantity, and observed orders.
         bits: digest of all that the run showed.
-        cost: CPU time of a revolution, over the engine's fixed reference loop; never compared.
     """
 
     outcome: str
@@ -53,7 +52,6 @@ class Line:
     numbers: Mapping[str, Number]
     bits: str
     settings: Mapping[str, Any]
-    cost: float | None = None
 
 
 @dataclass(frozen=True)
@@ -91,10 +89,9 @@ def read(file: Path) -> Baseline:
         raise InvalidInput(f"{file} is a damaged baseline, delete it: {error}") from None
 
 
-def write(file: Path, baseline: Baseline, costs: Mapping[str, float]) -> None:
+def write(file: Path, baseline: Baseline) -> None:
     """Write a baseline, whole or not at all: a number and its band on a line, for those who read differences."""
-    results = {name: replace(line, cost=costs.get(name)) for name, line in baseline.results.items()}
-    text = json_document({MARK: SCHEMA, **plain(replace(baseline, results=results))})
+    text = json_document({MARK: SCHEMA, **plain(baseline)})
     text = re.sub(r"[\[{][^\[\]{}]{,120}[\]}]", lambda found: re.sub(r"\n\s*", " ", found[0]), text)
     write_together([single(file, text)])
 
