@@ -39,7 +39,7 @@ VERBS = (
 # Of each kind one: every machine of a kind has the same runs, and these take most of the time.
 STUDIES = (
     "sweep {} --engine pymunk --grid coarse",
-    "recommend {} --engine pymunk --grid coarse --position 1e-2",
+    "recommend {} --engine pymunk --position 1e-2",
     "limits {} --axis steps --engine pymunk --preset stock",
     "ablate {} --engine pymunk --steps-per-rev 40 --rounds 2",
 )

@@ -86,7 +86,7 @@ def completed(*words: str) -> list[str]:
         (("validate", "--engine", ""), ["mujoco", "pymunk", *OPTIONAL, "all"]),
         (("limits", "--preset", "h"), ["hardened"]),
         (("limits", "--axis", "steps-x-n"), ["steps-x-nearness"]),
-        (("sweep", "--grid", ""), ["coarse", "default", "fine", "presets"]),
+        (("sweep", "--grid", ""), ["coarse", "default", "presets"]),
         (("export", "geneva", "--format", ""), ["mjcf", "csv", "npz", "pack", "fmu"]),
         (("nothing", "s"), ["show", "sweep"]),
     ],

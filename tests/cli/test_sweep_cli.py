@@ -26,6 +26,7 @@ from conrod.studies.execution.cluster import DaskCluster
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
+RECOMMEND = ("recommend", *QUICK[:3])
 
 
 def conrod(*arguments: str, cwd: Path, ledger: str | None = "ledger.sqlite") -> subprocess.CompletedProcess[str]:
@@ -44,11 +45,12 @@ def told_in_one_line(done: subprocess.CompletedProcess[str], *words: str) -> Non
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder whose ledger has the coarse grid."""
+    """A folder whose ledger has the coarse grid, and what a search has run."""
     made = tmp_path_factory.mktemp("recommend")
-    done = conrod("recommend", *QUICK, "--position", "1e-3", cwd=made)
+    done = conrod(*RECOMMEND, "--position", "1e-3", cwd=made)
     assert done.returncode == 0, done.stderr
     (made / "first.txt").write_text(done.stdout)
+    assert conrod("sweep", *QUICK, cwd=made).returncode == 0
     return made
 
 
@@ -59,7 +61,7 @@ def test_a_recommendation_is_ready_to_paste_and_was_confirmed(folder: Path) -> N
     text = (folder / "first.txt").read_text()
     for words in ("pymunk: error_bias 0", "largest errors: position", "of 0.001 allowed", "margin", "ms of CPU time",
                   "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed -10%", "speed +10%",
-                  "against stock", "steps per revolution", "mass ratio", "transmission angle", "space.iterations = ",
+                  "steps per revolution", "mass ratio", "transmission angle", "space.iterations = ",
                   "constraint.error_bias = 0.0", "space.step("):  # fmt: skip
         assert words in text, words
 
@@ -73,6 +75,8 @@ def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
     saw = SCENES["saw-500rpm"]
     (step,) = steps
     set_to = {"iterations": space.iterations, "error_bias": space.constraints[0].error_bias}
+    if "rod as distance-joint" in text:  # what the paste says in words
+        set_to["rod"] = "distance-joint"
     settings = PymunkSettings("custom", round(saw.period / step), step, **set_to)
     assert compare(run(saw, settings), saw).worst("position") <= 1e-3
 
@@ -91,7 +95,6 @@ def quick(folder: Path) -> dict[str, Any]:
 def test_a_quick_recommendation_takes_few_runs_and_says_so(folder: Path, quick: dict[str, Any]) -> None:
     text = (folder / "quick.txt").read_text()
     assert "found from the shipped sweeps of saw-500rpm, by " in text
-    assert "--thorough makes 831" in text
     assert "as pasted position" in text
     assert text.startswith(f"mujoco: {quick['rule']}, {quick['steps']} steps per revolution")
     assert (folder / "report" / "README.md").read_text().count(quick["paste"].splitlines()[0]) == 1
@@ -140,14 +143,14 @@ def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path)
 
 
 def test_finished_runs_are_not_run_again(folder: Path) -> None:
-    again = conrod("recommend", *QUICK, "--position", "1e-3", cwd=folder)
+    again = conrod(*RECOMMEND, "--position", "1e-3", cwd=folder)
     assert again.returncode == 0
     assert again.stdout == (folder / "first.txt").read_text()
     assert {int(n) for n in re.findall(r"(\d+) (?:more )?to do", again.stderr)} == {0}
 
 
 def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path) -> None:
-    done = conrod("recommend", *QUICK, "--position", "1e-12", cwd=folder)
+    done = conrod(*RECOMMEND, "--position", "1e-12", cwd=folder)
     assert done.returncode == 1
     assert "nothing qualifies: position is" in done.stdout
     assert "times what is allowed" in done.stdout
@@ -218,13 +221,13 @@ def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
 def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # A refused connection is tried again until patience ends, ten seconds unless told otherwise.
     monkeypatch.setitem(DaskCluster.__init__.__kwdefaults__, "patience", 1.0)
-    done = conrod("recommend", *QUICK, "--position", "1e-3", "--cluster", "tcp://127.0.0.1:9", cwd=tmp_path)
+    done = conrod(*RECOMMEND, "--position", "1e-3", "--cluster", "tcp://127.0.0.1:9", cwd=tmp_path)
     told_in_one_line(done, "tcp://127.0.0.1:9")
 
 
 @pytest.mark.slow
 def test_a_cell_that_takes_too_long_is_an_outcome(tmp_path: Path) -> None:
-    done = conrod("recommend", *QUICK, "--position", "1e-3", "--cell-timeout", "0.3", "--jobs", "1", cwd=tmp_path)
+    done = conrod(*RECOMMEND, "--position", "1e-3", "--cell-timeout", "0.3", "--jobs", "1", cwd=tmp_path)
     assert done.returncode in (0, 1), done.stderr
     assert "timed-out" in conrod("results", cwd=tmp_path).stdout
 

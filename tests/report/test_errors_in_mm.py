@@ -18,7 +18,7 @@ from table_files import exact_table, judged
 from conrod.report import free_motion, numbers, trajectory
 from conrod.report.ablate.tables import models_table
 from conrod.report.results import verdict_words
-from conrod.report.sweep.tables import cheapest_table, fronts_table
+from conrod.report.sweep.tables import cheapest_table, front_table
 from conrod.report.table import Table, table, text_of
 from conrod.report.validation import tables
 from conrod.scenes import SCENES
@@ -78,7 +78,7 @@ def of_sweep(name: str) -> Iterator[Table]:
     study = handmade_sweep()
     points = (replace(p, errors=p.errors and errors) for p in study.points)
     study = replace(study, points=tuple(points), lengths=SCENES[name].lengths)
-    yield from (fronts_table(study), cheapest_table(study, ["position"]))
+    yield from (front_table(study), cheapest_table(study))
 
 
 def of_ablate(name: str) -> Iterator[Table]:

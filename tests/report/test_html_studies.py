@@ -18,19 +18,14 @@ from browser import browser, complaints, opened
 from handmade import handmade_sweep
 from html_pages import found_in
 
-from conrod.engines import engine_named
 from conrod.report.figure import Figure
 from conrod.report.html.page import document, sections_of
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import kind_named
 from conrod.report.saved import restore
-from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.report import _diagram, _spots
-from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names
 from conrod.studies.frame.writing import Batch
-from conrod.studies.sweep.findings import SweepStudy
-from conrod.studies.sweep.study import plan_sweep
 
 ROOT = Path(__file__).parents[2]
 
@@ -134,7 +129,7 @@ def test_words_of_a_place_close_no_script() -> None:
     assert json.loads(zlib.decompress(base64.b64decode(packed))) == [[0.5], [0.5], ["</script><b>"]]
 
 
-# -- weight and lines to paste ---------------------------------------------------------------------------------------
+# -- weight ---------------------------------------------------------------------------------------------------------
 
 MOST = 500_000  # bytes of a machine's page
 HEAVIEST = ("reports/limits/saw-500rpm.md", "reports/sweep/saw-40rpm.md", "reports/catalogue/jansen-leg.md")
@@ -158,41 +153,18 @@ def test_a_heavy_figure_is_noticed(site: Any) -> None:
     assert weight(batch) <= MOST < weight(Batch(batch.folder, {**batch.files, drawn: heavy}))
 
 
-@pytest.fixture(scope="module")
-def swept() -> SweepStudy:
-    text = (ROOT / "reports" / "sweep" / "data" / "cam-follower.json").read_text()
-    return restore(SweepStudy, json.loads(text))
-
-
-def test_lines_of_a_point_give_its_very_settings(swept: SweepStudy) -> None:
-    scene = SCENES[swept.name]
-    plan = plan_sweep(swept.name, scene, [engine_named(name) for name in swept.engines], "coarse")
-    settings = {case.key: (rule.engine, case.settings) for rule in plan.rules for case in rule.cases}
-    timed = timed_points(swept)
-    assert {point.engine for point in timed} == {"mujoco", "pymunk"}
-    for point in timed:
-        engine, wanted = settings[point.key]
-        lines = swept.paste(point)
-        assert lines == engine.paste(scene, wanted)
-        step = re.findall(r'timestep="([^"]*)"|space.step\(([^)]*)\)', lines)
-        assert float("".join(step[0])) == wanted.timestep
-        # Negative control: another step has other lines.
-        assert lines != engine.paste(scene, replace(wanted, timestep=1.001 * wanted.timestep))
-
-
-def test_a_click_on_a_point_shows_its_lines_and_so_does_the_keyboard(
-    swept: SweepStudy, site: Any, tmp_path: Path
-) -> None:
+def test_a_click_on_a_point_says_what_it_is_and_so_does_the_keyboard(site: Any, tmp_path: Path) -> None:
+    file = ROOT / "reports" / "sweep" / "data" / "cam-follower.json"
+    study = restore(kind_named("sweep").findings, json.loads(file.read_text()))
+    known = {words for spots in _spots(study).values() for *_, words in spots}
     (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())["reports/sweep/cam-follower.md"])))
-    known = {swept.paste(point) for point in timed_points(swept)}
     with browser() as page:
         opened(page, tmp_path / "p.html")
-        lines, svg = (page.find_element("css selector", f".spots {one}") for one in ("pre", "svg"))
-        assert not lines.is_displayed()
+        said, svg = (page.find_element("css selector", f".spots {one}") for one in ("output", "svg"))
+        assert said.text not in known
         page.execute_script("arguments[0].scrollIntoView()", svg)
         svg.click()
-        assert lines.get_attribute("textContent") in known
+        assert said.text in known
         page.find_element("css selector", ".spots input").send_keys("\ue014" * 3)  # to the right
-        assert lines.is_displayed()
-        assert lines.get_attribute("textContent") in known
+        assert said.text in known
         assert complaints(page) == []

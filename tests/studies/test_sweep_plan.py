@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from catalogue import LINKAGES
 from measured import FAILED, errors_by_step
 
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.variants import GRIDS, Grid, step_counts
-from conrod.scenes import SCENES, Scene
+from conrod.scenes import SCENES
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.study import orders_along, plan_sweep, sweep_study
@@ -25,7 +24,6 @@ EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 def test_no_two_rules_of_a_grid_have_one_name_or_the_same_settings(scene: str, engine: str, grid: Grid) -> None:
     rules = engine_named(engine).grid(SCENES[scene], grid)
     assert len({rule.name for rule in rules}) == len(rules)
-    assert len({tuple(rule.knobs.items()) for rule in rules}) == len(rules)
     keys = [
         tuple(RunCase(scene, SCENES[scene], rule.settings(SCENES[scene], n)).key for n in (200, 300)) for rule in rules
     ]
@@ -56,18 +54,8 @@ def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: 
 def test_grids_contain_one_another() -> None:
     for scene in SCENES.values():
         for engine in map(engine_named, ENGINES):
-            coarse, default, fine = (set(engine.grid(scene, grid)) for grid in GRIDS)
-            assert coarse <= default <= fine
-
-
-@pytest.mark.parametrize("scene", LINKAGES.values(), ids=LINKAGES)
-def test_what_follows_the_step_is_told_from_the_settings(scene: Scene) -> None:
-    """Halving the step halves the time constant exactly where a rule says that softness follows the step."""
-    for engine in map(engine_named, ENGINES):
-        for rule in engine.grid(scene, "default"):
-            coarse, fine = (rule.settings(scene, n).time_constant(False) for n in (1000, 2000))
-            follows = coarse == 0.0 or fine == pytest.approx(0.5 * coarse)
-            assert rule.softness_follows_step == follows, rule.name
+            coarse, default = (set(engine.grid(scene, grid)) for grid in GRIDS)
+            assert coarse < default
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
 STEPS = (20, 100, 500, 2500)
 
-# -- a sweep made by hand: rule, knobs, preset, cost of a step [s], errors of position at STEPS ------------------------
+# -- a sweep made by hand: rule, preset, cost of a step [s], errors of position at STEPS ------------------------
 
-STOCK = ("Euler, solref 0.02 s, solimp stock", {"integrator": "Euler", "regularisation": "stock"}, "stock", 2e-6)
-HARD = ("RK4, solref T/10, hardened 1e-9", {"integrator": "RK4", "regularisation": "hardened 1e-9"}, "hardened", 8e-6)
-FAST = ("implicitfast, solref 2 h", {"integrator": "implicitfast", "regularisation": "stiff"}, None, 2.6e-6)
-BIASED = ("error_bias stock, 10 iterations", {"error_bias": "stock", "iterations": "10"}, "stock", 1e-6)
-EXACT = ("error_bias 0, 10 iterations", {"error_bias": "0", "iterations": "10"}, "tuned", 1e-6)
+STOCK = ("Euler, solref 0.02 s, solimp stock", "stock", 2e-6)
+HARD = ("RK4, solref T/10, hardened 1e-9", "hardened", 8e-6)
+FAST = ("implicitfast, solref 2 h", None, 2.6e-6)
+BIASED = ("error_bias stock, 10 iterations", "stock", 1e-6)
+EXACT = ("error_bias 0, 10 iterations", "tuned", 1e-6)
 RULES: Mapping[str, Sequence[tuple[Any, tuple[float | None, ...]]]] = {
     "mujoco": (
         (STOCK, (None, 0.041, 0.0402, 0.0401)),
@@ -36,7 +36,7 @@ def errors_of(error: float | None) -> dict[str, float] | None:
 
 def points(engine: str) -> list[SweptPoint]:
     found: list[SweptPoint] = []
-    for (rule, _, preset, step), errors in RULES[engine]:
+    for (rule, preset, step), errors in RULES[engine]:
         for n, error in zip(STEPS, errors, strict=True):
             label, sizes = f"{engine[0].upper()}{len(found) + 1}", errors_of(error)
             # What a failed run cost must not be believed: it is made absurd here.
@@ -64,12 +64,12 @@ fitted = cache(observed_order)
 
 
 def rules(engine: str) -> Iterator[SweptRule]:
-    for (name, knobs, _, _), errors in RULES[engine]:
+    for (name, *_), errors in RULES[engine]:
         known = [(n, errors_of(error)) for n, error in zip(STEPS, errors, strict=True)]
         completed = [(n, sizes) for n, sizes in known if sizes is not None]
         steps = tuple(n for n, _ in completed)
         orders = {q: fitted(steps, tuple(sizes[q] for _, sizes in completed)) for q in QUANTITIES}
-        yield SweptRule(engine, name, "step alone", knobs, orders)
+        yield SweptRule(engine, name, orders)
 
 
 def handmade_sweep() -> SweepStudy:

@@ -29,8 +29,6 @@ class Asked(StudyOptions, TimedRunOptions):
     acceleration: float | None = option(
         "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
     )
-    thorough: bool = option("--thorough", is_flag=True, help="Run a whole grid: minutes to an hour.")
-    grid: str = option("--grid")
     model: str | None = option(
         "--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF)."
     )
@@ -43,15 +41,13 @@ def recommend(scene: str, asked: Asked) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
     Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
-    With --thorough, or another grid than the default, all of the grid are. Either way the answer is confirmed on other
-    runs: with the numbers as they are pasted, another start angle, five revolutions, speeds 10 % off; of an input that
-    makes one pass, that pass backwards, and those speeds.
+    The answer is confirmed on other runs: with the numbers as they are pasted, another start angle, five revolutions,
+    speeds 10 % off; of an input that makes one pass, that pass backwards, and those speeds.
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.variants import grid_named
     from conrod.errors import InvalidInput
     from conrod.report.recommendation import KIND, advice_of
     from conrod.studies.frame.case import pursue
@@ -64,22 +60,19 @@ def recommend(scene: str, asked: Asked) -> None:
 
     (name, chosen), engines = select_scene(scene, asked.assignments), options.chosen_engines(asked.engine)
     allowed = check_tolerances({name: getattr(asked, name) for name in ("position", "velocity", "acceleration")})
-    swept, thorough = grid_named(asked.grid), asked.thorough or asked.grid != options.DEFAULT_GRID
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
     files = outputs(KIND, [name], asked, wanted)
     writers = _writers(engines)
     if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
-    plan = plan_sweep(name, chosen, engines, swept)
-    prior = None if thorough else shipped()
+    plan = plan_sweep(name, chosen, engines, "default")
     with Runner.of(asked) as runner, runner.answering() as run:
-        answers = pursue(recommend_for(plan, allowed, runner.time, prior), run)
+        answers = pursue(recommend_for(plan, allowed, runner.time, shipped()), run)
     found = advice_of(name, chosen, allowed, answers)
     with naming("standard output"):
         print_answers(found)
     qualified = [one for one in answers if isinstance(one, Recommendation)]
-    command = "recommend --thorough" if thorough else "recommend"
-    files.write({name: found}, command, (scene,), asked, {"--thorough": None, "--model": None})
+    files.write({name: found}, "recommend", (scene,), asked, {"--model": None})
     written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
     for path, settings in product(wanted.values(), written):
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -67,14 +66,12 @@ def print_winners(studies: Sequence[SweepStudy]) -> None:
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
-    from conrod.report.sweep.tables import RATIO, fronts_table
+    from conrod.report.sweep.tables import RATIO, end_words, front_table
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console()
     for study in studies:
         title = f"{study.name}: settings that none beats in both cost and position"
-        print_table(out, fronts_table(study, ["position"], title))
-        counts = Counter(point.outcome for point in study.points)
-        ended = ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
+        print_table(out, front_table(study, title))
         unsupported = [f"{name} unsupported: {why}" for name, why in study.unsupported.items()]
-        print_lines(out, [RATIO, f"{len(study.points)} settings and steps: {ended}", *unsupported])
+        print_lines(out, [RATIO, f"{len(study.points)} settings and steps: {end_words(study)}", *unsupported])

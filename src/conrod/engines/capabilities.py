@@ -222,7 +222,7 @@ def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, .
     """The settings that a sweep varies: the engine's grid, or its presets where these are asked for or it has none."""
     swept = capability(engine, Swept)
     if grid == PRESETS or isinstance(swept, Lacking):
-        return tuple(Rule(name, True, {"preset": name}, preset) for name, preset in engine.presets.items())
+        return tuple(Rule(name, preset) for name, preset in engine.presets.items())
     return swept.grid(machine, grid)
 
 

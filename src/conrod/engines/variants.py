@@ -11,18 +11,17 @@ from conrod.engines.engine import AnyFields, Machine, with_fields
 from conrod.errors import unknown_choice
 from conrod.runs.trajectory import Settings
 
-Grid = Literal["coarse", "default", "fine", "presets"]
-GRIDS: tuple[Grid, ...] = ("coarse", "default", "fine")  # that engines have
+Grid = Literal["coarse", "default", "presets"]
+GRIDS: tuple[Grid, ...] = ("coarse", "default")  # that engines have
 PRESETS: Grid = "presets"  # of every engine, and nothing else
 
 # Multiples of 20, so that all have samples at the same twenty angles of a turn.
 STEPS: Mapping[Grid, tuple[int, ...]] = {
     "coarse": (20, 200, 2000, 20000),
     "default": (20, 40, 100, 200, 400, 1000, 2000, 4000, 10000, 20000),
-    "fine": (20, 40, 60, 100, 140, 200, 300, 400, 640, 1000, 1400, 2000, 3000, 4000, 6400, 10000, 14000, 20000),
 }
 # A contact that is soft by a few steps needs more of them than a closed loop.
-CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), "fine": (30000, 50000)}
+CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,)}
 
 
 @dataclass(frozen=True)
@@ -31,14 +30,10 @@ class Rule:
 
     Attributes:
         name: all that a reader needs to tell it from other rules of its engine.
-        softness_follows_step: whether refining the step also stiffens what closes the joints.
-        knobs: every knob and where it stands, in words and values free of dimension where the rule is.
         settings: of a machine and a number of steps per revolution; their preset is named where they are those of one.
     """
 
     name: str
-    softness_follows_step: bool
-    knobs: Mapping[str, str] = field(compare=False)
     settings: Callable[[Machine, int], Settings] = field(compare=False, repr=False)
 
 
@@ -58,11 +53,6 @@ def grid_named(name: str) -> Grid:
         if grid == name:
             return grid
     raise unknown_choice("grid", name, grids)
-
-
-def texts_of(knobs: Mapping[str, Any]) -> dict[str, str]:
-    """Where each of some knobs stands."""
-    return {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in knobs.items()}
 
 
 Change: TypeAlias = Callable[[AnyFields], AnyFields]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from conrod.engines.engine import CUSTOM, STOCK
+from conrod.engines.engine import CUSTOM
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.exact.linkage.course import course_of
 from conrod.exact.linkage.transmission import transmission_angles
@@ -64,7 +64,6 @@ def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
             "settings": found.pasted.as_dict(),
             "timing": asdict(found.timing),
             "confirmations": {one.what: one.errors(allowed) for one in found.confirmations},
-            "savings": asdict(found.savings),
             "paste": found.paste,
         }
     else:
@@ -111,7 +110,6 @@ def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
     confirmed = [f"{one.what} {_listed(_errors(one, allowed, choice.case.scene))}" for one in found.confirmations]
     yield f"  confirmed: {'; '.join(confirmed)}"
     yield from _rejected(found.rejected, allowed)
-    yield _savings(found, allowed)
     yield f"  depends on: {_groups(choice.case)}"
     yield f"  found {found.how}"
     yield "  to paste:"
@@ -123,7 +121,7 @@ def _refused(found: Refusal, allowed: Allowed) -> Iterator[str]:
         return
     excess = {q: error / allowed[q] for q, error in found.nearest.errors(allowed).items() if error > allowed[q]}
     over = ", ".join(f"{q} is {x:.3g} times what is allowed" for q, x in excess.items())
-    yield f"{found.engine}: nothing qualifies: {over or 'what the grid allows was not confirmed'}"
+    yield f"{found.engine}: nothing qualifies: {over or 'what was within tolerance was not confirmed elsewhere'}"
     yield f"  nearest: {_setting(found.nearest)}: {_errors_allowed(found.nearest, allowed)}"
     yield from _rejected(found.rejected, allowed)
     yield f"  sought {found.how}"
@@ -153,22 +151,6 @@ def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]
         shown = ((c, _listed(_errors(c, allowed, one.choice.case.scene))) for c in one.why)
         lost = "; ".join(f"{c.what}: {errors or c.measurement.outcome}" for c, errors in shown)
         yield f"  cheaper, but not confirmed: {_setting(one.choice)} ({lost})"
-
-
-def _savings(found: Recommendation, allowed: Allowed) -> str:
-    savings, words = found.savings, list[str]()
-    if found.choice.case.settings.preset == STOCK:
-        return "  these are the stock settings"
-    for quantity, digits in savings.digits.items():
-        none = f"no stock run is as cheap ({quantity})"
-        words.append(none if digits is None else f"{digits:+.1f} digits of {quantity} at equal cost")
-    if savings.cost_factor is not None:
-        words.append(f"stock settings cost {savings.cost_factor:.3g} times as much for the same tolerance")
-    else:
-        lengths = found.choice.case.scene.lengths
-        best = _listed({q: numbers.error(q, e, lengths) for q, e in savings.best.items() if e > allowed[q]})
-        words.append("stock settings never get there" + (f" (at best {best})" if best else ""))
-    return f"  against stock: {'; '.join(words)}"
 
 
 def _groups(case: RunCase) -> str:

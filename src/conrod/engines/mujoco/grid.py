@@ -18,7 +18,7 @@ from conrod.engines.mujoco.settings import (
     STOCK_TOLERANCE,
     MuJoCoSettings,
 )
-from conrod.engines.variants import Grid, Rule, texts_of
+from conrod.engines.variants import Grid, Rule
 
 # Where a time constant stands: in seconds, in steps, or in shares of the period.
 STOCK_CONSTANT = "0.02 s"
@@ -44,10 +44,7 @@ def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     usual, turned = (CONTACT, _contact_grid(grid)) if contact else (LOOP, _loop_grid(grid))
     found = {tuple(knobs.items()): knobs for knobs in ({**usual, **some} for some in turned)}
-    return tuple(
-        Rule(_name(one, usual), one["stabilisation"] in STEP_CONSTANTS, texts_of(one), partial(_settings, one))
-        for one in found.values()
-    )
+    return tuple(Rule(_name(one, usual), partial(_settings, one)) for one in found.values())
 
 
 def time_constant(text: str, machine: Machine, steps_per_revolution: int) -> float:
@@ -111,12 +108,8 @@ def _loop_grid(grid: Grid) -> Sequence[Knobs]:
         return bases
     integrators = ("Euler", "implicitfast", "RK4")
     constants: list[str] = [STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"]
-    regularisations = ["stock", "stiff", "hardened 1e-9"]
     hardened = ["hardened 1e-3", "hardened 1e-6", "hardened 1e-12"]
-    if grid == "fine":
-        constants += ["4 h", "T/1000", "T/30", "T/3"]
-        regularisations += hardened
-    every = product(integrators, constants, regularisations)
+    every = product(integrators, constants, ["stock", "stiff", "hardened 1e-9"])
     found: list[Knobs] = [*bases, *(dict(zip(SOFTNESS, knobs, strict=True)) for knobs in every)]
     counts = {"PGS": (10, 100), "CG": (10, 100), "Newton": (1, 3)}
     for base in bases:
@@ -137,7 +130,7 @@ def _contact_grid(grid: Grid) -> Sequence[Knobs]:
     ]
     if grid == "coarse":
         return presets
-    constants = (STOCK_CONSTANT, "2 h", "4 h", "T/1000") + (("8 h", "T/100") if grid == "fine" else ())
+    constants = (STOCK_CONSTANT, "2 h", "4 h", "T/1000")
     every = product(("Euler", "implicitfast", "RK4"), constants, CONTACT_IMPEDANCES)
     found = [dict(zip(("integrator", "stabilisation", "impedance"), knobs, strict=True)) for knobs in every]
     solvers: list[Knobs] = [{"solver": s, "iterations": k} for s, k in (("PGS", 10), ("CG", 10), ("Newton", 1))]

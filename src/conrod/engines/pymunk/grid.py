@@ -11,7 +11,7 @@ from typing import Any
 from conrod.engines.engine import Machine, as_preset, with_fields
 from conrod.engines.massless_rod import BODY, DISTANCE_JOINT, ROD_FORMS
 from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
-from conrod.engines.variants import Grid, Rule, texts_of
+from conrod.engines.variants import Grid, Rule
 
 # Share of an error that is left after a second: Chipmunk's default, the same for a machine ten times as fast, none.
 BIASES = {"stock": STOCK_BIAS, "stock^10": STOCK_BIAS**10, "0": 0.0}
@@ -57,7 +57,7 @@ def _joint_rule(knobs: JointKnobs) -> Rule:
     words = [f"error_bias {knobs.error_bias}", _iterations(knobs.iterations)]
     name = ", ".join(words + ([f"rod as {knobs.rod}"] if knobs.rod != BODY else []))
     # Without a bias a joint is mended whole at every step, so its softness is the step's; a bias is per second.
-    return Rule(name, knobs.error_bias == "0", texts_of(vars(knobs)), settings)
+    return Rule(name, settings)
 
 
 def _contact_rule(knobs: ContactKnobs) -> Rule:
@@ -70,7 +70,7 @@ def _contact_rule(knobs: ContactKnobs) -> Rule:
     slop = {AS_TUNED: "slop half a fall a step", "stock": "slop 0.1 m", "0": "slop 0"}[knobs.slop]
     words = [slop, f"collision_bias {knobs.bias}", _iterations(knobs.iterations)]
     name = ", ".join(words + ([f"{knobs.vertices} vertices"] if knobs.vertices != ContactKnobs.vertices else []))
-    return Rule(name, knobs.bias == "0" and knobs.slop != "stock", texts_of(vars(knobs)), settings)
+    return Rule(name, settings)
 
 
 def _settings(machine: Machine, steps_per_revolution: int, iterations: str, fields: dict[str, Any]) -> PymunkSettings:
@@ -85,7 +85,7 @@ def _joint_grid(grid: Grid) -> Sequence[JointKnobs]:
     presets = (JointKnobs(), JointKnobs(AS_TUNED, "0"))
     if grid == "coarse":
         return presets
-    counts = ("1", "3", "10", "30", "100", AS_TUNED) + (("300", "1000") if grid == "fine" else ())
+    counts = ("1", "3", "10", "30", "100", AS_TUNED)
     found = [JointKnobs(*knobs) for knobs in product(counts, BIASES, ROD_FORMS)]
     return [*presets, *found]
 
@@ -95,7 +95,7 @@ def _contact_grid(grid: Grid) -> Sequence[ContactKnobs]:
     presets = (ContactKnobs("stock", "stock", "10"), tuned, *(replace(tuned, vertices=n) for n in (250, 1000)))
     if grid == "coarse":
         return presets
-    counts = ("1", "10", AS_TUNED) + (("100",) if grid == "fine" else ())
+    counts = ("1", "10", AS_TUNED)
     found = [ContactKnobs(*knobs) for knobs in product(("stock", "0", AS_TUNED), ("stock", "0"), counts)]
     return [*presets, *found]
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Parts of the figure's width and height from its upper left corner, and the words; what is to be copied in more lines.
+# Parts of the figure's width and height from its upper left corner, and the words.
 Spot = tuple[float, float, str]
 
 

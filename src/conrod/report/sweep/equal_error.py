@@ -9,7 +9,7 @@ from itertools import groupby
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.points import tolerance, within_all
-from conrod.report.sweep.tables import span_words
+from conrod.report.sweep.tables import order_words, span_words
 from conrod.report.table import Table, table
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
@@ -104,12 +104,8 @@ def _rows(study: SweepStudy) -> Iterator[list[str]]:
 
 def _order(rule: SweptRule, usual: SweptPoint, quantity: str) -> str:
     """The order that is claimed; `exact` where the run at the usual steps is off by rounding alone."""
-    found, error = rule.orders[quantity], usual.error(quantity)
-    if error is not None and error < numbers.ROUNDING:
-        return "exact"
-    if found.claimed is None:
-        return "-" if found.plateau is None else f"plateau {numbers.measured(found.plateau)}"
-    return numbers.order(found.claimed)
+    error = usual.error(quantity)
+    return "exact" if error is not None and error < numbers.ROUNDING else order_words(rule.orders[quantity])
 
 
 def _cost(study: SweepStudy, points: Sequence[SweptPoint], bar: float) -> str:

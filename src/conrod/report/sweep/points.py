@@ -6,10 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from conrod.report import numbers
-from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
-
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9)
 
 
 @dataclass(frozen=True)
@@ -37,17 +34,6 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
             runs = {p.key: p for p in of_engine if p.preset == preset}.values()
             curves.append(Curve(engine, preset, tuple(sorted(runs, key=lambda p: p.steps_per_revolution))))
     return tuple(curves)
-
-
-def front_points(study: SweepStudy) -> list[tuple[SweptPoint, dict[str, None]]]:
-    """Points on the front of their engine, cheapest first within it, each with the quantities that it is so for."""
-    named: dict[str, tuple[SweptPoint, dict[str, None]]] = {}
-    for quantity in QUANTITIES:
-        for engine in study.engines:
-            for point in study.front(quantity, engine):
-                named.setdefault(point.label, (point, {}))[1][quantity] = None
-    order = list(study.engines)
-    return sorted(named.values(), key=lambda entry: (order.index(entry[0].engine), entry[0].cost or 0.0))
 
 
 def within_all(points: Iterable[SweptPoint], allowed: Mapping[str, float]) -> list[SweptPoint]:

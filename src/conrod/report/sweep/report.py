@@ -20,8 +20,6 @@ from conrod.report.template import rendered
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
-FEW_TOLERANCES = (1e-3, 1e-6, 1e-9)
-
 
 def _page(part: Part[SweepStudy]) -> Page:
     study, diagram = part.findings, _diagram(part.findings)
@@ -31,6 +29,7 @@ def _page(part: Part[SweepStudy]) -> Page:
         equal_error=equal_error,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
         findings=tables.findings(study),
+        ends=tables.end_words(study),
         diagram=diagram,
         tables=tables,
         command=part.command,
@@ -49,30 +48,30 @@ def _diagram(study: SweepStudy) -> Figure | None:
 
 
 def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
-    """What each timed point of the diagram is, and in further lines its settings to paste."""
+    """What each timed point of the diagram is."""
     diagram, share = _diagram(study), 1.0 / study.period if study.grid == PRESETS else 1.0
     if diagram is None:
         return {}
     figure, points = work_precision_figure(study), timed_points(study)
     found = []
     for axes, quantity in zip(figure.axes, QUANTITIES, strict=True):
-        places = [(share * (p.cost or 0.0), p.error(quantity) or 0.0, _words(study, p)) for p in points]
+        places = [(share * (p.cost or 0.0), p.error(quantity) or 0.0, _words(p)) for p in points]
         found += spots_in(figure, axes, places)
     return {diagram.name: found}
 
 
-def _words(study: SweepStudy, point: SweptPoint) -> str:
+def _words(point: SweptPoint) -> str:
     errors = ", ".join(f"{quantity} {numbers.measured(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
-        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution.\n{study.paste(point)}"
+        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution."
     )
 
 
 def _summary(study: SweepStudy) -> dict[str, Any]:
     return {
         "findings": tables.findings(study),
-        "cheapest": tables.cheapest_rows(study, "position", FEW_TOLERANCES),
+        "cheapest": tables.cheapest_rows(study, "position"),
         "engines": dict(study.engines),
         "machine": study.machine,
         "grid": study.grid,

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 from conrod.engines.engine import LINKAGE_STEPS
 from conrod.runs.convergence import ObservedOrder
-from conrod.studies.sweep.pasted import Text, filled
 
 COMPLETED = "completed"
 Item = TypeVar("Item")
@@ -42,8 +41,6 @@ class SweptPoint:
         cost: CPU time of a revolution [s], where the reference loop takes what it does in the median; None where it
             was not timed.
         ratio: the same in steps of the engine's fixed reference loop.
-        lines: that set this, as the number of a text of the study and the numbers in it; None where it was not timed,
-            and in reports of an earlier conrod.
     """
 
     label: str
@@ -57,7 +54,6 @@ class SweptPoint:
     errors: Mapping[str, float] | None
     cost: float | None
     ratio: float | None
-    lines: tuple[int, Text] | None = None
 
     @property
     def completed(self) -> bool:
@@ -74,15 +70,11 @@ class SweptRule:
     """Settings of one engine, the step apart, and how their errors fall with it.
 
     Attributes:
-        path: what is refined along its points: the step alone, or the step with softness.
-        knobs: every knob and where it stands.
         orders: by quantity.
     """
 
     engine: str
     name: str
-    path: str
-    knobs: Mapping[str, str]
     orders: Mapping[str, ObservedOrder]
 
 
@@ -100,7 +92,6 @@ class SweepStudy:
         lengths: L of each observed point [m]; empty in reports of an earlier conrod.
         usual_steps: per revolution, that `conrod validate` takes where nothing else is asked for.
         reference_spread: engine -> slowest over fastest of the timings of its reference loop.
-        texts: of settings as lines to paste, without the numbers that points have of their own.
     """
 
     name: str
@@ -117,7 +108,6 @@ class SweepStudy:
     lengths: Mapping[str, float] = field(default_factory=dict)
     usual_steps: int = LINKAGE_STEPS
     reference_spread: Mapping[str, float] = field(default_factory=dict)
-    texts: tuple[Text, ...] = ()
 
     @property
     def period(self) -> float:
@@ -128,10 +118,6 @@ class SweepStudy:
         """Points that no other one beats in both cost and error, cheapest first."""
         drawn = [p for p in self.points if p.completed and p.cost is not None and engine in (None, p.engine)]
         return pareto_front(drawn, lambda p: (p.cost or 0.0, p.error(quantity) or 0.0))
-
-    def paste(self, point: SweptPoint) -> str:
-        """A point's settings as lines for a model or a program; empty where they are not known."""
-        return "" if point.lines is None else filled(self.texts[point.lines[0]], point.lines[1])
 
     def points_of(self, rule: SweptRule) -> list[SweptPoint]:
         """The points of a rule, at increasing numbers of steps."""

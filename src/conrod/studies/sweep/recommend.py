@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.engines.capabilities import Lacking, Timed, capability
-from conrod.engines.engine import STOCK, shortened
+from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
+from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.runs.trajectory import Settings
@@ -15,18 +15,15 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.pasted import paste_of
 from conrod.studies.sweep.prior import Swept, guesses
-from conrod.studies.sweep.savings import Savings, savings_of
-from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow, run_at
+from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow
 from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan
 
 LARGEST_TOLERANCE = 1e6
 SMALLEST_TOLERANCE = 1e-15
-ROUNDS = 6  # of a quick search
+ROUNDS = 6
 WAVE, WAVES = 6, 3  # rules tried at once, and how often, where some should do
 FORLORN = 3  # and where none should
-STOCK_STEPS = (20, 40, 100, 200, 400, 1000, 2000, 20000)  # that a quick search compares with
 MOST_FINER = 3  # steps that one rule is tried at after a rejection
 # Runs that the grid does not contain.
 OTHER_START = math.radians(37.0)
@@ -65,7 +62,6 @@ class Recommendation:
     timing: Timing
     confirmations: tuple[Confirmation, ...]
     rejected: tuple[Rejected, ...]
-    savings: Savings
     pasted: Settings
     paste: str
     how: str
@@ -108,53 +104,34 @@ def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]
     return given
 
 
-def recommend_for(
-    plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept] | None = None
-) -> list[Study[Answer]]:
+def recommend_for(plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept]) -> list[Study[Answer]]:
     """For each engine of the plan a study that finds its cheapest confirmed setting, or what is nearest.
 
     Args:
         plan: of the sweep of one scene.
         allowed: largest error by quantity.
         time: takes costs.
-        prior: errors and costs of other sweeps, which then say what is tried; None to run the whole grid.
+        prior: errors and costs of other sweeps, which say what is tried.
     """
     engines = dict.fromkeys(rule.engine.name for rule in plan.rules)
     of_engines = [[rule for rule in plan.rules if rule.engine.name == name] for name in engines]
-    return [
-        _thorough(rules, allowed, time) if prior is None else _quick(rules, plan.scene, allowed, time, prior)
-        for rules in of_engines
-    ]
+    return [_searched(rules, plan.scene, allowed, time, prior) for rules in of_engines]
 
 
-def _thorough(rules: Sequence[RulePlan], allowed: Tolerances, time: Clock) -> Study[Answer]:
-    cases = {case.key: case for rule in rules for case in rule.cases}
-    measured = yield list(cases.values())
-    searches = [StepSearch(rule, [Choice(measured[case.key], rule, case) for case in rule.cases]) for rule in rules]
-    yield from follow(searches, allowed, rounds=1)
-    stock = [one for search in searches for one in search.tried if one.case.settings.preset == STOCK]
-    return (yield from _answer(searches, stock, allowed, time, f"by all {len(cases)} runs of the grid"))
-
-
-def _quick(
+def _searched(
     rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept]
 ) -> Study[Answer]:
     """Waves of the rules that are cheapest by the prior, until one of a wave qualifies."""
     ranked = guesses(rules, scene, allowed, prior)
     hopeful = [guess for guess in ranked if math.isfinite(guess.cost)][: WAVES * WAVE] or ranked[:FORLORN]
     machines = " and ".join(dict.fromkeys(guess.machine for guess in hopeful if guess.machine)) or "no machine like it"
-    every = len({case.key for rule in rules for case in rule.cases})
-    stock = [StepSearch(rule, []) for rule in rules if rule.cases[0].settings.preset == STOCK]
     answer: Answer | None = None
     done = list[StepSearch]()
     for first in range(0, len(hopeful), WAVE):
         done += (wave := [StepSearch(g.rule, [], g.steps, g.order) for g in hopeful[first : first + WAVE]])
         yield from follow(wave, allowed, rounds=ROUNDS)
-        if any(search.within(allowed) for search in wave) and not any(search.tried for search in stock):
-            yield from run_at([(search, n) for search in stock for n in STOCK_STEPS])
-        count = sum(len(search.tried) for search in (*done, *stock))
-        how = f"from the shipped sweeps of {machines}, by {count} runs; --thorough makes {every}"
-        answer = yield from _answer(wave, [one for search in stock for one in search.tried], allowed, time, how, answer)
+        how = f"from the shipped sweeps of {machines}, by {sum(len(search.tried) for search in done)} runs"
+        answer = yield from _answer(wave, allowed, time, how, answer)
         if isinstance(answer, Recommendation):
             return answer
     assert answer is not None
@@ -162,12 +139,7 @@ def _quick(
 
 
 def _answer(
-    searches: Sequence[StepSearch],
-    stock: Sequence[Choice],
-    allowed: Tolerances,
-    time: Clock,
-    how: str,
-    before: Answer | None = None,
+    searches: Sequence[StepSearch], allowed: Tolerances, time: Clock, how: str, before: Answer | None
 ) -> Study[Answer]:
     """The cheapest of the searches that runs elsewhere confirm, or a refusal, with that of a wave before."""
     found = [(search, one) for search in searches for one in search.within(allowed)[:1]]
@@ -180,7 +152,17 @@ def _answer(
         confirmations = yield from _confirmed(candidate)
         lost = tuple(one for one in confirmations if one.excess(allowed) > 1.0)
         if not lost:
-            return _recommendation(candidate, stock, allowed, time, confirmations, tuple(rejected), how)
+            pasted = shortened(candidate.case.scene, candidate.case.settings)
+            return Recommendation(
+                choice=candidate,
+                margin=1.0 / max(candidate.excess(allowed), 1e-300),
+                timing=timings[candidate.case.key],
+                confirmations=confirmations,
+                rejected=tuple(rejected),
+                pasted=pasted,
+                paste=_paste(candidate, pasted),
+                how=how,
+            )
         rejected.append(Rejected(candidate, lost))
         if sum(one.choice.swept is search.rule for one in rejected) <= MOST_FINER:
             finer = yield from finer_than(search, candidate, max(one.excess(allowed) for one in lost), allowed)
@@ -225,43 +207,7 @@ def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunC
         yield what, RunCase(case.name, scene, swept.rule.settings(scene, case.settings.steps_per_revolution))
 
 
-# -- results ---------------------------------------------------------------------------------------------------------
-
-
-def _recommendation(
-    choice: Choice,
-    stock: Sequence[Choice],
-    allowed: Tolerances,
-    time: Clock,
-    confirmations: tuple[Confirmation, ...],
-    rejected: tuple[Rejected, ...],
-    how: str,
-) -> Recommendation:
-    stock = [one for one in stock if one.measurement.errors]
-    timings = _timings(choice, stock, allowed, time)
-    pasted = shortened(choice.case.scene, choice.case.settings)
-    return Recommendation(
-        choice=choice,
-        margin=1.0 / max(choice.excess(allowed), 1e-300),
-        timing=timings[choice.case.key],
-        confirmations=confirmations,
-        rejected=rejected,
-        savings=savings_of(choice, stock, timings, allowed),
-        pasted=pasted,
-        paste=paste_of(choice.swept.engine, choice.case.scene, pasted),
-        how=how,
-    )
-
-
-def _timings(choice: Choice, stock: Sequence[Choice], allowed: Tolerances, time: Clock) -> dict[str, Timing]:
-    """Timings of a setting and of stock runs, the finest left out where `savings_of` can do without it.
-
-    To time it takes longest. It is needed where nothing coarser is within the tolerances, or as dear as the setting.
-    """
-    *coarser, finest = sorted(stock, key=lambda one: one.steps) or [choice]
-    found = dict(time([*(one.case for one in coarser), choice.case]))
-    dearest = max((found[one.case.key].ratio for one in coarser if one.case.key in found), default=0.0)
-    first = min((one.steps for one in stock if one.excess(allowed) <= 1.0), default=0)
-    if stock and (dearest < found[choice.case.key].ratio or first == finest.steps):
-        found |= time([finest.case])
-    return found
+def _paste(candidate: Choice, settings: Settings) -> str:
+    """Settings as lines for a model or a program; the reason where the engine gives none."""
+    can = capability(candidate.swept.engine, Pasted)
+    return f"# {can.reason}" if isinstance(can, Lacking) else can.paste(candidate.case.scene, settings)

@@ -19,7 +19,6 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule
-from conrod.studies.sweep.pasted import Text, paste_of, shared
 
 NEEDED: tuple[type[Any], ...] = (Swept, Timed)
 
@@ -110,13 +109,6 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
     references: dict[str, list[float]] = {engine: [] for engine in engines}
     for rule, case in ((one, case) for one in plan.rules for case in one.runs if case.key in timings):
         references[rule.engine.name].append(timings[case.key].reference_seconds)
-    timed = {
-        case.key: paste_of(rule.engine, plan.scene, case.settings)
-        for rule in plan.rules
-        for case in rule.runs
-        if case.key in timings
-    }
-    texts, values = shared(list(timed.values()))
     medians = {engine: median(seconds) for engine, seconds in references.items() if seconds}
     return SweepStudy(
         name=plan.name,
@@ -133,16 +125,13 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
             SweptRule(
                 engine=rule.engine.name,
                 name=rule.rule.name,
-                path="step with softness" if rule.rule.softness_follows_step else "step alone",
-                knobs=rule.rule.knobs,
                 orders=orders_along(rule.cases, measurements),
             )
             for rule in plan.rules
         ),
-        points=tuple(_points(plan, measurements, timings, medians, dict(zip(timed, values, strict=True)))),
+        points=tuple(_points(plan, measurements, timings, medians)),
         lengths=dict(plan.scene.lengths),
         usual_steps=default_steps(plan.scene),
-        texts=texts,
     )
 
 
@@ -172,7 +161,6 @@ def _points(
     measurements: Results,
     timings: Timings,
     references: Mapping[str, float],
-    lines: Mapping[str, tuple[int, Text]],
 ) -> Iterator[SweptPoint]:
     """All points; a cost is that at the usual speed of the reference loop, whatever else the machine was doing."""
     counts = Counter[str]()
@@ -191,5 +179,4 @@ def _points(
             errors=None if found.errors is None else {q: found.largest(q) or 0.0 for q in QUANTITIES},
             cost=None if timing is None else timing.ratio * references[engine],
             ratio=None if timing is None else timing.ratio,
-            lines=lines.get(case.key),
         )

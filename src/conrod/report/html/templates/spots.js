@@ -1,5 +1,4 @@
-// Figures that say of a place what is there: the nearest to the pointer, until a click holds it, or by a slider. The
-// first line of a text is said, and what follows stands below the figure, to be copied.
+// Figures that say of a place what is there: the nearest to the pointer, until a click holds it, or by a slider.
 const SVG = "http://www.w3.org/2000/svg";
 
 async function unpacked(text) {
@@ -12,15 +11,12 @@ for (const root of document.querySelectorAll(".spots")) {
   const svg = root.querySelector("svg");
   const { width, height } = svg.viewBox.baseVal, ring = document.createElementNS(SVG, "circle");
   const label = document.createElement("label"), slider = document.createElement("input");
-  const said = document.createElement("output"), lines = document.createElement("pre");
+  const said = document.createElement("output");
   let held = false;
   Object.assign(slider, { type: "range", min: 0, max: texts.length - 1, value: 0 });
   label.append("Point ", slider);
   said.textContent = "Point at a place of the figure, or move the slider.";
-  Object.assign(lines, { className: "lines", tabIndex: 0, hidden: true });
-  lines.setAttribute("aria-label", "Settings to paste");
   root.prepend(label, said);
-  root.append(lines);
 
   function show(k) {
     ring.setAttribute("cx", across[k] * width);
@@ -29,11 +25,8 @@ for (const root of document.querySelectorAll(".spots")) {
     ring.setAttribute("class", "ring");
     svg.append(ring);
     slider.value = k;
-    const [first, ...more] = texts[k].split("\n");
-    slider.setAttribute("aria-valuetext", first);
-    said.textContent = first;
-    lines.textContent = more.join("\n");
-    lines.hidden = !lines.textContent;
+    slider.setAttribute("aria-valuetext", texts[k]);
+    said.textContent = texts[k];
   }
 
   function showNearest(event) {
