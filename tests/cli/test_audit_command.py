@@ -53,7 +53,7 @@ def test_the_example_of_the_documentation_gives_what_it_says(here: Path) -> None
     assert (result.exit_code, result.output) == (0, told)
     # Negative control: with the digits put right nothing is told.
     written(here, table.replace("-146.1", "-164.1"), "velocities.csv")
-    assert "misprint (" not in run("velocities.csv").output
+    assert "should be" not in run("velocities.csv").output
 
 
 def test_every_column_of_the_documentation_is_one_and_the_other_way_round() -> None:
@@ -121,7 +121,6 @@ def test_files_that_are_no_tables_are_refused(here: Path) -> None:
     assert "it is a folder, not a file" in refusal(str(here))
     (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
     assert "no text in UTF-8" in refusal("bytes.csv")
-    assert "unknown column 'scnee'" in refusal(written(here, "# scnee: shear-press\n" + HEADING + GOOD))
     assert "is taken" in refusal(written(here, HEADING + GOOD), written(here / "again", HEADING + GOOD))
     written(here, HEADING + GOOD, "README.csv")
     assert "is taken" in refusal("README.csv")

@@ -18,7 +18,6 @@ GOOD = (Judgement.AGREES, Judgement.AFTER_ROUNDING)
 # Wrong steps first, because other numbers follow from them.
 IMPORTANCE = (Judgement.WRONG_STEP, Judgement.MISPRINT)
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
-FIRST = 3  # corrections of each document on the index
 # Digits of an exact value beyond the printed ones, shown and saved; of a difference; significant ones of a share.
 SHOWN, SAVED, DIFFERENCE, OFF = 3, 6, 4, 4
 
@@ -143,12 +142,6 @@ def _causes_table(verdicts: Sequence[Verdict]) -> Table:
     return table(["cause", "items", "largest difference"], rows)
 
 
-def _open_table(verdicts: Sequence[Verdict]) -> Table:
-    found = [v for v in verdicts if v.kind is Judgement.NOT_REPRODUCIBLE]
-    rows = [[str(v.line), escaped(_what(v)), printed_text(v), escaped(v.reason)] for v in found]
-    return table(["line", "what", "printed", "what was tried"], rows)
-
-
 def _numbers_table(verdicts: Sequence[Verdict]) -> Table:
     head = ["line", "where", "quantity", "for", "unit", "printed", "exact", "difference", "verdict", "computation"]
     rows = [
@@ -194,7 +187,7 @@ def page_text(part: Part[Audited], section: str = "", formulas: Table | None = N
     return rendered(
         "printed-values", title=escaped(audited.title), document=escaped(audited.document), command=part.command,
         counts=counts_text(audited), corrections=_corrections_table(audited.verdicts),
-        causes=_causes_table(audited.verdicts), open=_open_table(audited.verdicts),
+        causes=_causes_table(audited.verdicts),
         notes=[escaped(note) for note in audited.notes], section=section, numbers=_numbers_table(audited.verdicts),
         formulas=formulas,
     )  # fmt: skip
@@ -202,14 +195,8 @@ def page_text(part: Part[Audited], section: str = "", formulas: Table | None = N
 
 def _index(index: Index[Audited]) -> Page:
     audits = {name: index.findings(name) for name in index.entries}
-    first = [
-        f"[{name}]({name}.md), line {_lines(group)}, {escaped(group[0].quantity)}: {printed_text(group[0])} should be "
-        f"{right_text(group[0])} ({group[0].kind.value})"
-        for name, audited in audits.items()
-        for group in corrections(audited.verdicts)[:FIRST]
-    ]
     counts = counts_table({f"[{escaped(one.title)}]({name}.md)": one for name, one in audits.items()})
-    return Page(rendered("printed-values-index", counts=counts, first=first, origin=index.origin))
+    return Page(rendered("printed-values-index", counts=counts, origin=index.origin))
 
 
 def _summary(audited: Audited) -> dict[str, Any]:

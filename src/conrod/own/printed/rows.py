@@ -6,10 +6,8 @@ The format is described in docs/audit.md. Nothing in a table is executed; a path
 from __future__ import annotations
 
 import csv
-import math
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 
@@ -22,15 +20,12 @@ from conrod.own.printed.judging import DIGITS, Item, Number
 from conrod.scenes import Scene
 
 NEEDED = ("scene", "quantity", "angle_deg", "printed", "unit")
-OPTIONAL = ("parameters", "document", "table", "row", "equation", "place", "line")
+OPTIONAL = ("parameters", "place")
 COLUMNS = (*NEEDED, *OPTIONAL)
 UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 AXES = ("x", "y", "size")
 MINUS = "\u2212"  # as typeset text has it
-LARGEST_TABLE = 10_000  # rows
 LARGEST_ANGLE = 36_000.0  # [deg], a hundred turns
-# A line at the top, "# scene: shear-press", gives a column's value for rows that have none of their own.
-SETTING = re.compile(r"#\s*([a-z_]+)\s*:(.*)")
 
 
 @dataclass(frozen=True)
@@ -40,7 +35,6 @@ class Row:
     Attributes:
         number: of its line in the file.
         factor: turns SI into the printed unit.
-        exact: the exact value at its angle, in the printed unit.
     """
 
     number: int
@@ -51,17 +45,12 @@ class Row:
     axis: str
     degrees: float
     factor: float
-    exact: float = math.nan
-
-    @property
-    def machine(self) -> tuple[str, str]:
-        """Name and parameters of the machine."""
-        return self.item.mechanism, self.scene.parameters_text
 
     @property
     def group(self) -> tuple[object, ...]:
         """Properties that rows share of which one cause can be behind all."""
-        return (self.machine, self.point, self.derivative, self.axis, self.item.unit)
+        machine = self.item.mechanism, self.scene.parameters_text
+        return (machine, self.point, self.derivative, self.axis, self.item.unit)
 
 
 def values(rows: Sequence[Row], angles: Array) -> Array:
@@ -79,96 +68,59 @@ def values(rows: Sequence[Row], angles: Array) -> Array:
     return np.asarray(found * np.array([row.factor for row in rows]))
 
 
-def grouped(rows: Sequence[Row], key: Callable[[Row], tuple[object, ...]]) -> list[list[Row]]:
-    """Rows that share something, in the order of their first ones."""
+def grouped(rows: Sequence[Row]) -> list[list[Row]]:
+    """Rows of one quantity together, in the order of their first ones."""
     groups: dict[tuple[object, ...], list[Row]] = {}
     for row in rows:
-        groups.setdefault(key(row), []).append(row)
+        groups.setdefault(row.group, []).append(row)
     return list(groups.values())
 
 
-def read_rows(name: str, text: str, scene_of: Callable[[str], Scene]) -> list[Row]:
+def read_rows(text: str, scene_of: Callable[[str], Scene], name: str) -> list[Row]:
     """All rows of a table.
 
     Args:
-        name: what the table is called in errors.
+        text: of the table.
         scene_of: finds the machine that a row names.
+        name: of the table.
 
     Raises:
         InvalidInput: the table or a row cannot be used; names the row, the field and what is wanted.
     """
     try:
         rows = list(_rows(name, text.lstrip("\ufeff").splitlines(), cache(scene_of)))
-        if not rows:
-            raise InvalidInput("no rows below the heading")
-        return sorted(
-            (row for group in grouped(rows, lambda row: row.group) for row in _solved(group)),
-            key=lambda row: row.number,
-        )
     except csv.Error as error:
-        raise InvalidInput(f"{name}: not a table in CSV ({error})") from None
-    except InvalidInput as error:
-        raise InvalidInput(f"{name}: {error}") from None
+        raise InvalidInput(f"not a table in CSV ({error})") from None
+    if not rows:
+        raise InvalidInput("no rows below the heading")
+    return rows
 
 
 def _rows(name: str, lines: Sequence[str], scene_of: Callable[[str], Scene]) -> Iterator[Row]:
-    settings, first = _settings(lines)
-    for count, (number, fields) in enumerate(_fields(lines, first, settings)):
-        if count == LARGEST_TABLE:
-            raise InvalidInput(f"more than {LARGEST_TABLE} rows")
+    for number, fields in _fields(lines):
         try:
             yield _row(name, number, fields, scene_of)
         except InvalidInput as error:
             raise InvalidInput(f"row {number}: {error}") from None
 
 
-def _solved(group: Sequence[Row]) -> Iterator[Row]:
-    """Rows of one group with their exact values, all worked out together."""
-    for row, exact in zip(group, values(group, np.radians([row.degrees for row in group])), strict=True):
-        if math.isnan(exact):
-            first, last = np.degrees(row.scene.mechanism().driver.span or (0.0, 0.0))
-            given = f"row {row.number}: angle_deg = {row.degrees:g}"
-            raise InvalidInput(f"{given}: {row.item.mechanism} is driven from {first:g} to {last:g} deg")
-        yield replace(row, exact=float(exact))
-
-
-def _settings(lines: Sequence[str]) -> tuple[dict[str, str], int]:
-    """Values for all rows from the lines at the top that begin with #, and how many lines those are."""
-    settings: dict[str, str] = {}
-    for count, line in enumerate(lines):
-        if not line.startswith("#") and line.strip():
-            return settings, count
-        if found := SETTING.fullmatch(line.strip()):
-            if found.group(1) not in COLUMNS:
-                raise InvalidInput(f"row {count + 1}: {unknown_choice('column', found.group(1), COLUMNS)}")
-            settings[found.group(1)] = found.group(2).strip()
-    return settings, len(lines)
-
-
-def _fields(lines: Sequence[str], first: int, settings: Mapping[str, str]) -> Iterator[tuple[int, dict[str, str]]]:
+def _fields(lines: Sequence[str]) -> Iterator[tuple[int, dict[str, str]]]:
     """Number of the line and values by column of each row that is not empty."""
     # Where decimals have the comma, fields are apart by semicolons or tabs.
-    heading = lines[first] if first < len(lines) else ""
-    reader = csv.DictReader(lines[first:], delimiter=max(",;\t", key=heading.count))
+    heading = lines[0] if lines else ""
+    reader = csv.DictReader(lines, delimiter=max(",;\t", key=heading.count))
     names = reader.fieldnames or ()
     for column in names:
         # A remark of one's own may have a column; a slip of the pen in a name would be passed over in silence.
         if column not in COLUMNS and get_close_matches(column.casefold(), COLUMNS):
             raise unknown_choice("column", column, COLUMNS)
-        if list(names).count(column) > 1:
-            raise InvalidInput(f"column {column!r} stands there twice")
     for column in NEEDED:
-        if column not in names and column not in settings:
-            raise InvalidInput(
-                f"no column {column!r}; give {', '.join(NEEDED)} (and {', '.join(OPTIONAL)}), as a column or in a line "
-                f"'# {column}: value' above the heading"
-            )
+        if column not in names:
+            raise InvalidInput(f"no column {column!r}; give {', '.join(NEEDED)} (and {', '.join(OPTIONAL)})")
     for fields in reader:
-        number = first + reader.line_num
         if None in fields:
-            raise InvalidInput(f"row {number}: more fields than the heading; put one with a comma in quotes")
-        own = {column: (value or "").strip() for column, value in fields.items()}
-        yield number, own | {column: value for column, value in settings.items() if not own.get(column)}
+            raise InvalidInput(f"row {reader.line_num}: more fields than the heading; put one with a comma in quotes")
+        yield reader.line_num, {column: (value or "").strip() for column, value in fields.items()}
 
 
 def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene]) -> Row:
@@ -180,13 +132,11 @@ def _row(name: str, number: int, fields: Mapping[str, str], scene_of: Callable[[
     angle, unit = fields["angle_deg"], fields["unit"]
     degrees = parse_quantity("angle_deg", angle.replace(",", ".") if DIGITS.fullmatch(angle) else angle, "")
     check_number("angle_deg", degrees, -LARGEST_ANGLE, LARGEST_ANGLE, "deg")
-    line = fields.get("line", "") or str(number)
-    if not (line.isascii() and line.isdecimal() and len(line) < 10):
-        raise InvalidInput(f"line = {line!r} is not a line number")
-    named = [f"{column} {fields[column]}" for column in ("table", "row", "equation") if fields.get(column)]
-    place = ", ".join(filter(None, [fields.get("place", ""), *named]))
-    document, printed = fields.get("document", "") or name, Number(fields["printed"].replace(MINUS, "-"))
-    item = Item(document, "", place, int(line), fields["quantity"], f"{degrees:g} deg", printed, unit, fields["scene"])
+    printed = Number(fields["printed"].replace(MINUS, "-"))
+    item = Item(
+        document=name, key="", place=fields.get("place", ""), line=number, quantity=fields["quantity"],
+        condition=f"{degrees:g} deg", number=printed, unit=unit, mechanism=fields["scene"],
+    )  # fmt: skip
     return Row(number, item, scene, point, derivative, axis, degrees, _factor(unit, derivative))
 
 
