@@ -9,26 +9,21 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from drawn_texts import dimensions_on_plates, overlaps
+from drawn_texts import overlaps
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from conrod.engines.cam_polygon import convex_hull
 from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.drawing import label_placement
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
-from conrod.report.drawing.label_placement import LabelPlacement
 from conrod.report.drawing.links import link_shape
 from conrod.report.drawing.view import Slide, slide_of, ways
 from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import catalogue_scene
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
-CROWDED = ("geneva", "jansen-leg", "planetary-gear", "rack-and-wheel", "six-bar", "two-slider-linkage", "web-cutter")
-
-PLATES = ("double-rocker", "jansen-leg", "one-cylinder-engine", "parallelogram", "six-bar", "web-cutter")
+CROWDED = ("geneva", "jansen-leg", "planetary-gear", "peaucellier", "six-bar", "two-slider-linkage")
 
 
 def place(x: float, y: float) -> np.ndarray:
@@ -85,7 +80,7 @@ def test_the_pin_in_the_slot_of_a_geneva_wheel_goes_along_it_and_never_aside() -
 # -- texts -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [*CROWDED[:4], *(pytest.param(name, marks=pytest.mark.slow) for name in CROWDED[4:])])
+@pytest.mark.parametrize("name", [*CROWDED[:2], *(pytest.param(name, marks=pytest.mark.slow) for name in CROWDED[2:])])
 def test_texts_of_a_drawing_stand_clear_of_each_other(name: str) -> None:
     assert overlaps(figure(name)) == []
 
@@ -94,47 +89,10 @@ def test_texts_over_each_other_are_told() -> None:
     # Negative control of the look at overlaps.
     with drawing_style():
         drawn = mechanism_figure(catalogue_scene("geneva"))
-        at = drawn.axes[0].texts[0].xy  # type: ignore[attr-defined]
+        at = drawn.axes[0].texts[0].get_position()
         parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
         parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
     assert ("one", "other") in overlaps(drawn)
-
-
-def test_what_lies_far_off_costs_a_label_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A chain of forty four-bars took minutes to draw: every wish was weighed against every text, one by one."""
-    weighed, overlap = [], label_placement._overlap
-
-    def counted(outlines: np.ndarray, others: np.ndarray) -> np.ndarray:
-        weighed.append(len(outlines) * len(others))
-        return overlap(outlines, others)
-
-    monkeypatch.setattr(label_placement, "_overlap", counted)
-    labels = LabelPlacement(1.0)
-    for k in range(100):
-        labels.draw(place(100.0 + k, 100.0) + np.eye(2))
-        labels.mark(place(100.0 + k, 0.0), 1.0)
-    labels.mark(place(0.0, 0.0), 1.0)
-    beam = place(-5.0, 9.0), place(5.0, 9.0)
-    near, clear = (labels.box(place(0.0, y), "near", 1.0) for y in (1.0, 9.0))
-    assert labels.best([(near, ()), (clear, ())]) == 1
-    assert sum(weighed) == 2
-    # Negative control: all that is near is weighed, lines that come with a wish too.
-    labels.mark(place(0.0, 9.0), 1.0)
-    assert labels.best([(near, ()), (clear, [np.array(beam)])]) == 0
-
-
-@pytest.mark.parametrize("name", PLATES)
-def test_no_dimension_lies_on_a_plate(name: str) -> None:
-    drawn = figure(name)
-    assert any(isinstance(patch, Polygon) for patch in drawn.axes[0].patches)
-    assert dimensions_on_plates(drawn) == []
-
-
-def test_a_dimension_on_a_plate_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Negative control: where plates are no obstacles, some dimensions lie on them.
-    monkeypatch.setattr(LabelPlacement, "cover", lambda placement, plate: None)
-    with drawing_style():
-        assert any(dimensions_on_plates(mechanism_figure(catalogue_scene(name))) for name in PLATES)
 
 
 @dataclass(frozen=True)
@@ -154,7 +112,7 @@ def test_a_machine_with_one_pass_is_drawn_within_it_and_off_its_middle() -> None
     assert np.degrees(telling_angle(scene)) == pytest.approx(22.5)
 
 
-@pytest.mark.parametrize("name", ["shear-press", "saw-40rpm"])
-def test_scenes_with_a_closed_form_are_drawn_as_they_were_laid_out(name: str) -> None:
+@pytest.mark.parametrize("name", ["cam-follower", "saw-40rpm"])
+def test_the_committed_drawings_are_what_the_code_draws(name: str) -> None:
     committed = (FIGURES / f"{name}-mechanism.svg").read_text(encoding="utf-8")
     assert mechanism_svg(SCENES[name]) == committed

@@ -6,31 +6,8 @@ from itertools import combinations
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
-
-from conrod.report.drawing import machine_parts as parts
-
-
-def dimensions_on_plates(drawn: Figure) -> list[str]:
-    """Dimensions whose letters lie on a plate of a link, tried with points along their middle lines."""
-    axes, renderer = drawn.axes[0], FigureCanvasAgg(drawn).get_renderer()  # type: ignore[no-untyped-call]
-    plates = [patch for patch in axes.patches if patch.get_facecolor()[:3] == to_rgb(parts.LINK)]
-    found = []
-    for text in (text for text in axes.texts if text.get_text().endswith(" mm")):
-        turned = np.radians(text.get_rotation())
-        text.set_rotation(0.0)
-        box = text.get_window_extent(renderer)
-        text.set_rotation(np.degrees(turned))
-        middle = np.array([0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1)])
-        along = np.outer(np.linspace(-0.48, 0.48, 60) * box.width, [np.cos(turned), np.sin(turned)])
-        if any(
-            plate.get_path().contains_points(axes.transData.inverted().transform(middle + along)).any()
-            for plate in plates
-        ):
-            found.append(text.get_text())
-    return found
 
 
 def overlaps(drawn: Figure, apart: float = 0.45) -> list[tuple[str, str]]:

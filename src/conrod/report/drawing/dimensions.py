@@ -3,134 +3,59 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.mechanism import (
-    GROUND,
-    CamContact,
-    Mechanism,
-    Point,
-    Pose,
-    Prismatic,
-    Rack,
-    Revolute,
-    Rolling,
-    pins_of,
-    to_world,
-)
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of
 from conrod.report import numbers
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.view import MM, View
 
 INK = "#8a2b2b"
-# Of the usual distance of a dimension line from its link; negative on the other side.
-DISTANCES = (1.0, -1.0, 1.8, -1.8, 2.6, -2.6)
-ALONG = (0.5, 0.35, 0.65)  # where a text may stand on its line
-DIRECTIONS = np.radians([0.0, 60.0, 120.0, 180.0, 240.0, 300.0])  # of a wheel's radius, from its usual one
+# Of a dimension line from its link, as shares of the drawing's size; negative on the right of the way along the link.
+ASIDE = (-0.07, 0.07, -0.13, 0.13, -0.19, 0.19)
+BESIDE_LINE = 0.03  # of a text from its dimension line
+DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))  # of a wheel's radius, from its usual one
+ALONG = np.array([0.5, 0.35, 0.65])  # an arc, where the arrow of its radius may end
 ONE_LOOP = 3  # moving links
-SYMMETRIC = 4  # arcs of a symmetric cam
-
-Poses = Mapping[str, Pose]
 
 
 @dataclass(frozen=True)
-class Length:
-    """A dimension line beside the line from `start` to `stop` [m]; `aside` of the drawing's size to its left.
+class Dimension:
+    """A dimension in one place.
 
-    Its second extension line begins at `stop_from`, where that is not `stop`; its text stands at `text_at` of the line.
+    Attributes:
+        arrow: from where to where (2, 2) [mm], with heads as `style` says.
+        at, turn: the text's centre (2,) [mm] and its angle [rad].
+        extensions: lines from what is measured to the arrow, each (2, 2) [mm].
     """
 
     text: str
-    start: Point
-    stop: Point
-    aside: float
-    stop_from: Point | None = None
-    text_at: float = 0.5
-
-    def wishes(self) -> list[Length]:
-        """The dimension in other places, the best first."""
-        return [replace(self, aside=d * self.aside, text_at=along) for d in DISTANCES for along in ALONG]
-
-    def lines(self, extent: float) -> list[Array]:
-        """The dimension line and its two extension lines [mm], each (2, 2)."""
-        start, stop = MM * np.array(self.start), MM * np.array(self.stop)
-        shift = self.aside * extent * _left(start, stop)
-        origin = stop if self.stop_from is None else MM * np.array(self.stop_from)
-        extensions = [np.array([seen_from, end + 1.15 * shift]) for end, seen_from in ((start, start), (stop, origin))]
-        return [np.array([start + shift, stop + shift]), *extensions]
-
-    def label(self, view: View) -> tuple[Array, float]:
-        """Centre of the text [mm], and its angle [deg]."""
-        start, stop = MM * np.array(self.start), MM * np.array(self.stop)
-        aside = (self.aside + math.copysign(0.03, self.aside)) * view.extent * _left(start, stop)
-        along = stop - start
-        return start + self.text_at * along + aside, _readable(math.degrees(math.atan2(along[1], along[0])))
+    arrow: Array
+    style: str
+    at: Array
+    turn: float
+    extensions: tuple[Array, ...] = ()
 
     def draw(self, view: View) -> None:
-        """The line with arrow heads, its extension lines and its text."""
-        line, *extensions = self.lines(view.extent)
-        for extension in extensions:
+        """The arrow, its extension lines and its text."""
+        for extension in self.extensions:
             view.axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
-        parts.arrow(view.axes, line[0], line[1], INK, "<|-|>", 0.8)
-        centre, turned = self.label(view)
-        parts.note(view.axes, centre, self.text, INK, turned)
-
-
-@dataclass(frozen=True)
-class Radius:
-    """An arrow from a centre [m] to its circle, in a direction [rad]; `text_at` of the radius from the centre."""
-
-    text: str
-    centre: Point
-    radius: float
-    direction: float
-    text_at: float = 0.55
-    turns: tuple[float, ...] = (0.0,)  # by which the direction may be another [rad]
-
-    def wishes(self) -> list[Radius]:
-        """The arrow in other directions, the best first."""
-        return [replace(self, direction=self.direction + turn) for turn in self.turns]
-
-    def lines(self, extent: float) -> list[Array]:
-        """The arrow [mm]; (2, 2)."""
-        centre = MM * np.array(self.centre)
-        return [np.array([centre, centre + MM * self.radius * parts.unit(self.direction)])]
-
-    def label(self, view: View) -> tuple[Array, float]:
-        """Centre of the text [mm], and its angle [deg]: level outside, where the text begins at its place."""
-        centre = MM * np.array(self.centre) + self.text_at * MM * self.radius * parts.unit(self.direction)
-        if self.text_at <= 1.0:
-            return centre, _readable(math.degrees(self.direction))
-        half = 0.5 * view.labels.width(f"  {self.text}", parts.TEXT["fontsize"])
-        return centre + np.array([math.copysign(half, math.cos(self.direction)), 0.0]), 0.0
-
-    def draw(self, view: View) -> None:
-        """The arrow from a marked centre and its text."""
-        ((centre, tip),) = self.lines(view.extent)
-        view.axes.plot(*centre, marker="+", color=INK, markersize=7, markeredgewidth=0.9, zorder=9)
-        parts.arrow(view.axes, centre, tip, INK, "-|>", 0.8)
-        at, turned = self.label(view)
-        parts.note(view.axes, at, self.text, INK, turned)
-
-
-Dimension = Length | Radius
+        parts.arrow(view.axes, self.arrow[0], self.arrow[1], INK, self.style, 0.8)
+        parts.note(view.axes, self.at, self.text, INK, math.degrees(self.turn))
 
 
 def draw_dimensions(view: View) -> None:
     """Lengths of links and offsets, and radii of cams and wheels, each where it has room."""
-    for dimension in dimensions(view.mechanism, view.poses):
-        if isinstance(dimension, Length) and MM * math.dist(dimension.start, dimension.stop) <= 1e-6 * view.extent:
-            continue
-        wishes: Sequence[Dimension] = dimension.wishes()
+    for wishes in dimensions(view):
         places = []
         for wish in wishes:
-            centre, turned = wish.label(view)
-            places.append((view.labels.box(centre, wish.text, parts.TEXT["fontsize"], turned), wish.lines(view.extent)))
+            box = view.labels.box(wish.at, wish.text, parts.TEXT["fontsize"], wish.turn)
+            places.append((box, (wish.arrow, *wish.extensions)))
         best = view.labels.best(places)
         box, lines = places[best]
         view.labels.take(box)
@@ -139,121 +64,108 @@ def draw_dimensions(view: View) -> None:
         wishes[best].draw(view)
 
 
-def dimensions(mechanism: Mechanism, poses: Poses) -> Iterator[Dimension]:
-    """Lengths of links between their pins, of the frame, offsets of slides, radii of cams and wheels."""
+def dimensions(view: View) -> Iterator[Sequence[Dimension]]:
+    """Lengths of links between their pins, of the frame, offsets of slides, radii of cams and wheels; by preference."""
+    mechanism = view.mechanism
     for body in mechanism.bodies:
-        yield from _link(body.name, mechanism, poses)
-    yield from _frame(mechanism)
-    wheels: dict[tuple[str, float], Radius] = {}
+        pins = [view.place(body.name, point) for point in dict.fromkeys(pins_of(mechanism, body.name))]
+        if len(pins) == 2:
+            yield _length(view, body.name, *pins)
+    fixed = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]
+    places = list(dict.fromkeys(joint.point_a if joint.a == GROUND else joint.point_b for joint in fixed))
+    if len(places) == 2 and len(mechanism.bodies) <= ONE_LOOP:
+        yield _length(view, "frame", *map(view.at, places))
+    radii: dict[str, Sequence[Dimension]] = {}
     for joint in mechanism.joints:
         match joint:
             case Prismatic() if joint.a == GROUND and not mechanism.cam_contacts:
-                yield from _offset(joint, mechanism, poses)
+                yield from _offset(view, joint)
             case CamContact():
-                yield from _cam(joint, poses)
-            case Rolling() | Rack():
-                # A wheel that rolls on two others has one radius.
-                wheels |= {(wheel.text, wheel.radius): wheel for wheel in _wheels(joint, poses)}
+                radii |= _cam(view, joint)
+            case Rolling():
+                radii |= _wheel(view, joint.a, joint.point_a, joint.radius_a)
+                radii |= _wheel(view, joint.b, joint.point_b, joint.radius_b)
+            case Rack():
+                radii |= _wheel(view, joint.a, joint.point_a, joint.radius)
             case _:
                 pass
-    yield from wheels.values()
+    # A wheel that rolls on two others, and a cam of two equal flanks, have each radius once.
+    yield from radii.values()
 
 
-def _link(name: str, mechanism: Mechanism, poses: Poses) -> Iterator[Length]:
-    """The length of a link with two pins."""
-    # Several links may share a pin.
-    held = list(dict.fromkeys(pins_of(mechanism, name)))
-    if len(held) == 1 and any(isinstance(joint, Prismatic) and joint.a == name for joint in mechanism.joints):
-        # Of what turns about one pin and guides a slider, to the point that is observed on it.
-        held += [point.point for point in mechanism.observed if point.body == name]
-    pins = [to_world(poses[name], point) for point in held]
-    if len(pins) != 2 or math.dist(*pins) == 0.0:
-        return
-    text = f"{name} {_mm(math.dist(*pins))}"
-    if name == mechanism.crank:
-        # On the side that the crank angle leaves free.
-        yield Length(text, pins[0], pins[1], 0.07 * mechanism.driver.sense)
-        return
-    # On the outer side of the link's bend with the line to the shaft.
-    shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
-    bend = (pins[0][0] - shaft[0]) * (pins[1][1] - pins[0][1]) - (pins[0][1] - shaft[1]) * (pins[1][0] - pins[0][0])
-    yield Length(text, pins[0], pins[1], -0.07 if bend > 0.0 else 0.07)
+# -- lengths -----------------------------------------------------------------------------------------------------------
 
 
-def _frame(mechanism: Mechanism) -> Iterator[Length]:
-    """The frame's length between two pins on the ground, of a machine of one loop."""
-    if len(mechanism.bodies) > ONE_LOOP:
-        return
-    held = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]
-    places = list(dict.fromkeys(joint.point_a if joint.a == GROUND else joint.point_b for joint in held))
-    if len(places) == 2:
-        yield Length(f"frame {_mm(math.dist(*places))}", places[0], places[1], -0.1)
+def _length(view: View, name: str, start: Array, stop: Array, seen_from: Array | None = None) -> list[Dimension]:
+    """The length from `start` to `stop` [mm]; its second extension line begins at `seen_from` where it is given."""
+    way = stop - start
+    length = math.hypot(*way)
+    turn = _readable(math.atan2(way[1], way[0]))
+    left = view.extent * np.array([-way[1], way[0]]) / length
+    found = []
+    for aside in ASIDE:
+        arrow = np.array([start, stop]) + aside * left
+        seen = (start, stop if seen_from is None else seen_from)
+        extensions = [np.array([end, tip + 0.15 * aside * left]) for end, tip in zip(seen, arrow, strict=True)]
+        at = arrow.mean(axis=0) + math.copysign(BESIDE_LINE, aside) * left
+        found.append(Dimension(f"{name} {_mm(length)}", arrow, "<|-|>", at, turn, tuple(extensions)))
+    return found
 
 
-def _offset(slide: Prismatic, mechanism: Mechanism, poses: Poses) -> Iterator[Length]:
+def _offset(view: View, slide: Prismatic) -> Iterator[list[Dimension]]:
     """The distance of a slide's line from the shaft, drawn at the slider; nothing where the line passes through it."""
-    shaft = to_world(poses[mechanism.crank], mechanism.driven_joint.point_b)
-    slider = to_world(poses[slide.b], slide.point_b)
-    nx, ny = -math.sin(slide.direction), math.cos(slide.direction)
-    away = (slider[0] - shaft[0]) * nx + (slider[1] - shaft[1]) * ny
-    if abs(away) > 1e-9 * math.dist(slider, shaft):
-        foot = (slider[0] - away * nx, slider[1] - away * ny)
-        yield Length(f"offset {_mm(abs(away))}", slider, foot, -0.08, stop_from=shaft)
+    shaft = view.place(view.mechanism.crank, view.mechanism.driven_joint.point_b)
+    slider = view.place(slide.b, slide.point_b)
+    normal = parts.unit(slide.direction + 0.5 * math.pi)
+    away = (slider - shaft) @ normal
+    if abs(away) > 1e-6 * view.extent:
+        yield _length(view, "offset", slider, slider - away * normal, shaft)
 
 
-def _wheels(mesh: Rolling | Rack, poses: Poses) -> Iterator[Radius]:
-    """Radii of what rolls: of two wheels or a wheel and a ring; of a wheel on a rack."""
-    ends = [(mesh.a, mesh.point_a, mesh.radius if isinstance(mesh, Rack) else mesh.radius_a)]
-    if isinstance(mesh, Rolling):
-        ends.append((mesh.b, mesh.point_b, mesh.radius_b))
-    for body, point, radius in ends:
-        text = f"{'fixed' if body == GROUND else body} r {_mm(abs(radius))}"
-        turn = poses[body][2] + math.radians(210.0)
-        yield Radius(text, to_world(poses[body], point), abs(radius), turn, turns=tuple(DIRECTIONS))
+# -- radii -------------------------------------------------------------------------------------------------------------
 
 
-def _cam(contact: CamContact, poses: Poses) -> Iterator[Dimension]:
-    """Radii of a profile of one arc, of nose, flank, base and flank, or of a law's base circle; and the roller's."""
-    cam, profile = poses[contact.a], contact.profile
+def _radius(view: View, text: str, centre: Array, radius: float, directions: Array) -> list[Dimension]:
+    """A radius [mm] from its centre [mm] in some directions [rad]; its text stands beyond one that is too short."""
+    width = view.labels.width(text, parts.TEXT["fontsize"])
+    found = []
+    for direction in directions:
+        along = parts.unit(direction)
+        arrow = np.array([centre, centre + radius * along])
+        if radius > 1.2 * width:
+            found.append(Dimension(text, arrow, "-|>", centre + 0.55 * radius * along, _readable(direction)))
+        else:
+            at = arrow[1] + np.array([0.6 * width, 1.2 * view.size]) * along
+            found.append(Dimension(text, arrow, "-|>", at, 0.0))
+    return found
+
+
+def _wheel(view: View, body: str, centre: tuple[float, float], radius: float) -> dict[str, list[Dimension]]:
+    text = f"{'fixed' if body == GROUND else body} r {_mm(MM * abs(radius))}"
+    directions = view.poses[body][2] + math.radians(210.0) + DIRECTIONS
+    return {text: _radius(view, text, view.place(body, centre), MM * abs(radius), directions)}
+
+
+def _cam(view: View, contact: CamContact) -> dict[str, list[Dimension]]:
+    """Radii of the arcs of a profile, or of a law's base circle; and the roller's."""
+    turn, profile = view.poses[contact.a][2], contact.profile
     if isinstance(profile, LawProfile):
-        direction = cam[2] + profile.begin - profile.sense * profile.lowest_angle
-        yield Radius(f"base {_mm(profile.base_radius)}", (cam[0], cam[1]), profile.base_radius, direction)
-    elif len(profile.arcs) == 1:
-        (arc,) = profile.arcs
-        yield Radius(f"one circle {_mm(arc.radius)}", to_world(cam, arc.centre), arc.radius, cam[2])
-    elif len(profile.arcs) == SYMMETRIC:
-        nose, flank, base, _ = profile.arcs
-        # The flank's arrow ends in the middle of the flank turned away from the roller.
-        away, middle = (flank.centre[0], -flank.centre[1]), -0.5 * (flank.start + flank.stop)
-        for name, arc, centre, turn, text_at in (
-            ("base", base, base.centre, math.radians(130.0), 0.55),
-            ("nose", nose, nose.centre, 0.0, 0.55),
-            ("flank", flank, away, middle, 0.6),
-        ):
-            yield Radius(f"{name} {_mm(arc.radius)}", to_world(cam, centre), arc.radius, cam[2] + turn, text_at)
-        apart = f"centre distance {_mm(math.hypot(*nose.centre))}"
-        yield Length(apart, (cam[0], cam[1]), to_world(cam, nose.centre), -0.32)
-    roller = to_world(poses[contact.b], contact.roller_centre)
-    yield Radius(
-        f"roller {_mm(contact.roller_radius)}",
-        roller,
-        contact.roller_radius,
-        math.radians(30.0),
-        1.9,
-        tuple(DIRECTIONS),
-    )
+        lowest = profile.begin - profile.sense * profile.lowest_angle
+        circles = [((0.0, 0.0), profile.base_radius, np.array([lowest]))]
+    else:
+        circles = [(arc.centre, arc.radius, arc.start + ALONG * arc.extent) for arc in profile.arcs]
+    found = {}
+    for centre, radius, directions in circles:
+        text = f"r {_mm(MM * radius)}"
+        found[text] = _radius(view, text, view.place(contact.a, centre), MM * radius, turn + directions)
+    roller, text = view.place(contact.b, contact.roller_centre), f"roller r {_mm(MM * contact.roller_radius)}"
+    return found | {text: _radius(view, text, roller, MM * contact.roller_radius, DIRECTIONS)}
 
 
 def _mm(length: float) -> str:
-    return "{} {}".format(*numbers.in_shown_unit(length, "m"))
+    return "{} {}".format(*numbers.in_shown_unit(length / MM, "m"))
 
 
-def _left(start: Array, stop: Array) -> Array:
-    along = (stop - start) / np.linalg.norm(stop - start)
-    return np.array([-along[1], along[0]])
-
-
-def _readable(degrees: float) -> float:
-    """The same line, read from the left or from below."""
-    turned = (degrees + 180.0) % 360.0 - 180.0
-    return turned - 180.0 if turned > 90.0 else turned + 180.0 if turned <= -90.0 else turned
+def _readable(turn: float) -> float:
+    """The angle [rad] of the same line, read from the left or from below."""
+    return math.remainder(turn - 1e-9, math.pi) + 1e-9

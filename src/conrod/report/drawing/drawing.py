@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.dimensions import draw_dimensions
-from conrod.report.drawing.label_placement import LabelPlacement
+from conrod.report.drawing.labels import LETTER, Labels
 from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
@@ -24,9 +25,8 @@ TELLING_PART = 0.75
 POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
 LARGEST_SIDE, LEAST_SIDE = 8.2, 4.6  # of the drawing [inch]
 TRACE, ANGLE = "#2a8c6a", "#5b4a9c"
-NAME = 10  # font size of a point's name [pt]
-# Where it may stand [pt], and the side of it that is there.
-NAMED = ((-9, 9, "right"), (9, 9, "left"), (9, -16, "left"), (-9, -16, "right"))
+NAME: dict[str, Any] = {"fontsize": 10.0, "fontweight": "bold"}
+NAMED = np.array([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])  # sides of a point where its name may stand
 # An angle as small as this is hidden by the crank itself.
 LEAST_ANGLE = math.radians(5.0)
 
@@ -45,9 +45,8 @@ def mechanism_figure(scene: Scene) -> Figure:
     draw_joints(view)
     draw_links(view)
     draw_observed(view)
-    reserve_axes(view)
-    draw_crank_angle(view, scene, angle)
     draw_frame_axes(view)
+    draw_crank_angle(view, scene, angle)
     draw_dimensions(view)
     return _framed(view)
 
@@ -74,10 +73,8 @@ def view_at(scene: Scene, angle: float) -> View:
     reached = np.concatenate([*paths.values(), MM * outline(mechanism, poses)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
-    # The angles and the sides of the dimensions of the scenes with a closed form were chosen for them.
-    labels = LabelPlacement(extent / POINTS, first=scene.closed_form)
     axes, size = Figure().subplots(), 0.022 * extent
-    return View(axes, mechanism, poses, turn, size, labels, extent, paths)
+    return View(axes, mechanism, poses, turn, size, Labels(extent / POINTS), extent, paths)
 
 
 def _framed(view: View) -> Figure:
@@ -116,23 +113,8 @@ def draw_observed(view: View) -> None:
     for point in view.mechanism.observed:
         place = view.place(point.body, point.point)
         view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
-        boxes = []
-        for x, y, _ in NAMED:
-            half = np.array([math.copysign(0.5, x) * view.labels.width(point.name, NAME), 0.0])
-            centre = place + half + view.labels.point * np.array([x, y + 0.4 * NAME])
-            boxes.append(view.labels.box(centre, point.name, NAME))
-        best = view.labels.best([(box, ()) for box in boxes])
-        view.labels.take(boxes[best])
-        x, y, side = NAMED[best]
-        look: dict[str, Any] = {
-            "color": TRACE,
-            "fontweight": "bold",
-            "fontsize": NAME,
-            "bbox": parts.HALO,
-            "zorder": 21,
-        }
-        at = (float(place[0]), float(place[1]))
-        view.axes.annotate(point.name, at, xytext=(x, y), textcoords="offset points", ha=side, **look)
+        reach = view.labels.point * np.array([7.0 + 0.5 * LETTER * NAME["fontsize"] * len(point.name), 11.0])
+        _note(view, list(place + NAMED * reach), point.name, TRACE, NAME)
 
 
 def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
@@ -148,9 +130,8 @@ def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
         parts.turn_arrow(view.axes, shaft, reach, driver.start, now, ANGLE)
         # The documents of the scenes with a closed form write t for the crank angle.
         letter = "t" if scene.closed_form else "\N{GREEK SMALL LETTER THETA}"
-        middle = 0.5 * (driver.start + now)
-        ways = [(1.5, middle), (1.5, now), (1.5, driver.start), (2.1, middle), (2.1, driver.start), (2.1, now)]
-        centres = [shaft + factor * reach * parts.unit(direction) for factor, direction in ways]
+        directions = 0.5 * (driver.start + now), now, driver.start
+        centres = [shaft + factor * reach * parts.unit(one) for factor in (1.5, 2.1) for one in directions]
         _note(view, centres, f"{letter} = {math.degrees(angle):.0f} deg", ANGLE)
     _sense(view, scene, shaft, now)
 
@@ -166,33 +147,18 @@ def _sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
     parts.turn_arrow(view.axes, shaft, 3.2 * view.size, away, away + 1.6 * sense, parts.INK)
 
 
-def _note(view: View, centres: list[Array], text: str, colour: str) -> int:
+def _note(view: View, centres: Sequence[Array], text: str, colour: str, look: Mapping[str, Any] = parts.TEXT) -> int:
     """A text at that of some places where it has room; which it is."""
-    boxes = [view.labels.box(centre, text, parts.TEXT["fontsize"]) for centre in centres]
+    boxes = [view.labels.box(centre, text, look["fontsize"]) for centre in centres]
     best = view.labels.best([(box, ()) for box in boxes])
     view.labels.take(boxes[best])
-    parts.note(view.axes, centres[best], text, colour)
+    parts.note(view.axes, centres[best], text, colour, look=look)
     return best
-
-
-def reserve_axes(view: View) -> None:
-    """Keep the places of the axes' names free."""
-    for _, at, name in _axes(view):
-        view.labels.take(view.labels.box(at, name, parts.TEXT["fontsize"]))
 
 
 def draw_frame_axes(view: View) -> None:
     """The document's axes x and y, from its origin."""
-    for tip, at, name in _axes(view):
+    for direction, name, aside in ((0.0, "x", 0.5 * math.pi), (0.5 * math.pi, "y", math.pi)):
+        tip = 6.5 * view.size * parts.unit(direction)
         parts.arrow(view.axes, np.zeros(2), tip, "#888888")
-        parts.note(view.axes, at, name, "#666666", ground=False)
-
-
-def _axes(view: View) -> list[tuple[Array, Array, str]]:
-    """Tip, place of the name and name of the two axes."""
-    reach = 6.5 * view.size
-    found = []
-    for direction, name, aside in ((0.0, "x", math.pi / 2.0), (math.pi / 2.0, "y", math.pi)):
-        tip = reach * parts.unit(direction)
-        found.append((tip, tip + 1.1 * view.size * parts.unit(aside), name))
-    return found
+        _note(view, [tip + 1.1 * view.size * parts.unit(aside)], name, "#666666")

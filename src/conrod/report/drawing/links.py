@@ -39,7 +39,7 @@ def draw_joints(view: View) -> None:
             case Rolling() | Rack():
                 for line in map(view.at, pitch_lines(joint, view.poses)):
                     view.axes.plot(*line.T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
-                    view.labels.draw_curve(line)
+                    view.labels.draw(line)
             case _:
                 assert_never(joint)
 
@@ -122,7 +122,7 @@ def _stem(view: View, roller: Array, forth: float, direction: float) -> None:
 def _cam(view: View, contact: CamContact) -> None:
     pose = view.poses[contact.a]
     outline = view.at(profile(contact, view.poses[contact.a]))
-    view.labels.draw_curve(outline)
+    view.labels.draw(outline)
     view.axes.fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
     view.axes.plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
     for end, normal in zip(*contact.profile.joints(), strict=True):
@@ -134,7 +134,7 @@ def _cam(view: View, contact: CamContact) -> None:
     ring = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
     view.axes.fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
-    view.labels.draw_curve(circle)
+    view.labels.draw(circle)
 
 
 # -- shapes of links --------------------------------------------------------------------------------------------------
@@ -209,9 +209,7 @@ def _body(view: View, shape: LinkShape) -> None:
     if len(shape.corners) > 2:
         view.axes.add_patch(Polygon(shape.corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
         view.labels.cover(np.asarray(shape.corners))
-    if len(shape.edges):
-        view.axes.plot(*shape.edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
-    for line in shape.arms:
-        view.axes.plot(*line.T, color=parts.LINK, linewidth=1.5, alpha=0.75, zorder=3)
-    for line in (shape.edges, *shape.arms):
+    lines = [(shape.edges, BAR, 4)] if len(shape.edges) else []
+    for line, width, above in (*lines, *((arm, 1.5, 3) for arm in shape.arms)):
+        view.axes.plot(*line.T, color=parts.LINK, linewidth=width, alpha=0.75, zorder=above)
         view.labels.draw(line)

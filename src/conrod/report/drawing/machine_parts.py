@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -86,7 +87,8 @@ def turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop: flo
     arrow(axes, points[-4], points[-1], colour)
 
 
-def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, ground: bool = True) -> None:
-    """A text centred on a point, on a white ground or none; turned by an angle [deg]."""
-    halo, (x, y) = HALO if ground else None, at
-    axes.text(float(x), float(y), text, color=colour, ha="center", va="center", rotation=turned, bbox=halo, **TEXT)
+def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, look: Mapping[str, Any] = TEXT) -> None:
+    """A text centred on a point, on a white ground; turned by an angle [deg]."""
+    x, y = at
+    style = {**TEXT, **look, "color": colour, "rotation": turned, "bbox": HALO}
+    axes.text(float(x), float(y), text, ha="center", va="center", **style)

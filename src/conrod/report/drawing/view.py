@@ -24,7 +24,7 @@ from conrod.mechanism.mechanism import (
     beside,
     to_world,
 )
-from conrod.report.drawing.label_placement import LabelPlacement
+from conrod.report.drawing.labels import Labels
 
 MM = 1e3
 
@@ -48,7 +48,7 @@ class View:
     poses: Mapping[str, Pose]
     turn: Array
     size: float
-    labels: LabelPlacement
+    labels: Labels
     extent: float
     paths: Mapping[str, Array]
 
