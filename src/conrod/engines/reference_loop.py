@@ -1,4 +1,4 @@
-"""The slider-crank that timings of Exudyn and Box2D are ratios to, run with the preset stock.
+"""The slider-crank that timings are ratios to, run with each engine's defaults at 1000 steps a turn.
 
 NEVER CHANGE IT: ratios of any date and machine relate to this very system. A driven crank of 0.1 m, a rod of 0.3 m and
 a slider, in line at the start; no gravity.
