@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.machine import described
 from conrod.engines.engine import Engine, Machine, MakesSettings
+from conrod.engines.mjx import rollout
 from conrod.engines.mjx.settings import MJXSettings
+from conrod.engines.mujoco import dynamics
+from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.registry import engine_named
 from conrod.exact.motion import Array
@@ -74,10 +79,58 @@ def judged(
     return Measured(name, errors, errors / np.array(bounds), *costs)
 
 
+_record = jax.jit(jax.vmap(rollout.record, in_axes=(0, 0, None)))
+_advance = jax.jit(jax.vmap(rollout.advance, in_axes=(0, 0, None)))
+
+
+class Batch:
+    """Machines of one layout with the settings of each, in their exact states at crank angle 0, stepped in one call.
+
+    JAX maps a step over their stacked models.
+    """
+
+    def __init__(self, machines: Sequence[Machine], settings: Sequence[MJXSettings]) -> None:
+        self._machines, self._settings = machines, settings
+        self._made = [build(machine, one) for machine, one in zip(machines, settings, strict=True)]
+        self._double = settings[0].precision == "double"
+        states = [made.start_state(machine, 0.0) for made, machine in zip(self._made, machines, strict=True)]
+        placed = [rollout.put(made, *state, self._double) for made, state in zip(self._made, states, strict=True)]
+        with jax.enable_x64(self._double):
+            self._models, self._data = jax.tree.map(lambda *leaves: jnp.stack(leaves), *placed)
+
+    def __call__(self, steps: int) -> None:
+        """Step all machines, with nothing recorded."""
+        with jax.enable_x64(self._double):
+            jax.block_until_ready(_advance(self._models, self._data, steps))
+
+    def trajectories(self, steps: int) -> Iterator[Trajectory]:
+        """The recorded run of each machine, over so many steps from the start."""
+        _, states, sensors = rollout.kept(_record, self._models, self._data, steps + 1, self._double)
+        for k, (machine, settings, made) in enumerate(zip(self._machines, self._settings, self._made, strict=True)):
+            clock = settings.timestep * np.arange(steps + 1)
+            replayed = Replayed(np.column_stack([clock, states[k]]), sensors[k])
+            turns = steps / settings.steps_per_revolution
+            pieces = dynamics.recorded(
+                made, replayed, machine, settings, turns, 0.0, steps, engine_named("mjx").version
+            )
+            yield concatenate_pieces(list(pieces)).trajectory
+
+
+class Replayed:
+    """A recording of one piece that has been made: states (T, 1 + nq + nv) and sensor data (T, ..)."""
+
+    warnings: Mapping[str, int] = {}
+
+    def __init__(self, *recorded: Array) -> None:
+        self._recorded = recorded
+
+    def next(self, samples: int) -> tuple[Array, Array]:
+        states, sensors = self._recorded
+        return states, sensors
+
+
 def by_mjx(machines: Sequence[Scene], preset: str) -> Measured:
     """All in one call."""
-    from conrod.engines.mjx.batch import Batch
-
     engine = engine_named("mjx")
     settings = [engine.presets[preset](one, STEPS) for one in machines]
     batch = Batch(machines, settings)
