@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
+from itertools import product
 from typing import Any, Generic, Literal, TypeAlias
 
 from conrod.engines.engine import AnyFields, Machine, with_fields
@@ -53,6 +55,31 @@ def grid_named(name: str) -> Grid:
         if grid == name:
             return grid
     raise unknown_choice("grid", name, grids)
+
+
+Knobs: TypeAlias = Mapping[str, Any]  # by name where each stands, values or words free of dimension
+
+
+def all_of(**values: Iterable[Any]) -> tuple[Knobs, ...]:
+    """Every combination of some values of knobs."""
+    return tuple(dict(zip(values, combined, strict=True)) for combined in product(*values.values()))
+
+
+def knob_rules(
+    usual: Knobs,
+    turned: Iterable[Knobs],
+    name: Callable[[Knobs, Knobs], str],
+    settings: Callable[[Knobs, Machine, int], Settings],
+) -> tuple[Rule, ...]:
+    """A rule for each point of a grid, without repetition.
+
+    Args:
+        usual: all knobs where they stand unless they are turned.
+        turned: knobs that stand elsewhere, of each point.
+        name: of a rule, from its knobs and the usual ones.
+    """
+    points = {tuple(knobs.items()): knobs for knobs in ({**usual, **some} for some in turned)}
+    return tuple(Rule(name(knobs, usual), partial(settings, knobs)) for knobs in points.values())
 
 
 Change: TypeAlias = Callable[[AnyFields], AnyFields]

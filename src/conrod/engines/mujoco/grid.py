@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import partial
-from itertools import product
-from typing import Any, TypeAlias
-
 from conrod.engines.engine import Machine, as_preset, step_length, with_fields
-from conrod.engines.massless_rod import BODY, DISTANCE_JOINT
 from conrod.engines.mujoco.settings import (
+    CONTACT_SOLIMP,
     LEAST_STEPS,
     PRESETS,
     STIFF_SOLIMP,
@@ -18,66 +13,93 @@ from conrod.engines.mujoco.settings import (
     STOCK_TOLERANCE,
     MuJoCoSettings,
 )
-from conrod.engines.variants import Grid, Rule
+from conrod.engines.variants import Grid, Knobs, Rule, all_of, knob_rules
 
 # Where a time constant stands: in seconds, in steps, or in shares of the period.
 STOCK_CONSTANT = "0.02 s"
 STEP_CONSTANTS = {"2 h": 2.0, "4 h": 4.0, "8 h": 8.0}
-PERIOD_CONSTANTS = {"T/1000": 1e-3, "T/100": 1e-2, "T/30": 1.0 / 30.0, "T/10": 0.1, "T/3": 1.0 / 3.0}
+PERIOD_CONSTANTS = {"T/1000": 1e-3, "T/100": 1e-2, "T/10": 0.1}
 # Impedances at no violation and at a large one, and the width in between.
 CONTACT_IMPEDANCES = {
     "0.9 to 0.95": STOCK_SOLIMP,
-    "0.9": (0.9, 0.9, 0.001, 0.5, 2.0),
+    "0.9": CONTACT_SOLIMP,
     "0.99": (0.99, 0.99, 0.001, 0.5, 2.0),
 }
 
-Knobs: TypeAlias = Mapping[str, Any]
 SOLVER: Knobs = {"solver": "Newton", "iterations": 100, "tolerance": 0.0}
 # Knobs of a machine whose loops are closed by joints, and of one with a cam, where they usually stand. Stabilisation is
 # the time constant of what holds, regularisation the impedance: stock, stiff; or hardened by a factor.
-LOOP: Knobs = {"integrator": "Euler", "stabilisation": STOCK_CONSTANT, "regularisation": "stock", **SOLVER, "rod": BODY}
+LOOP: Knobs = {"integrator": "Euler", "stabilisation": STOCK_CONSTANT, "regularisation": "stock", **SOLVER}
 CONTACT: Knobs = {"integrator": "Euler", "stabilisation": "2 h", "impedance": "0.9", "vertices": 4000, **SOLVER}
+
+# What is turned away from there: the presets, with what is as good as one, first.
+IMPLICIT_FAST: Knobs = {"integrator": "implicitfast", "stabilisation": "2 h", "regularisation": "stiff"}
+HARDENED: Knobs = {"integrator": "RK4", "stabilisation": "T/10", "regularisation": "hardened 1e-9"}
+LOOP_BASES: tuple[Knobs, ...] = (
+    {},
+    IMPLICIT_FAST,
+    {"integrator": "RK4", "stabilisation": "8 h", "regularisation": "stiff"},
+    HARDENED,
+)
+SOLVERS: list[Knobs] = [{"solver": s, "iterations": k} for s in ("PGS", "CG") for k in (10, 100)]
+SOLVERS += [{"solver": "Newton", "iterations": k} for k in (1, 3)]
+LOOP_GRID: tuple[Knobs, ...] = (
+    *all_of(
+        integrator=("Euler", "implicitfast", "RK4"),
+        stabilisation=(STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"),
+        regularisation=("stock", "stiff", "hardened 1e-9"),
+    ),
+    *({**base, **one} for base in LOOP_BASES for one in (*SOLVERS, {"tolerance": STOCK_TOLERANCE})),
+    *({**base, "integrator": other} for base in (IMPLICIT_FAST, HARDENED) for other in ("implicit", "discrete")),
+    *({**HARDENED, "regularisation": f"hardened {factor}"} for factor in ("1e-3", "1e-6", "1e-12")),
+)
+# A contact costs by the vertices of its cam, a step of few of them a third.
+CONTACT_BASES: tuple[Knobs, ...] = (
+    {"stabilisation": STOCK_CONSTANT, "impedance": "0.9 to 0.95"},
+    {},
+    {"vertices": 250},
+    {"vertices": 1000},
+)
+CONTACT_GRID: tuple[Knobs, ...] = (
+    *all_of(
+        integrator=("Euler", "implicitfast", "RK4"),
+        stabilisation=(STOCK_CONSTANT, "2 h", "4 h", "T/1000"),
+        impedance=CONTACT_IMPEDANCES,
+    ),
+    *({"solver": s, "iterations": k} for s, k in (("PGS", 10), ("CG", 10), ("Newton", 1))),
+    {"tolerance": STOCK_TOLERANCE},
+)
 
 
 def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
     """All rules of a grid, without repetition."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
-    usual, turned = (CONTACT, _contact_grid(grid)) if contact else (LOOP, _loop_grid(grid))
-    found = {tuple(knobs.items()): knobs for knobs in ({**usual, **some} for some in turned)}
-    return tuple(Rule(_name(one, usual), partial(_settings, one)) for one in found.values())
-
-
-def time_constant(text: str, machine: Machine, steps_per_revolution: int) -> float:
-    """Time constant [s] of a stabilisation such as '2 h' or 'T/10'."""
-    if text in STEP_CONSTANTS:
-        return STEP_CONSTANTS[text] * step_length(machine, steps_per_revolution)
-    if text in PERIOD_CONSTANTS:
-        return PERIOD_CONSTANTS[text] * step_length(machine, 1)
-    return STOCK_SOLREF[0]
+    usual, bases, others = (CONTACT, CONTACT_BASES, CONTACT_GRID) if contact else (LOOP, LOOP_BASES, LOOP_GRID)
+    return knob_rules(usual, bases if grid == "coarse" else (*bases, *others), _name, _settings)
 
 
 def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
     """Settings whose armature and all that is not a knob are those of the stock preset."""
-    solref = (time_constant(knobs["stabilisation"], machine, steps_per_revolution), 1.0)
-    own, unused = {name: knobs[name] for name in ("integrator", *SOLVER)}, ("contact_solref", "contact_solimp")
+    stock, text = MuJoCoSettings.stock(machine, steps_per_revolution), knobs["stabilisation"]
+    constant = STOCK_SOLREF[0]
+    if text in STEP_CONSTANTS:
+        constant = STEP_CONSTANTS[text] * step_length(machine, steps_per_revolution)
+    elif text in PERIOD_CONSTANTS:
+        constant = PERIOD_CONSTANTS[text] * step_length(machine, 1)
+    own = {name: knobs[name] for name in ("integrator", *SOLVER)}
     if "impedance" in knobs:
-        own |= {"contact_solref": solref, "contact_solimp": CONTACT_IMPEDANCES[knobs["impedance"]]}
-        own["cam_vertices"], unused = knobs["vertices"], ("solref", "solimp")
+        unused = "solref", "solimp"
+        own |= {"contact_solref": (constant, 1.0), "contact_solimp": CONTACT_IMPEDANCES[knobs["impedance"]]}
+        own["cam_vertices"] = knobs["vertices"]
     else:
+        unused = "contact_solref", "contact_solimp"
         kind, *factor = knobs["regularisation"].split()
-        own |= {"solref": solref, "solimp": STOCK_SOLIMP if kind == "stock" else STIFF_SOLIMP, "rod": knobs["rod"]}
+        own |= {"solref": (constant, 1.0), "solimp": STOCK_SOLIMP if kind == "stock" else STIFF_SOLIMP}
         own["hardening"] = float(factor[0]) if factor else None
-    stock = MuJoCoSettings.stock(machine, steps_per_revolution)
     return as_preset(with_fields(stock, **own), PRESETS, machine, unused)
 
 
-WORDS = {
-    "vertices": "{} vertices",
-    "solver": "{}",
-    "iterations": "{} iterations",
-    "tolerance": "tolerance {:g}",
-    "rod": "rod as {}",
-}
+WORDS = {"vertices": "{} vertices", "solver": "{}", "iterations": "{} iterations", "tolerance": "tolerance {:g}"}
 
 
 def _name(knobs: Knobs, usual: Knobs) -> str:
@@ -87,54 +109,6 @@ def _name(knobs: Knobs, usual: Knobs) -> str:
     said = [WORDS[name].format(value) for name, value in knobs.items() if name in WORDS and value != usual[name]]
     first = (knobs["integrator"], f"solref {knobs['stabilisation']}", soft.get(regularisation, regularisation))
     return ", ".join([*first, *said])
-
-
-# The presets, and what the finer knobs are turned on.
-SOFTNESS = ("integrator", "stabilisation", "regularisation")
-STOCK, TUNED, HARDENED, IMPLICIT_FAST = (
-    dict(zip(SOFTNESS, knobs, strict=True))
-    for knobs in (
-        ("Euler", STOCK_CONSTANT, "stock"),
-        ("RK4", "8 h", "stiff"),
-        ("RK4", "T/10", "hardened 1e-9"),
-        ("implicitfast", "2 h", "stiff"),
-    )
-)
-
-
-def _loop_grid(grid: Grid) -> Sequence[Knobs]:
-    bases = (STOCK, IMPLICIT_FAST, TUNED, HARDENED)
-    if grid == "coarse":
-        return bases
-    integrators = ("Euler", "implicitfast", "RK4")
-    constants: list[str] = [STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"]
-    hardened = ["hardened 1e-3", "hardened 1e-6", "hardened 1e-12"]
-    every = product(integrators, constants, ["stock", "stiff", "hardened 1e-9"])
-    found: list[Knobs] = [*bases, *(dict(zip(SOFTNESS, knobs, strict=True)) for knobs in every)]
-    counts = {"PGS": (10, 100), "CG": (10, 100), "Newton": (1, 3)}
-    for base in bases:
-        found += [{**base, "solver": s, "iterations": k} for s, many in counts.items() for k in many]
-        found += [{**base, "tolerance": STOCK_TOLERANCE}, {**base, "rod": DISTANCE_JOINT}]
-    for base in (IMPLICIT_FAST, HARDENED):
-        found += [{**base, "integrator": i} for i in ("implicit", "discrete")]
-    return [*found, *({**HARDENED, "regularisation": factor} for factor in hardened)]
-
-
-def _contact_grid(grid: Grid) -> Sequence[Knobs]:
-    # A contact costs by the vertices of its cam, a step of few of them a third.
-    presets: list[Knobs] = [
-        {"stabilisation": STOCK_CONSTANT, "impedance": "0.9 to 0.95"},
-        {},
-        {"vertices": 250},
-        {"vertices": 1000},
-    ]
-    if grid == "coarse":
-        return presets
-    constants = (STOCK_CONSTANT, "2 h", "4 h", "T/1000")
-    every = product(("Euler", "implicitfast", "RK4"), constants, CONTACT_IMPEDANCES)
-    found = [dict(zip(("integrator", "stabilisation", "impedance"), knobs, strict=True)) for knobs in every]
-    solvers: list[Knobs] = [{"solver": s, "iterations": k} for s, k in (("PGS", 10), ("CG", 10), ("Newton", 1))]
-    return [*presets, *found, *solvers, {"tolerance": STOCK_TOLERANCE}]
 
 
 # -- one thing at a time -----------------------------------------------------------------------------------------------
