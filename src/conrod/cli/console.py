@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-import numpy as np
 from rich.console import Console
 
 from conrod.engines import engine_names
@@ -22,8 +21,6 @@ from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics
 from conrod.scenes.space import MACHINES
 
 PARAMETER = ("parameter", "value", "unit", "meaning")
-# Of omega^2 L: both sides of a break are taken so near to it that a continuous acceleration differs by less.
-SEEN = 1e-6
 
 
 # -- show ------------------------------------------------------------------------------------------------------------
@@ -77,25 +74,13 @@ def show_scene(name: str, scene: Scene) -> None:
         *("", f"bodies: {bodies}"),
         f"mobility: {mechanism.mobility} (Gruebler: {len(mechanism.bodies)} moving links, "
         f"{len(mechanism.joints) - higher} lower and {higher} higher pairs)",
-        *(f"{what} jumps at: {math.degrees(angle):.4f} deg" for angle, what in jumps(scene)),
     ]
+    if breaks := ", ".join(f"{math.degrees(angle):.4f}" for angle in scene.break_angles()):
+        lines.append(f"acceleration or jerk jumps at: {breaks} deg")
     points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
     generic = "generic Newton solver on the joint equations"
     references = f"closed form from the parameters; {generic}" if scene.closed_form else generic
     print_lines(out, [*lines, f"observed points: {points}", f"references: {references}"])
-
-
-def jumps(scene: Scene) -> tuple[tuple[float, str], ...]:
-    """Each crank angle [rad] where an observed point's motion jumps, with the lowest derivative that does."""
-    if not (angles := scene.break_angles()):
-        return ()
-    before, after = scene.beside_breaks()
-    jump = np.zeros(len(angles))
-    for name, length in scene.lengths.items():
-        gap = np.linalg.norm(after.point(name).acceleration - before.point(name).acceleration, axis=1)
-        jump = np.maximum(jump, gap / (length * scene.speed**2))
-    named = ("acceleration" if size > SEEN else "jerk" for size in jump)
-    return tuple(sorted(zip(angles, named, strict=True)))
 
 
 # -- show: a linkage -------------------------------------------------------------------------------------------------
@@ -120,9 +105,6 @@ def show_instant(instant: InstantQuantities) -> None:
     speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
     print_lines(out, ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}"))
     _print_apart(out, (links_table(instant), points_table(instant)))
-    for push in instant.pushes:
-        angle = math.degrees(float(push.angle[0]))
-        print_lines(out, ["", f"transmission angle of {push.driven}, pushed by {push.through}: {angle:.4f} deg"])
 
 
 def _print_apart(out: Console, tables: Iterable[Table]) -> None:

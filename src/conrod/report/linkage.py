@@ -164,7 +164,4 @@ def _instant(instant: InstantQuantities) -> dict[str, object]:
             }
             for name, point in instant.points.points.items()
         ],
-        "transmission": [
-            {"driven": push.driven, "through": push.through, "angle": float(push.angle[0])} for push in instant.pushes
-        ],
     }

@@ -138,8 +138,8 @@ def _causes_table(verdicts: Sequence[Verdict]) -> Table:
     for verdict in verdicts:
         if verdict.kind is Judgement.EXPLAINED:
             causes.setdefault(verdict.cause or "", []).append(verdict)
-    rows = [[escaped(cause.rstrip(",")), str(len(group)), _largest(group)] for cause, group in causes.items()]
-    return table(["cause", "items", "largest difference"], rows)
+    rows = [[escaped(cause.rstrip(",")), str(len(group))] for cause, group in causes.items()]
+    return table(["cause", "items"], rows)
 
 
 def _numbers_table(verdicts: Sequence[Verdict]) -> Table:
@@ -164,13 +164,6 @@ def _lines(group: Sequence[Verdict]) -> str:
 def _what(verdict: Verdict) -> str:
     subject = ", ".join(filter(None, (verdict.place, verdict.quantity)))
     return subject if is_formula(verdict) or not verdict.condition else f"{subject}: {verdict.condition}"
-
-
-def _largest(group: Sequence[Verdict]) -> str:
-    differences = [abs(v.difference) for v in group if v.difference is not None]
-    if not differences:
-        return f"{off_text(max(group, key=lambda v: v.off or 0.0))} of the peak"
-    return f"{max(differences):.2f} in the last digit"
 
 
 # -- the report ------------------------------------------------------------------------------------------------------

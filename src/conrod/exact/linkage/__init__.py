@@ -9,9 +9,8 @@ import numpy as np
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.course import CrankRange, course_of, crank_range
 from conrod.exact.linkage.outputs import Output, outputs
-from conrod.exact.linkage.transmission import Push, TransmissionAngle, pushes, transmission_angles
-from conrod.exact.motion import Motion
-from conrod.mechanism.mechanism import Pose
+from conrod.exact.linkage.transmission import TransmissionAngle, transmission_angles
+from conrod.exact.motion import Array, Motion
 
 
 @dataclass(frozen=True)
@@ -29,23 +28,22 @@ class TurnQuantities:
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """Motion of one link."""
+    """Motion of one link; each array is (3,)."""
 
     link: str  # its name
-    pose: Pose  # place of its frame's origin and turn [m, m, rad]
-    rate: Pose  # of the pose [m/s, m/s, rad/s]
-    acceleration: Pose  # of the pose [m/s^2, m/s^2, rad/s^2]
+    pose: Array  # place of its frame's origin and turn [m, m, rad]
+    rate: Array  # of the pose [m/s, m/s, rad/s]
+    acceleration: Array  # of the pose [m/s^2, m/s^2, rad/s^2]
 
 
 @dataclass(frozen=True)
 class InstantQuantities:
-    """Quantities of a linkage at a crank angle."""
+    """Motion of a linkage at a crank angle."""
 
     angle: float  # of the crank [rad]
     speed: float  # of the crank [rad/s]
     links: tuple[LinkMotion, ...]  # that move
     points: Motion  # of the observed points; one row
-    pushes: tuple[Push, ...]  # how the driven links are pushed; their arrays have one row
 
 
 def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
@@ -56,16 +54,9 @@ def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
 
 def instant_quantities(kinematics: Kinematics, angle: float, speed: float) -> InstantQuantities:
     """Those at a crank angle [rad] and a constant speed [rad/s] of the crank."""
-    derivatives = kinematics.derivatives(np.array([angle]), 2)
-    in_time = [d.reshape(-1, 3) * speed**k for k, d in enumerate(derivatives)]
+    at = np.array([angle])
+    in_time = [d.reshape(-1, 3) * speed**k for k, d in enumerate(kinematics.derivatives(at, 2))]
     links = [
-        LinkMotion(body.name, *(_pose(rows[i]) for rows in in_time))
-        for i, body in enumerate(kinematics.mechanism.bodies)
+        LinkMotion(body.name, *(rows[i] for rows in in_time)) for i, body in enumerate(kinematics.mechanism.bodies)
     ]
-    found = sorted(pushes(kinematics, derivatives[0]), key=lambda push: (push.driven, push.through))
-    return InstantQuantities(angle, speed, tuple(links), kinematics.motion(np.array([angle]), speed), tuple(found))
-
-
-def _pose(row: np.ndarray) -> Pose:
-    x, y, turn = row.tolist()
-    return (x, y, turn)
+    return InstantQuantities(angle, speed, tuple(links), kinematics.motion(at, speed))

@@ -184,7 +184,6 @@ class Case:
         neighbours: printed quantities that fix this one.
         wrong_steps: formulas or substitutions in error.
         reading: half a division of the drawing that the number was measured from, in the printed unit.
-        instead: what is to be printed, where that is more than the right digits.
         certain: whether the exact value is what ought to be printed; not where it leans on a fitted pose.
     """
 
@@ -196,7 +195,6 @@ class Case:
     neighbours: tuple[Explanation, ...] = ()
     wrong_steps: tuple[Explanation, ...] = ()
     reading: float = 0.0
-    instead: str | None = None
     certain: bool = True
 
 
@@ -210,7 +208,7 @@ def judge(case: Case) -> Verdict:
 
 def _verdicts(case: Case) -> Iterator[Verdict]:
     number, exact, why = case.item.number, case.exact, case.why
-    right = None if exact is None or not case.certain else case.instead or number.like(exact)
+    right = None if exact is None or not case.certain else number.like(exact)
     if exact is not None and number.is_rounding_of(exact):
         yield _verdict(case, Kind.AGREES, why)
     yield from _explained(case, case.causes, Kind.EXPLAINED, right)
@@ -223,7 +221,7 @@ def _verdicts(case: Case) -> Iterator[Verdict]:
         if abs(neighbour.value - number.value) > room and supported:
             against = neighbour.value if exact is None else exact
             reason = f"by {neighbour.text} it is {neighbour.value:.7g} +- {room:.2g}; {why}"
-            yield _verdict(case, Kind.MISPRINT, reason, case.instead or number.like(against), against)
+            yield _verdict(case, Kind.MISPRINT, reason, number.like(against), against)
     yield from _explained(case, case.wrong_steps, Kind.WRONG_STEP, right)
     if exact is not None and abs(number.value - exact) <= case.reading:
         yield _verdict(case, Kind.AFTER_ROUNDING, f"{why}; measured from a drawing, good to {case.reading:.2g}")
