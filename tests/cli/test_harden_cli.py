@@ -35,13 +35,12 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
 ) -> None:
     monkeypatch.chdir(folder)
     before = Path("legged.xml").stat()
-    # A time constant of its own, so that all kinds of lines are there.
-    options = "--keyframe swing --seconds 0.03 --solref 0.03 -o hard.mjb --json hard.json"
+    options = "--keyframe swing --seconds 0.03 -o hard.mjb --json hard.json"
     done = conrod("harden", "legged.xml", *options.split())
     assert done.returncode == 0
     out = done.stdout
     lines = out.split("in Python:\n", 1)[1].split("note:", 1)[0]
-    for field in ("body_invweight0", "dof_invweight0", "eq_solref", "integrator"):
+    for field in ("body_invweight0", "dof_invweight0", "integrator"):
         assert field in lines
     # A fresh interpreter in another folder. Control: a line left out is seen.
     fewer = "\n".join(line for line in lines.splitlines() if "dof_invweight0" not in line)
@@ -60,17 +59,16 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     assert Path("legged.xml").read_text() == WITH_A_MESH
     model = mujoco.MjModel.from_binary_path("hard.mjb")
     stock = mujoco.MjModel.from_xml_path("legged.xml")
-    assert model.eq_solref[:, 0].tolist() == [0.03] * 3
     assert model.body("left-rod").invweight0[0] < 1e-7 * stock.body("left-rod").invweight0[0]
 
     document = json.loads(Path("hard.json").read_text())
-    assert document["schema"] == 2
+    assert document["schema"] == 3
     assert "content" not in document
     assert [variant["name"] for variant in document["variants"]] == ["as it is", "hardened"]
     assert document["variants"][0]["openings"][0] > 100 * document["variants"][1]["openings"][0]
     assert document["cost"]["ratio"] > 0.0
     assert document["lines"].strip() == lines.strip()
-    for word in ("mj_setConst", "single precision", "order in the step", "drift", "cost of a step"):
+    for word in ("mj_setConst", "single precision", "drift", "cost of a step"):
         assert word in out
 
 
@@ -89,11 +87,3 @@ def test_what_should_not_be_hardened_is_not_written(text: str, why: str, tmp_pat
     assert done.returncode == 1
     assert f"not hardened: {why}" in done.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]
-
-
-def test_a_file_that_is_no_model_is_told_though_it_is_looked_at_in_another_process(tmp_path: Path) -> None:
-    (tmp_path / "rubbish.mjb").write_text("rubbish" * 1000)
-    done = conrod("harden", "rubbish.mjb", cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "rubbish.mjb: MuJoCo cannot load it" in done.stderr

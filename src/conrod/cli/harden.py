@@ -13,8 +13,8 @@ import click
 from conrod.cli import FAILED, options
 from conrod.cli.options import option
 from conrod.cli.say import waiting
-from conrod.errors import InvalidInput, unknown_choice
-from conrod.mjcf.harden.results import Drift, HardenedModel, Request, Variant
+from conrod.errors import InvalidInput
+from conrod.mjcf.harden.results import HardenedModel, Request, Variant
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report import numbers
@@ -27,9 +27,7 @@ from conrod.studies.frame.writing import naming, single, write_together
 BINARY = ".mjb"
 MODELS = (".xml", ".mjcf", ".urdf", BINARY)
 SECONDS = 1.0
-AUTO, KEEP = "auto", "keep"
-INTEGRATORS = ("RK4", KEEP)
-MOST_LOOPS, MM = 12, 1e3
+MM = 1e3
 ALWAYS = (
     "mj_setConst makes the weights anew and so undoes this: run the lines again after it, or after changing masses "
     "in a way that calls it",
@@ -50,15 +48,6 @@ class Asked:
         "--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs."
     )
     controls: tuple[str, ...] = option("--ctrl")
-    solref: str = option(
-        "--solref",
-        default=AUTO,
-        metavar="SECONDS|keep",
-        help="Time constant of the closures [the model's own, at least ten steps].",
-    )
-    integrator: str = option(
-        "--integrator", default="RK4", show_default=True, metavar="RK4|keep", help="Integrator of the hardened model."
-    )
     force: bool = option(
         "--force", is_flag=True, help="Harden what seems to be soft on purpose, or breaks off when hard."
     )
@@ -72,8 +61,8 @@ def harden(model: str, asked: Asked) -> None:
     """Make the closed loops of a MuJoCo model stay closed, and show what that changes.
 
     Takes the regularisation out of the equality constraints of a compiled model, which MJCF cannot express: prints the
-    lines of Python that do it, and writes a binary model. Runs the model as it is, with the weights scaled alone, and
-    hardened, with the controls of its keyframe or those given. MODEL.xml itself is only read.
+    lines of Python that do it, and writes a binary model. Runs the model as it is and hardened, with
+    the controls of its keyframe or those given. MODEL.xml itself is only read.
 
     Exit status 0: hardened; 1: it is not, for the reason given (nothing to harden, soft on purpose, it would break);
     2: bad usage.
@@ -81,12 +70,9 @@ def harden(model: str, asked: Asked) -> None:
     path = Path(model)
     check_readable(path)
     files = _outputs(path, asked.output, asked.document)
-    if asked.integrator not in INTEGRATORS:
-        raise unknown_choice("--integrator", asked.integrator, INTEGRATORS)
     if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
-    solref, controls = _time_constant(asked.solref), controls_of(asked.controls)
-    request = Request(asked.keyframe, asked.seconds, solref, asked.integrator, asked.force, "-o" in files, controls)
+    request = Request(asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls))
 
     from conrod.mjcf.harden.study import harden_file
     from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
@@ -102,18 +88,6 @@ def harden(model: str, asked: Asked) -> None:
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
         sys.exit(FAILED)
-
-
-def _time_constant(text: str) -> str | float:
-    if text in (AUTO, KEEP):
-        return text
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise InvalidInput(f"--solref {text!r}: give a time constant in seconds above 0, or {KEEP}")
-    return value
 
 
 def _outputs(path: Path, output: str | None, document: str | None) -> dict[str, Path]:
@@ -168,33 +142,21 @@ def _figures(found: HardenedModel) -> Table:
 def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
     variants = found.variants
     yield ["steps completed", *(_completed(v) for v in variants)]
-    for k, loop in enumerate(found.loops[:MOST_LOOPS]):
+    for k, loop in enumerate(found.loops):
         unit, factor = numbers.SHOWN_UNITS[loop.unit]
         values = (None if v.openings is None else factor * v.openings[k] for v in variants)
         yield [f"opening of {loop.kind} {loop.name} [{unit}]", *map(_figure, values)]
-    if len(found.loops) > MOST_LOOPS:
-        yield [f"... and {len(found.loops) - MOST_LOOPS} loops more (--json has them)", *[""] * len(variants)]
     yield ["largest opening over size", *(_figure(v.opening_over_size) for v in variants)]
     yield ["drift from the reference [mm]", *(_drift(found, v.drift) for v in variants)]
-    yield ["  order in the step", *(_order(v.drift) for v in variants)]
 
 
 def _completed(variant: Variant) -> Cell:
     return Toned(f"{variant.steps}, then {variant.broke}", "bad") if variant.broke else str(variant.steps)
 
 
-def _drift(found: HardenedModel, drift: Drift | None) -> str:
-    if drift is None or found.reference_known_to is None or drift.values[0] <= found.reference_known_to:
-        return "-"
-    return _figure(MM * drift.values[0])
-
-
-def _order(drift: Drift | None) -> str:
-    if drift is None or all(pair is None for pair in drift.pairs):
-        return "-"
-    if drift.claimed is not None:
-        return f"{drift.claimed:.2f}"
-    return ", ".join("-" if pair is None else f"{pair:z.1f}" for pair in drift.pairs)
+def _drift(found: HardenedModel, drift: float | None) -> str:
+    known = found.reference_known_to
+    return "-" if drift is None or known is None or drift <= known else _figure(MM * drift)
 
 
 def _figure(value: float | None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,6 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import kind_of
 from conrod.mjcf.harden.closures import Closure, Holder, impedance, softer_than_stock
-from conrod.mjcf.harden.results import Request
 from conrod.own.models.loading import listed, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
@@ -62,7 +61,7 @@ class Recipe:
     factor: float  # on the weights
     weights: Weights
     time_constants: tuple[tuple[int, float], ...] = ()  # index of an equality and its time constant [s]
-    integrator: str = ""  # MuJoCo's name; empty for the model's own
+    runge_kutta: bool = False  # whether the integrator is set to RK4
     newton: bool = False  # whether the solver is set to Newton
 
 
@@ -73,40 +72,31 @@ def edited(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
         getattr(changed, f"{holder}_invweight0")[list(chosen)] *= recipe.factor
     for index, constant in recipe.time_constants:
         changed.eq_solref[index, 0] = constant
-    if recipe.integrator:
-        changed.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{recipe.integrator}")
+    if recipe.runge_kutta:
+        changed.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     if recipe.newton:
         changed.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
     return changed
 
 
-def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure], request: Request) -> Recipe:
-    """The edit that hardens closures, of which there is at least one, as asked."""
+def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
+    """The edit that hardens closures, of which there is at least one."""
     stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
-    runge_kutta = mujoco.mjtIntegrator(model.opt.integrator) == mujoco.mjtIntegrator.mjINT_RK4
     return Recipe(
         factor=float(f"{min(1.0, RESIDUE * stiffest / (1.0 - stiffest)):.3g}"),
         weights=Weights.of(closures),
-        time_constants=tuple(_time_constants(model, closures, request.solref)),
-        integrator="RK4" if request.integrator == "RK4" and not runge_kutta else "",
+        time_constants=tuple(_time_constants(model, closures)),
+        runge_kutta=mujoco.mjtIntegrator(model.opt.integrator) != mujoco.mjtIntegrator.mjINT_RK4,
         newton=mujoco.mjtSolver(model.opt.solver) != mujoco.mjtSolver.mjSOL_NEWTON,
     )
 
 
-def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure], asked: str | float) -> list[tuple[int, float]]:
-    if asked == "keep":
-        return []
-    changed = []
+def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure]) -> Iterator[tuple[int, float]]:
+    enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
     for one in closures:
-        now = float(model.eq_solref[one.index, 0])
         # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
-        if now <= 0.0 or (one.curved and asked == "auto"):
-            continue
-        enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
-        chosen = asked if isinstance(asked, float) else max(now, enough)
-        if chosen != now:
-            changed.append((one.index, chosen))
-    return changed
+        if 0.0 < float(model.eq_solref[one.index, 0]) < enough and not one.curved:
+            yield one.index, enough
 
 
 def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
@@ -122,12 +112,12 @@ def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
         if indices:
             names = _comment(recipe.weights.names(model, holder))
             lines.append(f"model.{holder}_invweight0[{list(indices)}] *= {recipe.factor!r}  # {names}")
-    for constant in dict.fromkeys(constant for _, constant in recipe.time_constants):
-        slowed = [index for index, value in recipe.time_constants if value == constant]
+    if recipe.time_constants:
+        slowed = [index for index, _ in recipe.time_constants]
         names = _comment([_called(model, "equality", index) for index in slowed])
-        lines.append(f"model.eq_solref[{slowed}, 0] = {constant!r}  # {names}")
-    if recipe.integrator:
-        lines.append(f"model.opt.integrator = mujoco.mjtIntegrator.mjINT_{recipe.integrator}")
+        lines.append(f"model.eq_solref[{slowed}, 0] = {recipe.time_constants[0][1]!r}  # {names}")
+    if recipe.runge_kutta:
+        lines.append("model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4")
     if recipe.newton:
         lines.append("model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON")
     return "\n".join(lines) + "\n"
@@ -188,8 +178,7 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
 
 def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
     """Limits of the hardened model."""
-    names = [name_or_number(model, "equality", index) for index in range(model.neq)]
-    known = [bool(kind_of(model, index)) for index in range(model.neq)]
+    hardened = {one.index for one in closures}
     found = (
         (
             [one.name for one in closures if one.curved],
@@ -197,10 +186,9 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
             "its time constant, so that is kept; the reference has this error too, so the drift does not show it",
         ),
         (
-            [name for i, name in enumerate(names) if known[i] and not model.eq_active0[i]],
-            "not active at the start, so not hardened",
+            [name_or_number(model, "equality", index) for index in range(model.neq) if index not in hardened],
+            "not active at the start, or of a flex, so not hardened",
         ),
-        ([name for i, name in enumerate(names) if not known[i]], "of a flex, so not hardened"),
         (_touching(model, Weights.of(closures)), "what touches there hardens with the loops, friction too"),
     )
     return tuple(f"{listed(which)}: {what}" for which, what in found if which)

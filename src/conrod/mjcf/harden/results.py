@@ -9,7 +9,7 @@ from conrod.own.models.request import Controls
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedTiming
 
-SCHEMA = 2
+SCHEMA = 3
 
 
 @dataclass(frozen=True)
@@ -18,14 +18,10 @@ class Request:
 
     Attributes:
         keyframe: name or number of the keyframe that the runs start from; None for the first, or the model's own pose.
-        solref: time constant of the closures [s]; "auto" for at least so many steps as RK4 needs, "keep" for the
-            model's own.
     """
 
     keyframe: str | None = None
     seconds: float = 1.0  # how long the runs are [s]
-    solref: str | float = "auto"
-    integrator: str = "RK4"  # "RK4", or "keep" for the model's own
     force: bool = False  # harden what seems to be soft on purpose
     content: bool = True  # whether the hardened model is asked for, not only its figures
     controls: Controls = ()  # inputs of actuators in place of the keyframe's, held through the runs
@@ -41,15 +37,6 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Drift:
-    """Largest distance of a body from where the reference has it, at three steps, and the order at which it shrinks."""
-
-    values: tuple[float, ...]  # at the model's step, half of it and a quarter [m]
-    claimed: float | None  # observed order; None where the pairs do not agree
-    pairs: tuple[float | None, ...]  # order from each step to the next, None where rounding hides it
-
-
-@dataclass(frozen=True)
 class Variant:
     """The model as it is, or hardened; where its run broke off, nothing but the first three is known."""
 
@@ -58,7 +45,7 @@ class Variant:
     broke: str = ""  # the engine's warning that ended it
     openings: tuple[float, ...] | None = None  # largest of each loop, in the order and units of the study's loops
     opening_over_size: float | None = None  # the largest in metres, over the model's size
-    drift: Drift | None = None
+    drift: float | None = None  # largest distance of a body from where the reference has it [m]
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,10 @@
-"""Runs of a model as it is and hardened, at three steps each, against the machine with its loops closed."""
+"""Runs of a model as it is and hardened, against the machine with its loops closed."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import takewhile
 
 import mujoco
 import numpy as np
@@ -16,18 +15,14 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops
 from conrod.mjcf.harden.closures import Closure, loops_of, openings
-from conrod.mjcf.harden.results import Drift, Loop, Request, Variant
+from conrod.mjcf.harden.results import Loop, Request, Variant
 from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
 from conrod.own.models.loading import data_at_start, start_words
-from conrod.runs.convergence import observed_order
 from conrod.studies.frame.paired_timing import PairedTiming, paired_cost
 
 CLOSED = 1e-12  # of the model's size
-LEVELS = (1, 2, 4)
 # Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
 REFERENCE, CHECK = 16, 8
-# A drift of less than this many times what the reference is known to says nothing about its order.
-RESOLVED = 3.0
 
 
 @dataclass(frozen=True)
@@ -156,23 +151,17 @@ class Reference:
         return None if self.swing.broke else self.swing.travel
 
     def variant(
-        self, name: str, model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure], standing: bool
+        self, name: str, model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]
     ) -> Variant:
-        """Figures of a model's runs at its own step, a half and a quarter of it; no order of one that stands."""
-        runs = [swing(model, state, pace.finer(times), closures) for times in LEVELS]
-        own = runs[0]
-        if own.broke:
-            return Variant(name, own.steps, own.broke)
-        widest, drift = own.openings.max(axis=0), None
-        if self.known_to is not None and not any(run.broke for run in runs):
-            values = tuple(run.drift(self.swing) for run in runs)
-            order, least = observed_order(LEVELS, values), RESOLVED * self.known_to
-            resolved = 0 if standing else sum(1 for _ in takewhile(lambda value: value > least, values))
-            pairs = tuple(pair if k + 1 < resolved else None for k, pair in enumerate(order.pairs))
-            drift = Drift(values, order.claimed if resolved == len(values) else None, pairs)
+        """Figures of a model's run."""
+        run = swing(model, state, pace, closures)
+        if run.broke:
+            return Variant(name, run.steps, run.broke)
+        widest = run.openings.max(axis=0)
         in_metres = largest_by_unit(loops_of(closures), widest).get("m")
         over_size = None if in_metres is None else in_metres / float(model.stat.extent)
-        return Variant(name, own.steps, "", tuple(widest.tolist()), over_size, drift)
+        drift = None if self.known_to is None else run.drift(self.swing)
+        return Variant(name, run.steps, "", tuple(widest.tolist()), over_size, drift)
 
 
 def cost(own: mujoco.MjModel, hardened: mujoco.MjModel, state: Array, pace: Pace) -> PairedTiming:
