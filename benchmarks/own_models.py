@@ -40,7 +40,7 @@ INTRODUCTION = f"""\
 How far their loops open in MuJoCo at each file's own step, driven along the exact motion, with its own settings and
 with conrod's presets, and what a step costs over its own. `make own-models MODELS=DIR` makes this page; DIR has a clone
 of each repository below, in a folder of its name. No part of a model is here. [{KIND.index_file}]({KIND.index_file})
-has the positions; a page of each robot its redundant equations, what touches on the way, and all steps.
+has the positions; a page of each robot its redundant equations and what touches on the way.
 """
 HEADER = ("model", "mobility", "redundant", "step [ms]", "its own", "tuned", "hardened", "cost", "the file as it is")
 
@@ -216,7 +216,9 @@ def page(found: Mapping[str, LoopStudy | str]) -> str:
 def _rows(studies: Mapping[str, LoopStudy]) -> Table:
     rows = []
     for name, study in studies.items():
-        gaps = [measured(1e3 * r.gap) if r.outcome is Outcome.COMPLETED else r.outcome.slug for r in study.runs]
+        gaps = [
+            measured(1e3 * (r.gap or 0.0)) if r.outcome is Outcome.COMPLETED else r.outcome.slug for r in study.runs
+        ]
         shipped = "oscillates" if study.shipped.chatter else study.shipped.outcome.slug
         costs = ", ".join(measured(run.cost) if run.outcome is Outcome.COMPLETED else "-" for run in study.runs[1:])
         step = quantity(1e3 * study.own.timestep)

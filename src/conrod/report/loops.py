@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-import numpy as np
-from matplotlib.figure import Figure as Canvas
-from matplotlib.lines import Line2D
-
 from conrod.mjcf.loops.differences import Comparison
-from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy, ShippedRun
-from conrod.own.error_curve import ErrorCurve
-from conrod.report.charts.canvas import legend_above, on_grid, on_log_grid
-from conrod.report.charts.panels import Curve, error_panel
-from conrod.report.charts.styles import preset_style
-from conrod.report.figure import Figure
+from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, ShippedRun
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.numbers import measured, order, quantity
 from conrod.report.table import VERDICT, Table, Toned, table
 from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 
-LEAST = 1e-16  # [m], that is drawn
 RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
 UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
 TOLD = 4  # differences that the finding names
@@ -62,7 +51,7 @@ def _judgement(study: LoopStudy) -> str:
         met = f"; {study.remarks[0]}" if study.remarks else ""
         return f"With its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
     off = in_mm(own.errors["position"])
-    gap = f"its loops open by up to {in_mm(own.gap)}, and {own.worst} is off its exact place by {off}"
+    gap = f"its loops open by up to {in_mm(own.gap or 0.0)}, and {own.worst} is off its exact place by {off}"
     if not study.question.tolerance:
         return f"With its own settings {gap}: measured, not judged."
     over = [
@@ -94,7 +83,7 @@ def shipped_words(shipped: ShippedRun) -> str:
     if shipped.chatter is not None:
         joint, swing = shipped.chatter
         return f"oscillates: the rate of {joint} turns back at every step, by {100 * swing:.2g} % of its range"
-    open_by = f", its loops open by up to {in_mm(max(shipped.gaps.values(), default=0.0))}"
+    open_by = f", its loops open by up to {in_mm(shipped.gap)}"
     return f"runs through its {quantity(shipped.seconds, 3)} s{open_by}"
 
 
@@ -117,25 +106,16 @@ def _sized(name: str, size: float) -> str:
 
 
 def runs_table(study: LoopStudy) -> Table:
-    """A row for each run at the model's own step."""
-    return _runs(study, study.runs, "driven along the exact motion, at its own step: largest errors")
-
-
-def steps_table(study: LoopStudy) -> Table:
-    """A row for each run at another step."""
-    return _runs(study, study.steps, "at other steps")
-
-
-def _runs(study: LoopStudy, runs: tuple[LoopRun, ...], title: str) -> Table:
+    """A row for each run at the model's own step, and for the cheapest within tolerance where that is another."""
+    runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
     rows = [(run.label, *_sizes(run), order(run.order), measured(run.cost), _verdict(study, run)) for run in runs]
-    if runs is study.runs and study.compared is not None and study.compared.closed_form is not None:
-        rows.append(("pymunk", *[""] * len(RIGHT), "unsupported: it is planar"))
+    title = "driven along the exact motion: largest errors"
     return table(("settings", *RIGHT, VERDICT), rows, RIGHT, title)
 
 
 def _sizes(run: LoopRun) -> tuple[str, ...]:
     errors = [measured(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
-    return quantity(1e3 * run.timestep), *errors, measured(1e3 * run.gap) if run.gaps else ""
+    return quantity(1e3 * run.timestep), *errors, "" if run.gap is None else measured(1e3 * run.gap)
 
 
 def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
@@ -146,26 +126,6 @@ def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
     return (
         Toned("within tolerance", "good") if run.within(study.question.tolerance) else Toned("OUT OF TOLERANCE", "bad")
     )
-
-
-def loops_table(study: LoopStudy) -> Table:
-    """How far each loop opens, a row each."""
-    names = list(dict.fromkeys(name for run in study.runs for name in run.gaps))
-    labels = [f"{run.label} [mm]" for run in study.runs]
-    shipped = "as the file has it [mm]"
-    rows = [
-        (
-            name,
-            _opening(study.shipped.gaps, name),
-            *(_opening(run.gaps, name) for run in study.runs),
-        )
-        for name in names
-    ]
-    return table(("loop", shipped, *labels), rows, (shipped, *labels), "largest opening of each loop")
-
-
-def _opening(gaps: Mapping[str, float], name: str) -> str:
-    return measured(1e3 * gaps[name]) if name in gaps else ""
 
 
 def what_moves(study: LoopStudy) -> Iterator[str]:
@@ -209,16 +169,6 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
         yield f"redundant closures leave open {shared}; what they leave open is not compared"
     for label, shipped in study.presets.items():
         yield f"{label}, with the file's own actuators: it {shipped_words(shipped)}"
-    for free in study.free:
-        yield f"let go, {free.label}: {_free_words(free)}"
-
-
-def _free_words(free: FreeRun) -> str:
-    if free.outcome is not Outcome.COMPLETED:
-        return f"{free.outcome.slug}: {free.reason}"
-    energy = "" if free.energy is None else f", energy by {measured(free.energy)}"
-    drift = f"momentum drifts by {measured(free.momentum)}, spin by {measured(free.spin)}{energy}"
-    return f"{drift}, loops open by {in_mm(free.gap)}"
 
 
 def _force_words(what: str, found: Mapping[str, float]) -> str:
@@ -228,47 +178,13 @@ def _force_words(what: str, found: Mapping[str, float]) -> str:
     return f"{what} off by up to {measured(found[worst])} of the largest ({worst})"
 
 
-def loops_figure(study: LoopStudy) -> Canvas:
-    """Distance of the judged points from their exact places, and opening of the loops, over time."""
-    kept = {
-        "distance from the exact place [mm]": {run.label: run.curve for run in study.runs},
-        "loops open [mm]": {run.label: run.opening for run in study.runs},
-    }
-    drawn = {name: curves for name, curves in kept.items() if any(curves.values())}
-    figure = Canvas(figsize=(9.0, 1.4 + 2.8 * len(drawn)))
-    panels = figure.subplots(len(drawn), 1, squeeze=False, sharex=True)[:, 0]
-    for axes, (name, curves) in zip(panels, drawn.items(), strict=True):
-        error_panel(axes, name, [_curve(label, curve, study.seconds) for label, curve in curves.items() if curve])
-        axes.set_xlim(0.0, study.seconds)
-    panels[-1].set_xlabel("time [s]")
-    styles = [preset_style("mujoco", run.label) | {"label": run.label} for run in study.runs]
-    figure.align_ylabels(list(panels))
-    legend_above(figure, [Line2D([], [], **style) for style in styles], [run.label for run in study.runs])
-    figure.subplots_adjust(left=0.095, right=0.97, bottom=0.36 / len(drawn) ** 0.5 / 2.8, top=0.9, hspace=0.12)
-    return figure
-
-
-def _curve(label: str, curve: ErrorCurve, seconds: float) -> Curve:
-    size = on_log_grid(1e3 * np.maximum(curve.largest, LEAST))
-    return on_grid(curve.at, seconds), size, preset_style("mujoco", label) | {"label": label}
-
-
 def _page(part: Part[LoopStudy]) -> Page:
     study = part.findings
-    figures = (
-        Figure(
-            f"{part.name}-loops",
-            "Distance from the exact places, and opening of the loops, over time",
-            partial(loops_figure, study),
-        ),
-    )
-    drawn = figures if any(run.curve or run.opening for run in study.runs) else ()
     text = rendered(
-        "loops", study=study, name=Path(study.file).name, finding=finding(study), figure=drawn[0] if drawn else "",
-        runs=runs_table(study), steps=steps_table(study), moves=list(what_moves(study)), exact=list(how_exact(study)),
-        command=part.command, loops=loops_table(study),
+        "loops", study=study, name=Path(study.file).name, finding=finding(study), runs=runs_table(study),
+        moves=list(what_moves(study)), exact=list(how_exact(study)), command=part.command,
     )  # fmt: skip
-    return Page(text, drawn)
+    return Page(text)
 
 
 def _summary(study: LoopStudy) -> dict[str, Any]:

@@ -126,7 +126,7 @@ def test_sites_that_stand_still_are_refused_with_what_moves() -> None:
 def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("conrod.mjcf.loops.runs.TIMED", 1e-3)
+    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
     monkeypatch.setattr("conrod.mjcf.loops.study.FINER", (1,))
     monkeypatch.setattr("conrod.mjcf.loops.study.COARSER", (2,))
     wall = '<geom name="wall" size="1" pos="0.3 -0.2 0.5"/></worldbody>'

@@ -204,7 +204,7 @@ RESET, SWINGS = "it ended as reset: MuJoCo reset its state (BADQACC)", "turns ba
 def test_a_velocity_actuator_that_is_too_stiff_for_the_step_is_the_first_line(
     stiffness: float, force: float, said: str, control: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name, cheap in {"step_time": lambda _: 1.0, "COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
         monkeypatch.setattr(study, name, cheap)
     file = tmp_path / "arm.xml"
     actuator = (
@@ -224,7 +224,7 @@ def test_a_velocity_actuator_that_is_too_stiff_for_the_step_is_the_first_line(
 def test_a_stiff_actuator_that_only_its_own_integrator_carries_is_said_of_the_presets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name, cheap in {"step_time": lambda _: 1.0, "COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
         monkeypatch.setattr(study, name, cheap)
     file = tmp_path / "arm.xml"
     more = '<option integrator="implicitfast"/><actuator><velocity joint="arm" kv="1000"/></actuator>'

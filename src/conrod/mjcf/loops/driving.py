@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -123,7 +123,8 @@ def driven_run(
     with drives.acting(), warnings_kept_quiet():
         for k in range(len(motion.times)):
             if k:
-                reason = _advanced(model, data, drives, step, (k - 1) * every, every)
+                steps = range((k - 1) * every, k * every)
+                reason = advanced(model, data, steps, lambda done: drives.write(data, done * step))
             if reason:
                 break
             rows.append(looked())
@@ -141,13 +142,13 @@ def driven_run(
     )
 
 
-def _advanced(model: mujoco.MjModel, data: mujoco.MjData, drives: Drives, step: float, first: int, count: int) -> str:
-    """Make some steps, with the drives written after each; why it breaks off, or nothing."""
-    for k in range(first, first + count):
+def advanced(model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None]) -> str:
+    """Make some steps of a run, and act after each, by its number; why it breaks off, or nothing."""
+    for k in steps:
         mujoco.mj_step(model, data)
-        drives.write(data, (k + 1) * step)
         if reason := broken_off(model, data):
-            return f"{reason} at {(k + 1) * step:.4g} s"
+            return f"{reason} at {(k + 1) * float(model.opt.timestep):.4g} s"
+        act(k + 1)
     return ""
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.loops.differences import SAME, Comparison
-from conrod.own.error_curve import ErrorCurve
 from conrod.runs.trajectory import Outcome
 
 OWN = "as it is"
@@ -48,9 +47,7 @@ class LoopRun:
         label: of the settings: the model's own, or a preset.
         errors: position [m], velocity [m/s] and acceleration [m/s^2]; empty where it did not complete.
         worst: the point with the largest error of position.
-        curve: of that error over time; None where it did not complete.
-        opening: how far the loop that is furthest open is so over time, until a run ends; None where it is not kept.
-        gaps: by closure how far it opens [m], an angle by what it is at the machine's extent.
+        gap: how far its loops open at most [m], an angle by what it is at the machine's extent.
         drives, reactions: largest deviation of each drive's torque and each connect's force, over the largest exact
             one; empty where forces are not computed.
         order: of the position in the time step; None where none can be claimed, or none was looked for.
@@ -63,18 +60,11 @@ class LoopRun:
     reason: str = ""
     errors: Mapping[str, float] = field(default_factory=dict)
     worst: str = ""
-    curve: ErrorCurve | None = None
-    gaps: Mapping[str, float] = field(default_factory=dict)
+    gap: float | None = None
     drives: Mapping[str, float] = field(default_factory=dict)
     reactions: Mapping[str, float] = field(default_factory=dict)
     order: float | None = None
     cost: float | None = None
-    opening: ErrorCurve | None = None
-
-    @property
-    def gap(self) -> float:
-        """How far its loops open at most."""
-        return max(self.gaps.values(), default=0.0)
 
     def within(self, tolerance: Mapping[str, float]) -> bool:
         """Whether it completed and no error is larger than allowed."""
@@ -89,7 +79,7 @@ class ShippedRun:
 
     Attributes:
         start: in words.
-        gaps: as of a `LoopRun`.
+        gap: as of a `LoopRun`.
         chatter: joint whose rate swings back and forth from step to step, and by how much over its range; None
             where none does.
     """
@@ -98,32 +88,13 @@ class ShippedRun:
     seconds: float
     outcome: Outcome
     reason: str
-    gaps: Mapping[str, float]
+    gap: float
     chatter: tuple[str, float] | None = None
 
     @property
     def failed(self) -> bool:
         """True where it did not complete, or oscillates."""
         return self.outcome is not Outcome.COMPLETED or self.chatter is not None
-
-
-@dataclass(frozen=True)
-class FreeRun:
-    """The model let go from its exact start with its base free: what drifts.
-
-    Attributes:
-        momentum, spin: change of the linear momentum beside that of weight, and of the angular one about the centre
-            of gravity, over the largest that its bodies have one by one.
-        energy: change over the largest kinetic energy; None where something dissipates or drives.
-    """
-
-    label: str
-    outcome: Outcome
-    reason: str
-    gap: float
-    momentum: float
-    spin: float
-    energy: float | None
 
 
 @dataclass(frozen=True)
@@ -162,7 +133,6 @@ class LoopStudy:
     shipped: ShippedRun
     runs: tuple[LoopRun, ...]
     steps: tuple[LoopRun, ...]
-    free: tuple[FreeRun, ...]
     cheapest: LoopRun | None = None
     paste: str = ""
     compared: Comparison | None = None

@@ -1,10 +1,9 @@
-"""Settings of a model's runs, their cost, and their errors against the exact motion."""
+"""Settings of a model's runs, and their errors against the exact motion."""
 
 from __future__ import annotations
 
 import copy
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import mujoco
@@ -18,7 +17,6 @@ from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import poses
 from conrod.mjcf.loops.driving import Recording, opens
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun
-from conrod.own.error_curve import error_curve
 from conrod.own.models.driving import changed
 from conrod.runs.outcome import OPEN_GAP
 from conrod.runs.trajectory import Outcome
@@ -26,7 +24,6 @@ from conrod.runs.trajectory import Outcome
 # Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
 # 1 mm at 1e-9 and by 1e-7 mm at 1e-7 (1 m, 1 ms).
 SOFTER = 1e-7
-TIMED = 0.15  # [s]
 # Solver tolerance: at 0 Newton's method goes on where nothing is gained any more, to its last iteration in most steps
 # (of Agility's Cassie 100 in place of 2, at 12 times the cost).
 CONVERGED = 1e-30
@@ -78,11 +75,11 @@ def errors_of(
 ) -> LoopRun:  # fmt: skip
     """A run with its errors against the exact motion at the same times."""
     gaps = {name: float(np.nanmax(gap)) for name, gap in run.gaps.items()}
-    opening = error_curve(run.times, np.max([*run.gaps.values()], axis=0))
+    gap = max(gaps.values(), default=0.0)
     if run.outcome is not Outcome.COMPLETED:
-        return LoopRun(label, step, run.outcome, run.reason, gaps=gaps, opening=opening)
-    if max(gaps.values(), default=0.0) > OPEN_GAP * travel:
-        return LoopRun(label, step, Outcome.OPENED, opens(machine.tree, gaps), gaps=gaps, opening=opening)
+        return LoopRun(label, step, run.outcome, run.reason, gap=gap)
+    if gap > OPEN_GAP * travel:
+        return LoopRun(label, step, Outcome.OPENED, opens(machine.tree, gaps), gap=gap)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
         for name, found in run.points.items()
@@ -91,13 +88,12 @@ def errors_of(
     worst = max(off, key=lambda name: float(off[name][0].max()))
     far = int(off[worst][0].argmax()) if errors["position"] > OPEN_GAP * travel else None
     if far is not None and (where := _flipped(run, far, machine, motion, travel)):
-        return LoopRun(label, step, Outcome.FLIPPED, where, gaps=gaps, opening=opening)
+        return LoopRun(label, step, Outcome.FLIPPED, where, gap=gap)
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
         drives = _relative(run.drives, exact.drives)
         reactions = _relative(run.reactions, exact.reactions)
-    curve = error_curve(run.times, np.max([one[0] for one in off.values()], axis=0))
-    return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, curve, gaps, drives, reactions, opening=opening)
+    return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, gap, drives, reactions)
 
 
 def _flipped(run: Recording, sample: int, machine: DrivenTree, motion: SpatialMotion, travel: float) -> str:
@@ -126,14 +122,3 @@ def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[st
     return {
         name: float(np.nanmax(np.abs(found[name] - truth))) / max(sizes[name], least) for name, truth in known.items()
     }
-
-
-def step_time(advance: Callable[[int], None]) -> float:
-    """CPU time of a step [s], over as many as take long enough to be timed."""
-    count = 50
-    while True:
-        before = time.process_time()
-        advance(count)
-        if (spent := time.process_time() - before) > TIMED / 5:
-            return spent / count
-        count *= 2

@@ -23,9 +23,9 @@ from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.mjcf.loops.request import control_law, duration, judged_points, laws_of, machine_tree
-from conrod.mjcf.loops.results import LABELS, OWN, FreeRun, LoopRun, LoopStudy, Question, ShippedRun
-from conrod.mjcf.loops.runs import errors_of, pasted, step_time, with_settings
-from conrod.mjcf.loops.undriven import free_run, shipped_run
+from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
+from conrod.mjcf.loops.runs import errors_of, pasted, with_settings
+from conrod.mjcf.loops.shipped import shipped_run
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
     OWN_POSE,
@@ -41,6 +41,7 @@ from conrod.own.models.loading import (
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
+from conrod.studies.frame.paired_timing import paired_cost
 
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 500
@@ -126,7 +127,7 @@ class _Bench:
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
-            shipped, runs, steps, self._free(checked), best, paste,
+            shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
         )  # fmt: skip
 
@@ -166,7 +167,7 @@ class _Bench:
             order = claimed_order(by_step)
             priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
             at_own.append(replace(priced[1.0], order=order))
-            others += [replace(run, curve=None, opening=None) for n, run in priced.items() if n != 1.0]
+            others += [run for n, run in priced.items() if n != 1.0]
         return tuple(at_own), tuple(others)
 
     def _run(self, label: str, finer: float, travel: float) -> LoopRun:
@@ -187,18 +188,14 @@ class _Bench:
 
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset's settings over that with the model's own, measured in turns."""
-        start = self.machine.motion(np.zeros(1))
-        steppers, spent = {}, dict.fromkeys(LABELS, math.inf)
+        start, steppers = self.machine.motion(np.zeros(1)), {}
         for label in LABELS:
             model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
             model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION  # in the runs the drives hold against it
             data = mujoco.MjData(model)
             start_state(data, start)
-            steppers[label] = looping_stepper(model, state_of(model, data), 100)()
-        for _ in range(5):
-            for label, advance in steppers.items():
-                spent[label] = min(spent[label], step_time(advance))
-        return {label: value / spent[OWN] for label, value in spent.items()}
+            steppers[label] = looping_stepper(model, state_of(model, data), 100)
+        return {OWN: 1.0} | {label: paired_cost(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
 
     def _shipped(self, travel: float, label: str = OWN) -> ShippedRun:
         """The file as it is, with the controls that are asked for; or with a preset's settings at its own step."""
@@ -215,19 +212,3 @@ class _Bench:
         words = start_words(self.model, key, data.ctrl.tolist())
         model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
         return shipped_run(self.machine.tree, model, data, laws, self.seconds, words, travel)
-
-    def _free(self, motion: SpatialMotion) -> tuple[FreeRun, ...]:
-        """A floating machine let go; nothing where something of it hangs on the ground."""
-        if any(above and above[0].kind != "free" for above in self.machine.tree.above):
-            return ()
-        step = float(self.model.opt.timestep)
-        return tuple(
-            free_run(
-                label,
-                self.machine.tree,
-                with_settings(self.model, label, step, self.period, True),
-                motion,
-                self.seconds,
-            )
-            for label in LABELS
-        )
