@@ -195,24 +195,20 @@ def _ablate(file: Path) -> Records:
             for variant in engine["variants"]:
                 name = f"{whole}/{BEFORE.get(variant['role'], variant['role'])}/{variant['ingredient']}"
                 yield f"{name}/outcome", Record(variant["outcome"])
-                yield from _exactly(f"{name}/mobility", variant["mobility"])
-                for key in ("errors", "change", "torque_error", "torque_change"):
+                for key in ("errors", "change"):
                     yield from _measured(f"{name}/{key}", variant[key])
 
 
 def _ingredient(name: str, ingredient: Entry) -> Records:
-    for key in ("minimal", "group", "needed_by"):
+    for key in ("minimal", "needed_by"):
         yield from _exactly(f"{name}/{key}", ingredient[key])
     # Free or costly is a matter of time, which is not golden.
     verdict = {"free": "right without it", "costly": "right without it", "undecided": "not told"}
     yield f"{name}/verdict", Record(str(verdict.get(ingredient["verdict"], ingredient["verdict"])))
     for evidence in ingredient["evidence"]:
         place = f"{name}/{'in full' if evidence['full'] else 'in minimal'}"
-        for key in ("change", "torque_change"):
-            yield from _measured(f"{place}/{key}", evidence[key])
-        for key in ("effect", "torque_effect"):
-            effect = evidence[key] or ""
-            yield f"{place}/{key}", Record(str(BEFORE.get(effect, effect)))
+        yield from _measured(f"{place}/change", evidence["change"])
+        yield f"{place}/effect", Record(str(BEFORE.get(evidence["effect"], evidence["effect"])))
 
 
 def _sweep(file: Path) -> Records:

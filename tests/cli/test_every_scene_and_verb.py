@@ -41,7 +41,7 @@ STUDIES = (
     "sweep {} --engine pymunk --grid coarse",
     "recommend {} --engine pymunk --position 1e-2",
     "limits {} --axis steps --engine pymunk --preset stock",
-    "ablate {} --engine pymunk --steps-per-rev 40 --rounds 2",
+    "ablate {} --engine mujoco --steps-per-rev 40 --rounds 2",
 )
 
 

@@ -10,22 +10,18 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from catalogue import CAM, EVERY_SCENE, PRESS, SAW, SCENES, WITH_A_ROD
+from catalogue import CAM, PRESS, SAW, SCENES
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
-from conrod.engines.mobility import MobilityCount, Row, count_mobility
 from conrod.engines.mujoco import model_edits as dressing
-from conrod.engines.mujoco.model import build
 from conrod.engines.variants import Ingredient
-from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
 
 MUJOCO: Any = engine_named("mujoco")
 FAST_SAW = SCENES["saw-500rpm"]
 MACHINES: dict[str, Any] = {"press": PRESS, "saw": FAST_SAW, "cam": CAM}
 STEPS = 1000
-TURN = np.linspace(0.0, 2.0 * np.pi, 25)
 # What does harm by itself: contact forces where links overlap; accelerations told from forces that have lost digits.
 HARMFUL = ("touching-geoms", "noslip")
 EQUAL = 1e-9
@@ -126,7 +122,7 @@ def test_only_what_applies_to_a_machine_is_offered() -> None:
     assert offered["saw"] == on_linkages
     assert on_linkages - on_cams == {
         *("closure", "hardening", "slow-closure", "gravity"),  # the cam's scene has no gravity
-        *("free-bodies", "redundant-closures", "touching-geoms"),
+        *("redundant-closures", "touching-geoms"),
     }
     assert on_cams - on_linkages == {"contact", "stiff-contact", "condim-3", "condim-4", "condim-6", "fine-cam"}
 
@@ -152,10 +148,8 @@ def test_geoms_of_links_in_one_plane_touch_and_those_in_layers_do_not(machine: s
 def test_a_dressing_that_does_not_exist_or_does_not_apply_is_refused() -> None:
     with pytest.raises(InvalidInput, match=r"unknown dressing 'enregy'.*did you mean 'energy'"):
         run(SAW, replace(MuJoCoSettings.hardened(SAW, 100), dressing=("enregy",)))
-    for scene, name in ((CAM, "free-bodies"), (CAM, "redundant-closures"), (SAW, "condim-3"), (SAW, "no-contact")):
+    for scene, name in ((CAM, "redundant-closures"), (SAW, "condim-3"), (SAW, "no-contact")):
         assert name in MUJOCO.refusal(scene, replace(MuJoCoSettings.tuned(scene, 100), dressing=(name,)))
-    left_out = replace(MuJoCoSettings.tuned(SAW, 100), rod="distance-joint", dressing=("free-bodies",))
-    assert "cannot be a free body" in MUJOCO.refusal(SAW, left_out)
 
 
 # -- the motion ------------------------------------------------------------------------------------------------------
@@ -182,7 +176,7 @@ def test_all_but_the_harmful_leave_the_motion_alone(machine: str, name: str) -> 
 @pytest.mark.parametrize("machine", ["press", "saw"])
 def test_the_dressed_model_moves_as_the_minimal_one_unless_a_harmful_ingredient_is_in_it(machine: str) -> None:
     worn = fully_dressed(machine, but=HARMFUL)
-    assert {"free-bodies", "redundant-closures", "sensors-64", "sparse-jacobian"} < set(worn.dressing)
+    assert {"redundant-closures", "sensors-64", "sparse-jacobian"} < set(worn.dressing)
     assert piece(machine, worn).trajectory.outcome is Outcome.COMPLETED
     assert change(machine, worn) < EQUAL
     assert change(machine, fully_dressed(machine)) > 100.0 * EQUAL
@@ -207,58 +201,3 @@ def test_the_default_tolerance_is_no_trap_where_closures_are_hard_and_one_where_
 def test_without_its_contact_the_follower_falls_through_the_cam() -> None:
     gone = piece("cam", with_one("cam", "contact"), 0.05).trajectory
     assert gone.outcome is not Outcome.COMPLETED
-
-
-# -- free bodies -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", WITH_A_ROD)
-def test_a_free_body_starts_where_the_exact_motion_has_it(name: str) -> None:
-    scene: Any = EVERY_SCENE[name]
-    settings = replace(MuJoCoSettings.hardened(scene, 100), dressing=("free-bodies",))
-    made = build(scene, settings)
-    poses, slopes = scene.kinematics.derivatives(TURN, 1)
-    back, rates = made.forward(made.coordinates(poses), made.rates(poses, slopes * scene.speed))
-    assert (made.model.nq, made.model.nv) == (9, 8)
-    assert np.abs(np.exp(1j * back) - np.exp(1j * poses)).max() < 1e-12
-    assert np.abs(rates - slopes * scene.speed).max() < 1e-10 * abs(scene.speed)
-
-
-# -- mobility --------------------------------------------------------------------------------------------------------
-
-
-def counted(machine: str, name: str = "") -> MobilityCount:
-    found: MobilityCount = MUJOCO.mobility(
-        MACHINES[machine], with_one(machine, name) if name else minimal_of(machine), TURN
-    )
-    return found
-
-
-@pytest.mark.parametrize("name", EVERY_SCENE)
-def test_the_compiled_model_has_the_mobility_that_gruebler_counts(name: str) -> None:
-    scene: Any = EVERY_SCENE[name]
-    settings = replace(MuJoCoSettings.tuned(scene, 100), cam_vertices=250)
-    found = MUJOCO.mobility(scene, settings, TURN)
-    assert (found.freedom, found.most_freedom) == (scene.mechanism().mobility,) * 2 == (1, 1)
-    assert (found.missing, found.redundant) == (0, {})
-
-
-def test_a_closure_said_twice_is_named_redundant() -> None:
-    found = counted("press", "redundant-closures")
-    assert found.redundant == {"slider-pin/again": 2}
-    assert (found.freedom, found.missing) == (1, 0)
-
-
-def test_an_open_loop_lacks_two_constraints_and_a_cam_without_contact_one() -> None:
-    assert (counted("saw", "closure").freedom, counted("saw", "closure").missing) == (3, 2)
-    assert (counted("cam").rows, counted("cam").freedom) == (1, 1)
-    assert (counted("cam", "contact").freedom, counted("cam", "contact").missing) == (2, 1)
-
-
-def test_a_rank_that_falls_at_a_singular_pose_is_seen() -> None:
-    regular, singular = np.eye(2), np.array([[1.0, 0.0], [1.0, 0.0]])
-    jacobians: Array = np.stack([regular, singular])
-    found = count_mobility([Row("first"), Row("second")], jacobians)
-    assert (found.least_rank, found.most_rank, found.freedom, found.most_freedom) == (1, 2, 0, 1)
-    assert found.redundant == {}
-    assert count_mobility([Row("first"), Row("second")], jacobians[1:]).redundant == {"second": 1}

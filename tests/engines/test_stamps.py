@@ -126,21 +126,6 @@ def test_what_happened_in_one_piece_is_told_of_all_that_follow() -> None:
     assert set(outcomes[first:]) == {Outcome.STALLED}
 
 
-def test_whole_turns_of_a_free_body_are_counted_wherever_a_run_is_cut() -> None:
-    scene = scene_named("whitworth")  # its lever turns round, free in space with its pins as closures
-    free = replace(MuJoCoSettings.tuned(scene, 60), dressing=("free-bodies",))
-
-    def turns(steps: int) -> Array:
-        pieces = engine_named("mujoco").run(scene, free, 2.2, START, steps)
-        lever = 3 * scene.kinematics.mechanism.body_index["lever"] + 2
-        return np.concatenate([states.position.poses[:, lever] for p in pieces if (states := p.trajectory.bodies)])
-
-    whole = turns(1000)
-    assert np.ptp(whole) > 4.0 * np.pi
-    for steps in (7, 60):
-        np.testing.assert_array_equal(turns(steps), whole)
-
-
 def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:
     scene, settings = RUNS["press"]
     made = build(scene, settings)
@@ -183,17 +168,16 @@ def centred(scene: Any, poses: Array, rates: Array) -> tuple[Array, Array]:
     return centres, speeds
 
 
-@pytest.mark.parametrize("substeps", [None, 2])
 @pytest.mark.parametrize("scene", [SAW, PRESS, CAM, LEG], ids=["saw", "press", "cam", "leg"])
-def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any, substeps: int | None) -> None:
+def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> None:
     mechanism, h = scene.kinematics.mechanism, STEP * scene.period
     times = 0.1 * scene.period + h * np.arange(12)
-    # A contact's velocities fit the instant itself; those of joints the middle of the engine's step that follows.
-    ahead = 0.0 if mechanism.cam_contacts else 0.5 * h / (substeps or 1)
+    # A contact's velocities fit the instant itself; those of joints the middle of the step that follows.
+    ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
     poses, rates = exact_states(scene, times)[1], exact_states(scene, times + ahead)[2]
     # The turn half a step on is had from the rate there.
     centres, speeds = centred(scene, poses, rates)[0], centred(scene, exact_states(scene, times + ahead)[1], rates)[1]
-    at = staggered(mechanism, h, times, centres, speeds, h / substeps if substeps else None)
+    at = staggered(mechanism, h, times, centres, speeds)
     expected = {
         "position": times,
         "velocity": times[1:] + ahead,

@@ -16,7 +16,7 @@ from handmade import handmade_sweep
 from table_files import exact_table, judged
 
 from conrod.report import free_motion, numbers, trajectory
-from conrod.report.ablate.tables import models_table
+from conrod.report.ablate import models_table
 from conrod.report.results import verdict_words
 from conrod.report.sweep.tables import cheapest_table, front_table
 from conrod.report.table import Table, table, text_of

@@ -15,7 +15,7 @@ from conrod import MuJoCoSettings
 from conrod.cli.ablate import ROUNDS as ROUNDS_OF_THE_COMMAND
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.studies.ablate.findings import Role, Verdict
-from conrod.studies.ablate.verdict import Levels, costs_time, evidence_of, verdict
+from conrod.studies.ablate.verdict import costs_time, evidence_of, levels, verdict
 from conrod.studies.frame.paired_timing import LONG_BLOCK, ROUNDS, PairedTiming, time_pair
 
 STEP = 10_000  # [ns] that a step of the minimal model takes
@@ -163,7 +163,7 @@ def judged(share: float) -> Verdict:
     """The verdict on an ingredient that costs a share of time and does nothing else."""
     found = timed(FakeEngine(dearer(share)))
     added = replace(variant(Role.ADDED, "sleep", MINIMAL_ERROR), cost=found)
-    return verdict([evidence_of(added, MINIMAL, Levels.of([MINIMAL]))])[0]
+    return verdict([evidence_of(added, MINIMAL, levels(MINIMAL))])[0]
 
 
 def test_a_planted_sleep_is_costly() -> None:

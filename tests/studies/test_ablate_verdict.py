@@ -8,10 +8,10 @@ import pytest
 from ablations import MINIMAL, MINIMAL_ERROR, alone, timing, variant
 
 from conrod.studies.ablate import verdict as rules
-from conrod.studies.ablate.findings import Effect, Evidence, Role, Verdict
-from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, Levels, evidence_of, torque_verdict, verdict
+from conrod.studies.ablate.findings import Evidence, Role, Verdict
+from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, evidence_of, levels, verdict
 
-LEVEL = Levels.of([MINIMAL])
+LEVEL = levels(MINIMAL)
 
 
 def without(error: float | None, cost: float = 1.0) -> Evidence:
@@ -54,11 +54,11 @@ def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[V
 def test_a_part_without_which_the_motion_is_better_is_harmful() -> None:
     rough = variant(Role.MINIMAL, error=1e-4)
     better = variant(Role.REDUCED, "it", 1e-6, 1e-4)
-    found = evidence_of(better, rough, Levels.of([rough]))
+    found = evidence_of(better, rough, levels(rough))
     assert verdict([found]) == (Verdict.HARMFUL, "position, better without it")
     # What only improves a motion that is as good as was asked for is not required.
     finer = variant(Role.ADDED, "it", 1e-6, 1e-4, 3.0)
-    assert verdict([evidence_of(finer, rough, Levels.of([rough]))])[0] is Verdict.COSTLY
+    assert verdict([evidence_of(finer, rough, levels(rough))])[0] is Verdict.COSTLY
 
 
 @pytest.mark.parametrize("quantity", JUDGED)
@@ -72,7 +72,7 @@ def test_every_quantity_can_show_harm(quantity: str) -> None:
 def test_a_change_below_the_minimal_models_own_error_is_no_change() -> None:
     rough = variant(Role.MINIMAL, error=1e-4)
     added = variant(Role.ADDED, "it", 1.5e-4, 0.9e-4)
-    assert verdict([evidence_of(added, rough, Levels.of([rough]))])[0] is Verdict.FREE
+    assert verdict([evidence_of(added, rough, levels(rough))])[0] is Verdict.FREE
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_wrong_threshold_is_seen(
 def test_a_level_without_a_least_one_would_call_rounding_harm(monkeypatch: pytest.MonkeyPatch) -> None:
     added = variant(Role.ADDED, "it", 5 * MINIMAL_ERROR, 4 * MINIMAL_ERROR)
     monkeypatch.setattr(rules, "NO_CHANGE", 0.0)
-    found = evidence_of(added, MINIMAL, Levels.of([MINIMAL]))
+    found = evidence_of(added, MINIMAL, levels(MINIMAL))
     assert verdict([found])[0] is Verdict.HARMFUL
 
 
@@ -116,29 +116,3 @@ def test_what_an_engine_cannot_do_is_not_told() -> None:
     found = evidence_of(refused, MINIMAL, LEVEL)
     assert verdict([found]) == (Verdict.UNDECIDED, "it has no rod")
     assert verdict([]) == (Verdict.UNDECIDED, "")
-
-
-def torque(before: float | None, after: float | None, change: float, best: float = 1e-9) -> str:
-    """What the torque errors of two models show."""
-    one = variant(Role.MINIMAL, torque_error=before)
-    two = variant(Role.ADDED, "it", torque_error=after, torque_change=change)
-    level = replace(LEVEL, torque=best)
-    return torque_verdict([evidence_of(two, one, level)])
-
-
-def test_what_the_torque_is_wrong_without_is_required_of_it_though_the_motion_does_not_change() -> None:
-    assert torque(0.05, 1e-9, 0.05) == "required"
-    assert torque(1e-9, 0.05, 0.05) == "harmful"
-    assert torque(0.05, 0.08, 0.03) == "changes it"
-    assert torque(1e-9, 1e-9, 1e-12) == ""
-    assert torque(None, None, 0.0) == ""
-    # The best torque of a study that has none better is as good as can be asked for.
-    assert torque(0.05, 2e-3, 0.05, best=1.5e-3) == "required"
-
-
-def test_the_level_of_the_torque_is_that_of_the_best_model() -> None:
-    models = [variant(Role.MINIMAL, torque_error=0.05), variant(Role.ADDED, "gravity", torque_error=3e-7)]
-    assert Levels.of(models).torque == 3e-7
-    assert Levels.of(models).motion["position"] == rules.NO_CHANGE
-    assert Levels.of([MINIMAL]).torque == rules.NO_CHANGE
-    assert Effect.NONE is alone(MINIMAL_ERROR, 0.0, 1.0).effect

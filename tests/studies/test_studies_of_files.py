@@ -22,7 +22,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.scenes import Saw
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from conrod.studies.ablate.case import ChangeCase, measure_change
+from conrod.studies.ablate.study import COMPARED, change
 from conrod.studies.frame.run import LEAST_STEPS, RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
@@ -118,32 +118,29 @@ def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
     assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_ingredients_of_a_pass_are_looked_at_in_the_pass(engine: str) -> None:
-    asked = cell(read(PASS), engine=engine)
-    change = ChangeCase(asked.name, asked.scene, asked.settings, against=asked.settings)
-    found = measure_change(change)
-    assert found.outcome == "completed"
-    assert found.beside is not None
-    assert found.beside["change"] == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
-    assert (found.largest("total") or 1.0) < 0.01
+def test_ingredients_of_a_pass_are_looked_at_in_the_pass() -> None:
+    scene, settings = read(PASS), cell(read(PASS)).settings
+    coarse, fine = (
+        measure(RunCase("a", scene, one, signed_angles=COMPARED)) for one in (settings, cell(read(PASS), 400).settings)
+    )
+    assert coarse.outcome == "completed"
+    assert (coarse.largest("total") or 1.0) < 0.01
+    assert change(coarse, coarse) == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
     # Negative control: twice the steps in a revolution make another motion, over the same pass.
-    finer = cell(read(PASS), 400, engine).settings
-    other = measure_change(replace(change, against=finer))
-    assert other.beside is not None
-    assert 0.0 < other.beside["change"]["position"] < 0.01
+    other = change(coarse, fine)
+    assert other is not None
+    assert 0.0 < other["position"] < 0.01
 
 
 def test_an_ingredient_of_joints_leaves_the_tendon_of_wheels_alone() -> None:
     scene = catalogue_scene("planetary-gear")
     bare = engine_named("mujoco").minimal(scene, 200)
-    for name in ("passive-damping", "passive-armature"):
-        change = ChangeCase("a", scene, replace(bare, dressing=(name,)), against=bare, revolutions=0.1)
-        found = measure_change(change)
-        assert found.outcome == "completed"
-        # Negative control: the joints have it. What turns evenly feels damping, and no inertia.
-        assert found.beside is not None
-        assert (found.beside["torque_change"] > 1.0) == (name == "passive-damping")
+    for name, quantity in (("passive-damping", "damping"), ("passive-armature", "armature")):
+        model = engine_named("mujoco").stepper(scene, replace(bare, dressing=(name,))).model
+        assert model.ntendon > 0
+        assert not getattr(model, f"tendon_{quantity}").any()
+        # Negative control: the joints have it.
+        assert getattr(model, f"dof_{quantity}")[1:].all()
 
 
 def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:

@@ -8,25 +8,20 @@ from typing import Any
 
 from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
-from conrod.engines.mobility import MobilityCount
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.studies.ablate.findings import (
     AblationStudy,
     EngineAblation,
     Evidence,
-    Gruebler,
     IngredientResult,
     Role,
     VariantResult,
 )
-from conrod.studies.ablate.verdict import JUDGED, Levels, evidence_of, torque_verdict, verdict
+from conrod.studies.ablate.verdict import JUDGED, evidence_of, levels, verdict
 from conrod.studies.frame.paired_timing import PairedTiming
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11
-COUNT = MobilityCount(3, 3, 2, 2, ("slider-pin z",), {})
-DOUBLED = MobilityCount(3, 6, 2, 2, ("slider-pin z",), {"slider-pin/again": 2})
-OPEN = MobilityCount(3, 0, 0, 0, (), {})
 
 
 def timing(ratio: float, half: float = 0.01) -> PairedTiming:
@@ -51,9 +46,6 @@ def variant(
         reason="" if completed else "a gap of 0.4 m",
         errors=dict.fromkeys(JUDGED, error) if error is not None else None,
         change=dict.fromkeys(JUDGED[:3], change) if completed else None,
-        torque_error=None,
-        torque_change=None,
-        mobility=COUNT,
         cost=None if cost is None or not completed else timing(cost),
         cost_in_full=None,
         settings={"timestep": 1e-3},
@@ -67,7 +59,7 @@ MINIMAL = variant(Role.MINIMAL)
 def alone(error: float | None, change: float, cost: float | None) -> Evidence:
     """What an ingredient shows that makes the minimal model like this."""
     added = variant(Role.ADDED, "it", error, change, cost)
-    return evidence_of(added, MINIMAL, Levels.of([MINIMAL]))
+    return evidence_of(added, MINIMAL, levels(MINIMAL))
 
 
 def ingredient(name: str, evidence: tuple[Evidence, ...], *, minimal: bool = False, **others: Any) -> IngredientResult:
@@ -75,14 +67,11 @@ def ingredient(name: str, evidence: tuple[Evidence, ...], *, minimal: bool = Fal
     found, because = verdict(evidence)
     made = IngredientResult(
         name=name,
-        title=name.replace("-", " "),
         meaning=f"what {name} is",
         minimal=minimal,
-        group="",
         needed_by=(),
         verdict=found,
         because=because,
-        torque=torque_verdict(evidence),
         evidence=evidence,
     )
     return replace(made, **others)
@@ -96,13 +85,11 @@ def engine_study(engine: str = "mujoco", version: str = "1.2.3") -> EngineAblati
         variant(Role.ADDED, "looks"),
         variant(Role.ADDED, "sensors", cost=1.2),
         variant(Role.ADDED, "noslip", 1e-6, 1e-6, 1.1),
-        variant(Role.REDUCED, "closure", None, mobility=OPEN),
+        variant(Role.REDUCED, "closure", None),
         dressed,
-        variant(Role.TAKEN, "sensors", cost=1.5, cost_in_full=timing(1.3).inverse, mobility=DOUBLED),
-        variant(Role.HARMED, "noslip", 1e-6, 1e-6, 2.0, cost_in_full=timing(1.1)),
-        variant(Role.ALL, "", 1e-6, 1e-6, 2.0),
+        variant(Role.TAKEN, "sensors", cost=1.5, cost_in_full=timing(1.3).inverse),
     )
-    level = Levels.of(models)
+    level = levels(MINIMAL)
     costly = evidence_of(models[6], dressed, level)
     required = evidence_of(models[4], MINIMAL, level)
     found = (
@@ -116,9 +103,7 @@ def engine_study(engine: str = "mujoco", version: str = "1.2.3") -> EngineAblati
 
 def ablation_study(*engines: EngineAblation, **others: Any) -> AblationStudy:
     """A study of the saw."""
-    made = AblationStudy(
-        SCENE, "saw", "A saw", {"crank": 0.1, "rod": 0.4}, Gruebler(4, 4, 0, 1), engines or (engine_study(),), {}
-    )
+    made = AblationStudy(SCENE, "saw", "A saw", {"crank": 0.1, "rod": 0.4}, engines or (engine_study(),), {})
     return replace(made, **others)
 
 
@@ -158,6 +143,3 @@ class Planted:
 
     def ingredients(self, machine: Any, minimal: Any) -> tuple[Ingredient[Any], ...]:
         return self.planted
-
-    def mobility(self, machine: Any, settings: Any, angle: Any) -> Any:
-        raise AssertionError("runs are of the real engine")

@@ -46,7 +46,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.runner import Runner
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
-    from conrod.report.ablate.report import KIND
+    from conrod.report.ablate import KIND
     from conrod.studies.ablate.study import ablate_engine, ablation_study
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import check_table, select_scenes
@@ -82,7 +82,7 @@ def _timed(cases: Sequence[Case]) -> bool:
 
 def print_ablations(studies: Sequence[AblationStudy]) -> None:
     """For each scene and engine, what every ingredient costs and changes, and what follows."""
-    from conrod.report.ablate.tables import ingredients_table, speed_up
+    from conrod.report.ablate import ingredients_table, speed_up
     from conrod.report.numbers import lengths
     from conrod.report.terminal import console, print_lines, print_table
 

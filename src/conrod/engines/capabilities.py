@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from conrod.engines.engine import Engine, Machine
-from conrod.engines.mobility import MobilityCount
 from conrod.engines.releases import Releases
 from conrod.engines.tracks import ForceTracks, FreeRun, Pace
 from conrod.engines.variants import PRESETS, Grid, Ingredient, Rule
@@ -132,17 +131,11 @@ class Varied(Protocol):
 
 @runtime_checkable
 class HasIngredients(Protocol):
-    """A minimal model and the ingredients that it may carry, with the freedoms that a compiled model has.
-
-    The minimal model is the cheapest that has the observed motion right. Mobility is counted at the exact poses of
-    crank angles (T,) [rad]; InvalidInput where the machine cannot be given in the form that the settings ask for.
-    """
+    """A minimal model, the cheapest that has the observed motion right, and the ingredients that it may carry."""
 
     def minimal(self, machine: Machine, steps_per_revolution: int) -> Any: ...
 
     def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]: ...
-
-    def mobility(self, machine: Machine, settings: Any, angle: Array) -> MobilityCount: ...
 
 
 @runtime_checkable

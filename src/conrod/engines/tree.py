@@ -7,7 +7,6 @@ joint coordinate is zero in the start pose.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,22 +106,13 @@ class Tree:
             columns.append(branch.sense * value)
         return np.column_stack(columns)
 
-    def forward(
-        self, coordinates: Array, rates: Array, known: Mapping[str, tuple[Array, Array]] | None = None
-    ) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) from joint coordinates and joint rates (T, nv).
-
-        Args:
-            known: bodies that are not carried by their joints: poses and their rates (T, 3), whatever the coordinates.
-        """
+    def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
+        """Poses and their rates (T, 3 n) from joint coordinates and joint rates (T, nv)."""
         samples = len(coordinates)
         poses, speeds = np.zeros((samples, len(self.start))), np.zeros((samples, len(self.start)))
         for k, branch in enumerate(self.branches):
             i = self.mechanism.body_index[branch.child]
-            if known and branch.child in known:
-                pose, speed = known[branch.child]
-            else:
-                pose, speed = self._carried(branch, poses, speeds, coordinates[:, k], rates[:, k])
+            pose, speed = self._carried(branch, poses, speeds, coordinates[:, k], rates[:, k])
             poses[:, 3 * i : 3 * i + 3], speeds[:, 3 * i : 3 * i + 3] = pose, speed
         return poses, speeds
 

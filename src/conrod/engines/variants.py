@@ -116,11 +116,6 @@ class Ingredient(Generic[AnyFields]):
     minimal: bool = False
     group: str = ""
 
-    @property
-    def title(self) -> str:
-        """Its name in words."""
-        return self.name.replace("-", " ")
-
 
 def edited(*names: str) -> Change[Any]:
     """Settings with these edits of the model."""

@@ -40,7 +40,7 @@ SCENE = "{scene}"  # in a command, what stands for the scenes
 
 # By name, the module whose `KIND` it is: a kind is imported when a folder holds one. An application may add its own.
 KINDS: dict[str, str] = {
-    "ablate": "conrod.report.ablate.report",
+    "ablate": "conrod.report.ablate",
     "printed-values": "conrod.report.printed_values",
     "trajectory": "conrod.report.trajectory",
     "forces": "conrod.report.forces",

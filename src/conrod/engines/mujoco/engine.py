@@ -89,7 +89,6 @@ class MuJoCo(Engine[MuJoCoSettings]):
     regularised = staticmethod(regularised)
     minimal = staticmethod(ingredients.minimal)
     ingredients = staticmethod(ingredients.ingredients)
-    mobility = staticmethod(kinematic.model_mobility)
     releases = read_releases("conrod.engines.mujoco")
     reproducer = staticmethod(reproducer)
 

@@ -73,11 +73,6 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
     yield edit("passive-damping", damping, TORQUE, REACTIONS)
     armature = f"{PASSIVE_ARMATURE:g} kg m² on every hinge, {PASSIVE_ARMATURE:g} kg on every slide, but the crank"
     yield edit("passive-armature", armature, TORQUE, REACTIONS)
-    free = (
-        "links that hang on a pin have six degrees of freedom, and every pin but the crank's is held by three connects "
-        "along its axis; slides stay joints, for which MuJoCo has no equality"
-    )
-    yield edit("free-bodies", free, REACTIONS, WEAR)
     yield edit("redundant-closures", "every connect a second time")
     for dimension, friction in FRICTIONS.items():
         meaning = f"friction of the roller on the cam: {friction}, with MuJoCo's coefficients"

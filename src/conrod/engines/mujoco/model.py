@@ -19,7 +19,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -87,10 +86,7 @@ def laws_acting(model: mujoco.MjModel, tree: Tree, begin: float = 0.0) -> Iterat
 
 @dataclass(frozen=True)
 class Build:
-    """A compiled model with the tree that its coordinates belong to; states are those of all links.
-
-    A body that is free in space has its place and a quaternion for coordinates.
-    """
+    """A compiled model with the tree that its coordinates belong to; states are those of all links."""
 
     form: ModelForm
     tree: Tree
@@ -113,26 +109,14 @@ class Build:
 
     def coordinates(self, poses: Array) -> Array:
         """Model coordinates (T, nq) of poses (T, 3 n)."""
-        poses = self.form.kept(poses)
         found = np.zeros((len(poses), self.model.nq))
-        for joint, column in zip(self._joints, self.tree.coordinates(poses).T, strict=True):
-            if joint.free is None:
-                found[:, joint.place] = column
-            else:
-                x, y, turn = poses[:, joint.free].T
-                columns = [joint.place, joint.place + 1, joint.place + 3, joint.place + 6]
-                found[:, columns] = np.column_stack([x, y, np.cos(0.5 * turn), np.sin(0.5 * turn)])
+        found[:, [place for place, _ in self._joints]] = self.tree.coordinates(self.form.kept(poses))
         return found
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
-        poses, rates = self.form.kept(poses), self.form.kept(rates)
         found = np.zeros((len(poses), self.model.nv))
-        for joint, column in zip(self._joints, self.tree.rates(poses, rates).T, strict=True):
-            if joint.free is None:
-                found[:, joint.rate] = column
-            else:
-                found[:, joint.plane_rates] = rates[:, joint.free]
+        found[:, [rate for _, rate in self._joints]] = self.tree.rates(self.form.kept(poses), self.form.kept(rates))
         return found
 
     def forward(self, coordinates: Array, rates: Array, after: Array | None = None) -> tuple[Array, Array]:
@@ -141,33 +125,15 @@ class Build:
         Args:
             after: poses (3 n,) that these follow in a run reported in pieces; None at its beginning.
         """
-        before = self.tree.start if after is None else self.form.kept(after)
-        known = dict[str, tuple[Array, Array]]()
-        for joint, branch in zip(self._joints, self.tree.branches, strict=True):
-            if joint.free is not None:
-                first = joint.place
-                turn = 2.0 * np.arctan2(coordinates[:, first + 6], coordinates[:, first + 3])
-                # The first turn is within half a turn of the one before. Whole turns are counted, so that the same
-                # comes of it wherever a run is cut.
-                steps = np.diff(turn, prepend=before[joint.free][2])
-                turn = turn - 2.0 * np.pi * np.cumsum(np.rint(steps / (2.0 * np.pi)))
-                pose = np.column_stack([coordinates[:, first : first + 2], turn])
-                known[branch.child] = pose, rates[:, joint.plane_rates]
-        places, rate_places = [joint.place for joint in self._joints], [joint.rate for joint in self._joints]
-        found = self.tree.forward(coordinates[:, places], rates[:, rate_places], known)
-        poses, speeds = self.form.completed(found, after)
+        places, rate_places = [place for place, _ in self._joints], [rate for _, rate in self._joints]
+        poses, speeds = self.form.completed(self.tree.forward(coordinates[:, places], rates[:, rate_places]), after)
         return poses, speeds
 
     @cached_property
-    def _joints(self) -> list[_Joint]:
-        """Joints of the tree's branches."""
-        found = []
-        for branch in self.tree.branches:
-            joint = self.model.joint(joint_name(self.tree, branch))
-            first = 3 * self.tree.mechanism.body_index[branch.child]
-            free = slice(first, first + 3) if joint.type[0] == mujoco.mjtJoint.mjJNT_FREE else None
-            found.append(_Joint(int(joint.qposadr[0]), int(joint.dofadr[0]), free))
-        return found
+    def _joints(self) -> list[tuple[int, int]]:
+        """Of the joint of each of the tree's branches, the places of its coordinate and of its rate."""
+        joints = [self.model.joint(joint_name(self.tree, branch)) for branch in self.tree.branches]
+        return [(int(joint.qposadr[0]), int(joint.dofadr[0])) for joint in joints]
 
     def inverse_weight(self, closure: str) -> float:
         """Compiled inverse weight [1/kg] of what closes a loop, by its name."""
@@ -184,19 +150,6 @@ class Build:
         """Columns x and y (or the one column) of a sensor in an array of sensor data (T, nsensordata)."""
         sensor = self.model.sensor(name)
         return data[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
-
-
-class _Joint(NamedTuple):
-    """The first of a joint's coordinates and of its rates; of a body that is free in space its columns of the poses."""
-
-    place: int
-    rate: int
-    free: slice | None
-
-    @property
-    def plane_rates(self) -> list[int]:
-        """Rates of a free body in the plane of motion."""
-        return [self.rate, self.rate + 1, self.rate + 5]
 
 
 def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> Build:

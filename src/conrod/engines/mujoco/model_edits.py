@@ -7,13 +7,12 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
-from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.closures import add, number, numbers, section
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.mujoco.visual_geometry import add_link_geoms, link_width
 from conrod.engines.tree import Tree
 from conrod.errors import unknown_choice
-from conrod.mechanism.mechanism import GROUND, Mechanism, Revolute
+from conrod.mechanism.mechanism import GROUND, Mechanism
 
 Edit: TypeAlias = Callable[[ET.Element, Tree, MuJoCoSettings], None]
 
@@ -27,7 +26,7 @@ def body_element(root: ET.Element, name: str) -> ET.Element:
 
 
 def open_loops(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-    """Without what closes the loops; pins that carry free bodies stay."""
+    """Without what closes the loops."""
     equality = section(root, "equality")
     closures = [joint.name for joint in tree.cuts] + [distance.link for distance in tree.distances]
     closures += [mesh.name for mesh in tree.mechanism.meshes]
@@ -117,62 +116,14 @@ def no_contact(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
         contacts.remove(pair)
 
 
-# Where a pin is held, along its axis in widths of a link.
-PLACES = {"": 0.0, "/above": 1.5, "/below": -1.5}
-
-
-def free_bodies(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-    """Free every link that hangs on a pin, and hold all pins but the driven one by three connects along the axis.
-
-    Slides stay joints, because MuJoCo has no equality that is one; the driven pin stays a hinge, for its flywheel.
-    """
-    parents = {child: parent for parent in root.iter() for child in parent}
-    world, pins = section(root, "worldbody"), list(tree.cuts)
-    for branch in tree.branches:
-        if not isinstance(branch.joint, Revolute) or branch.joint.name == tree.mechanism.driver.joint:
-            continue
-        element = body_element(root, branch.child)
-        parents[element].remove(element)
-        world.append(element)
-        _set_free(element, tree, branch.child)
-        pins.append(branch.joint)
-    for pin in pins:
-        _hold(root, pin, settings, link_width(tree))
-
-
-def _set_free(element: ET.Element, tree: Tree, body: str) -> None:
-    """The body, now a child of the world, in its start pose there."""
-    x, y, turn = (float(value) for value in tree.start_pose(body))
-    element.attrib |= {"pos": numbers([x, y, 0.0]), "euler": numbers([0.0, 0.0, turn])}
-    joint = element.find("joint")
-    assert joint is not None
-    element.remove(joint)
-    element.insert(0, ET.Element("freejoint", name=joint.get("name", "")))
-
-
-def _hold(root: ET.Element, pin: Revolute, settings: MuJoCoSettings, width: float) -> None:
-    """Connects of a pin and their sites, those in the plane as well where they are not there yet."""
-    stiffness = {"solref": numbers(settings.solref), "solimp": numbers(settings.solimp)}
-    equality = section(root, "equality")
-    for suffix, height in PLACES.items():
-        ends = []
-        for body, point in ((pin.a, pin.point_a), (pin.b, pin.point_b)):
-            ends.append(f"{pin.name}.{body}{suffix}")
-            if root.find(f".//site[@name='{ends[-1]}']") is None:
-                add(body_element(root, body), "site", name=ends[-1], pos=numbers([*point, height * width]))
-        if equality.find(f"connect[@name='{pin.name}{suffix}']") is None:
-            add(equality, "connect", name=pin.name + suffix, site1=ends[0], site2=ends[1], **stiffness)
-
-
 PASSIVE_JOINTS = ".//body/joint"  # a tendon that ties wheels has elements of the same name
 PASSIVE_DAMPING, PASSIVE_ARMATURE = 0.1, 0.01
 NOSLIP_ITERATIONS = 5
 # Evaluations; two are exact along a direction of Newton's method, as long as the set of acting constraints stays.
 LINE_SEARCH = 5
 
-# Applied from the first to the last: what moves a body, or takes a closure away, comes before what adds to it.
+# Applied from the first to the last: what takes a closure away comes before what adds to it.
 EDITS: Mapping[str, Edit] = {
-    "free-bodies": free_bodies,
     "open-loops": open_loops,
     "redundant-closures": redundant_closures,
     "no-contact": no_contact,
@@ -195,7 +146,7 @@ EDITS: Mapping[str, Edit] = {
     "passive-armature": attribute(PASSIVE_JOINTS, "armature", PASSIVE_ARMATURE),
 }
 # MuJoCo lets a body through its parent: of the links in one plane only those overlap for it that a closure joins.
-OF_LOOPS = ("free-bodies", "open-loops", "redundant-closures", "touching-geoms")
+OF_LOOPS = ("open-loops", "redundant-closures", "touching-geoms")
 OF_CONTACT = ("no-contact", "condim-3", "condim-4", "condim-6")
 
 
@@ -220,8 +171,4 @@ def edit_refusal(mechanism: Mechanism, settings: MuJoCoSettings) -> str | None:
             return f"{name} is of a cam's contact, and there is none"
         if name in OF_LOOPS and mechanism.cam_contacts:
             return f"{name} is of loops that joints close, and there are none"
-        if name == "free-bodies" and settings.rod != BODY:
-            return "a link that is left out cannot be a free body"
-        if name == "free-bodies" and mechanism.meshes:
-            return "a rolling pair ties the joints of its wheels, which free bodies do not have"
     return None

@@ -38,7 +38,7 @@ def run(
         # of a whole turn, put right at once, would be seen in the acceleration.
         turns = driver.start + driver.sense * machine.speed * times
         centres, rates = advance(made, settings, turns, known, (pushes.give, times) if pushes else None)
-        at = staggered(made.mechanism, settings.timestep, times, centres, rates, settings.substep)
+        at = staggered(made.mechanism, settings.timestep, times, centres, rates)
         bodies = body_tracks(made.form, at, centres, rates, before)
         points = point_tracks(made.mechanism, at, centres, rates) | unseen_points(kinematics, made.form, at, bodies)
         known, before = (centres[-KEPT:], rates[-KEPT:]), bodies

@@ -9,10 +9,8 @@ from conrod.engines.pymunk import (
     forces,
     free_run,
     grid,
-    ingredients,
     kinematic,
     law,
-    mobility,
     space,
     timing,
 )
@@ -21,7 +19,7 @@ from conrod.engines.releases import read_releases
 
 
 class Pymunk(Engine[PymunkSettings]):
-    """pymunk by way of its `Space`, with all capabilities."""
+    """pymunk by way of its `Space`, with all capabilities but ingredients."""
 
     name = "pymunk"
     version = built.VERSION
@@ -38,9 +36,6 @@ class Pymunk(Engine[PymunkSettings]):
     stabilised = staticmethod(grid.stabilised)
     regularised = staticmethod(grid.regularised)
     grid = staticmethod(grid.rules)
-    minimal = staticmethod(ingredients.minimal)
-    ingredients = staticmethod(ingredients.ingredients)
-    mobility = staticmethod(mobility.space_mobility)
     releases = read_releases("conrod.engines.pymunk")
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, PymunkSettings]:

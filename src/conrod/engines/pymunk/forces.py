@@ -32,7 +32,7 @@ from conrod.engines.pymunk.points import Staggered, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
-from conrod.engines.tracks import DRIVE, EDITED, FORM, ForceTracks, no_forces
+from conrod.engines.tracks import DRIVE, FORM, ForceTracks, no_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
@@ -78,8 +78,6 @@ def _unreported(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str
     """Quantities that these settings do not report, with the reasons; with the drive torque none is reported."""
     if settings.rounded_state:
         return {DRIVE: ROUNDED}
-    if settings.dressing:
-        return {DRIVE: EDITED}
     if settings.rod != BODY:
         return {DRIVE: FORM}
     if mechanism.meshes:

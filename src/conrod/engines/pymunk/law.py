@@ -136,7 +136,7 @@ LAW = (
 
 def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
     """Bounds for full correction; none where a share of the error is left at each step, or a rod is no body."""
-    if settings.error_bias > 0.0 or settings.dressing or settings.rod != BODY:
+    if settings.error_bias > 0.0 or settings.rod != BODY:
         return ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)

@@ -47,8 +47,8 @@ def pushes_of(made: Build, settings: PymunkSettings) -> Pushes | None:
 
     A velocity belongs to half a step after its step, with contact to the step's end (`Staggered`).
     """
-    ahead = 0.0 if made.mechanism.cam_contacts else 0.5 * settings.substep
-    return Pushes(made, settings.substep, ahead) if made.mechanism.loads else None
+    ahead = 0.0 if made.mechanism.cam_contacts else 0.5 * settings.timestep
+    return Pushes(made, settings.timestep, ahead) if made.mechanism.loads else None
 
 
 class Pushes:

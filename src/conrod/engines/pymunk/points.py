@@ -38,17 +38,14 @@ class Staggered:
     back: float
 
 
-def staggered(
-    mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array, substep: float | None = None
-) -> Staggered:
+def staggered(mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array) -> Staggered:
     """Instants of samples at times (T,) [s] with a step h [s], and where the crank was by the engine's own account.
 
     Args:
         centres: centres of gravity with turns (T, 3 n) [m, m, rad].
         rates: theirs, each at the instant that velocities belong to.
-        substep: length of the engine's own steps [s], where it takes several from sample to sample.
     """
-    ahead = 0.0 if mechanism.cam_contacts else 0.5 * (substep or h)
+    ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
     back = ahead - 0.5 * h
     driver, crank = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
     turn, spin = centres[:, crank].copy(), rates[:, crank].copy()

@@ -1,4 +1,4 @@
-"""Settings of a pymunk run, the presets, and the names of edits of a model. Imports no engine."""
+"""Settings of a pymunk run, and the presets. Imports no engine."""
 
 from __future__ import annotations
 
@@ -14,15 +14,6 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_count, check_number
-
-# Shapes on the links, of which a model has one kind.
-KINDS = ("colliding", "unfiltered", "sensor", "masked", "polygons", "grouped")
-SHAPES = tuple(f"shapes-{kind}" for kind in KINDS)
-# Steps of the space for each one that is recorded.
-SUBSTEPS = {"substeps-2": 2, "substeps-10": 10}
-
-# Each is done in this order, after the model is built; settings hold them in it, so that equal models are equal.
-NAMES = ("open-loop", "redundant-joints", *SHAPES, "sleeping", "damping", *SUBSTEPS)
 
 # Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60
@@ -43,31 +34,17 @@ class PymunkSettings(EngineSettings):
     cam_vertices: int = 4000
     rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     rounded_state: bool = False  # to single precision, after each step
-    dressing: tuple[str, ...] = ()  # names of what the model carries beside what it needs, see `ingredients`
 
     def __post_init__(self) -> None:
         # On most of what is out of these ranges Chipmunk would abort the interpreter.
         super().__post_init__()
         if self.rod not in ROD_FORMS:
             raise unknown_choice("rod", self.rod, ROD_FORMS)
-        for name in sorted({*self.dressing} - {*NAMES}):
-            raise unknown_choice("dressing", name, NAMES)
-        object.__setattr__(self, "dressing", tuple(name for name in NAMES if name in self.dressing))
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
         check_number("error_bias", self.error_bias, 0.0, 1.0)
         check_number("collision_bias", self.collision_bias, 0.0, 1.0)
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
-
-    @property
-    def substeps(self) -> int:
-        """Steps of the space for each one that is recorded."""
-        return max([1, *(SUBSTEPS[name] for name in self.dressing if name in SUBSTEPS)])
-
-    @property
-    def substep(self) -> float:
-        """Length of a step of the space [s]."""
-        return self.timestep / self.substeps
 
     def time_constant(self, contact: bool) -> float:
         bias = self.collision_bias if contact else self.error_bias

@@ -14,7 +14,6 @@ from conrod.engines.engine import Machine
 from conrod.engines.massless_rod import DistanceJoint, ModelForm, form_refusal, model_form
 from conrod.engines.pymunk.built import Build, shaft_centred
 from conrod.engines.pymunk.gears import gear_joints, gears_refusal
-from conrod.engines.pymunk.model_edits import dress
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import Profile
@@ -63,7 +62,6 @@ def _built(form: ModelForm, settings: PymunkSettings, start: Array, driven: bool
         _add(made, name, gear, settings)
     for distance in form.distances:
         _add(made, distance.link, _rod(made, distance), settings)
-    dress(made, settings)
     return made
 
 

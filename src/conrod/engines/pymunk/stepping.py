@@ -62,15 +62,15 @@ def advance(
     """
     begun = state(made) if known is None else known
     first = len(begun[0])
-    turned = between(turns[first - 1 :], settings.substeps)
+    turned = turns[first - 1 : -1]
     if settings.rounded_state:
         turned = turned.astype(np.float32).astype(np.float64)
-    begins = None if loading is None else (loading[0], between(loading[1][first - 1 :], settings.substeps))
+    begins = None if loading is None else (loading[0], loading[1][first - 1 : -1])
     centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
     centres[:first], rates[:first] = begun
     # A number too large for single precision becomes infinite: the run diverges, which its record shows.
     with np.errstate(over="ignore"):
-        loop = _Loop(made, settings.substep, begins, settings.substeps, settings.rounded_state)
+        loop = _Loop(made, settings.timestep, begins, settings.rounded_state)
         loop.through(turned, centres[first:], rates[first:])
     return centres, rates
 
@@ -89,13 +89,6 @@ def advance_free(
     centres, rates = np.empty((2, steps, 3 * len(made.bodies)))
     _Loop(made, timestep, loading, driven=False).through(np.zeros(steps), centres, rates)
     return centres, rates
-
-
-def between(turns: Array, substeps: int) -> Array:
-    """Crank turns [rad] at the beginning of every step of the space, from those at the T samples; (k (T - 1),)."""
-    if substeps == 1:
-        return turns[:-1]
-    return np.asarray((turns[:-1, None] + np.diff(turns)[:, None] * np.arange(substeps) / substeps).ravel())
 
 
 def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
@@ -120,7 +113,7 @@ def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: fl
 
 @dataclass(frozen=True)
 class _Loop:
-    """Steps of a space, of which every one, or every so-many-th, is recorded.
+    """Steps of a space, of which every one is recorded.
 
     Attributes:
         loading: forces beside constant ones, with the times at which the steps begin.
@@ -131,7 +124,6 @@ class _Loop:
     made: Build
     timestep: float
     loading: tuple[Give, Array] | None = None
-    substeps: int = 1
     rounded: bool = False
     driven: bool = True
 
@@ -141,34 +133,32 @@ class _Loop:
             self._by_properties(turns, centres, rates)
             return
         # A new space takes its first step by the public call, which checks the bodies' masses.
-        begun, substeps = int(self.made.space.current_time_step == 0.0), self.substeps
-        self._by_properties(turns[: begun * substeps], centres, rates)
+        begun = int(self.made.space.current_time_step == 0.0)
+        self._by_properties(turns[:begun], centres, rates)
         memory = [memory_of(body) for body in self.made.bodies]
         centre, rate = ([WIDTH * k + column for k in range(len(memory)) for column in of] for of in (CENTRE, RATE))
         for steps in cache_blocks(len(centres) - begun, BLOCK):
             rows = slice(begun + steps.start, begun + steps.stop)
-            turned = turns[substeps * rows.start : substeps * rows.stop].tolist()
-            copies = np.frombuffer(self._copy(turned, memory)).reshape(len(turned), WIDTH * len(memory))
-            states = copies[substeps - 1 :: substeps]
+            turned = turns[rows].tolist()
+            states = np.frombuffer(self._copy(turned, memory)).reshape(len(turned), WIDTH * len(memory))
             # Without a mode, `take` would first fill an array of its own.
             np.take(states, centre, axis=1, out=centres[rows], mode="clip")
             np.take(states, rate, axis=1, out=rates[rows], mode="clip")
 
     def _by_properties(self, turns: Array, centres: Array, rates: Array) -> None:
-        made, substeps = self.made, self.substeps
-        for n, turn in enumerate(turns.tolist(), start=1):
+        made = self.made
+        for n, turn in enumerate(turns.tolist()):
             if self.driven:
                 made.crank.angle = turn
             if self.loading is None:
                 for body, force in made.pushed:
                     body.force = force
             else:
-                self.loading[0](float(self.loading[1][n - 1]))
+                self.loading[0](float(self.loading[1][n]))
             made.space.step(self.timestep)
             if self.rounded:
                 _round(made.bodies)
-            if n % substeps == 0:
-                _record(made.bodies, centres[n // substeps - 1], rates[n // substeps - 1])
+            _record(made.bodies, centres[n], rates[n])
 
     def _copy(self, turns: list[float], memory: list[memoryview]) -> bytearray:
         """The bodies' memory after each step, one copy after the other."""

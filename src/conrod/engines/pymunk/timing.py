@@ -29,7 +29,6 @@ class BareRun:
     Attributes:
         turn: of the crank body at the start [rad].
         spin: its speed [rad/s].
-        substeps: steps of the space, each of `timestep`, for one that is asked for.
         give: gives all bodies their forces for the step that begins so long [s] after the start; None without loads.
         steps: taken so far; the crank's turn is counted from it, as in a recorded run.
     """
@@ -40,12 +39,11 @@ class BareRun:
     timestep: float
     turn: float
     spin: float
-    substeps: int = 1
     give: Callable[[float], object] | None = None
     steps: int = 0
 
     def __call__(self, steps: int) -> None:
-        times = self.timestep * np.arange(self.substeps * self.steps, self.substeps * (self.steps + steps))
+        times = self.timestep * np.arange(self.steps, self.steps + steps)
         turns = (self.turn + self.spin * times).tolist()
         if self.give is None:
             repeat(self.space, self.crank, self.pushed, self.timestep, turns)
@@ -67,9 +65,8 @@ def started(machine: Machine, settings: PymunkSettings) -> BareRun:
         made.space,
         made.crank,
         made.pushed,
-        timestep=settings.substep,
+        timestep=settings.timestep,
         turn=made.mechanism.crank_turn(angle),
         spin=driver.sense * machine.speed,
-        substeps=settings.substeps,
         give=(lambda since: pushes.give(begun + since)) if pushes else None,
     )

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from conrod.engines.mobility import MobilityCount
 from conrod.studies.frame.paired_timing import PairedTiming
 
 
@@ -18,22 +17,15 @@ class Role(Enum):
     ADDED = "added"  # minimal and one ingredient more
     REDUCED = "reduced"  # minimal without one of its own parts
     FULL = "full"  # minimal and all ingredients that do it no harm, of each group the last one
-    TAKEN = "taken"  # full without one of them, or without a part of the minimal model
-    HARMED = "harmed"  # full and one of those that do harm
-    ALL = "all"  # minimal and all ingredients, those that do harm as well
-
-
-# Made from the full model; all others are made from the minimal one.
-OF_FULL = (Role.TAKEN, Role.HARMED)
+    TAKEN = "taken"  # full without one of them, or without a part that the minimal model can do without
 
 
 class Effect(Enum):
-    """Effect of an ingredient on a quantity."""
+    """Effect of an ingredient on the observed motion."""
 
     NONE = "none"
     REQUIRED = "required"
     WORSE = "worse"
-    CHANGED = "changed"  # between two models neither of which has it right
     UNDECIDED = "undecided"
 
 
@@ -66,9 +58,6 @@ class VariantResult:
             None unless the run completed.
         change: largest difference of the observed points from what it is compared with, at the same instants:
             position, velocity, acceleration, normalised as errors are; None unless both completed.
-        torque_error: of the drive over the exact peak; None where the engine does not report it.
-        torque_change: largest difference of it, likewise.
-        mobility: None where it was not counted.
         cost: over the minimal model; None where the run did not complete or could not be timed.
         cost_in_full: of a variant with one ingredient taken from the full model: over that model.
         settings: as plain values.
@@ -80,9 +69,6 @@ class VariantResult:
     reason: str
     errors: Mapping[str, float] | None
     change: Mapping[str, float] | None
-    torque_error: float | None
-    torque_change: float | None
-    mobility: MobilityCount | None
     cost: PairedTiming | None
     cost_in_full: PairedTiming | None
     settings: Mapping[str, Any]
@@ -96,9 +82,7 @@ class Evidence:
         full: whether all other ingredients are there, or none.
         cost: with it over without it.
         change: of the observed motion.
-        effect: on the motion.
         because: what the effect was seen in: a quantity, or how the run ended that did not complete.
-        torque_effect: on the drive torque; None where the engine does not report it.
     """
 
     full: bool
@@ -106,8 +90,6 @@ class Evidence:
     change: Mapping[str, float] | None
     effect: Effect
     because: str
-    torque_change: float | None
-    torque_effect: Effect | None
 
 
 @dataclass(frozen=True)
@@ -115,21 +97,17 @@ class IngredientResult:
     """An ingredient, the evidence on it and what follows.
 
     Attributes:
-        name, title, meaning, minimal, group: see `engines.capabilities.Ingredient`.
+        name, meaning, minimal: see `engines.variants.Ingredient`.
         needed_by: quantities that need it by what it is.
         because: what the verdict was seen in.
-        torque: effect on the drive torque, empty where it is not reported, or not touched.
     """
 
     name: str
-    title: str
     meaning: str
     minimal: bool
-    group: str
     needed_by: tuple[str, ...]
     verdict: Verdict
     because: str
-    torque: str
     evidence: tuple[Evidence, ...]
 
 
@@ -157,16 +135,6 @@ class EngineAblation:
 
 
 @dataclass(frozen=True)
-class Gruebler:
-    """Gruebler's count of a mechanism: mobility = 3 (links - 1) - 2 lower pairs - higher pairs."""
-
-    links: int
-    lower_pairs: int
-    higher_pairs: int
-    mobility: int
-
-
-@dataclass(frozen=True)
 class AblationStudy:
     """Findings on a scene.
 
@@ -180,7 +148,6 @@ class AblationStudy:
     kind: str
     title: str
     parameters: Mapping[str, Any]
-    gruebler: Gruebler
     engines: tuple[EngineAblation, ...]
     unsupported: Mapping[str, str]
     lengths: Mapping[str, float] = field(default_factory=dict)

@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
+import numpy as np
+
 from conrod.engines import Engine
 from conrod.engines.capabilities import HasIngredients, required
 from conrod.engines.engine import default_steps
-from conrod.engines.mobility import MobilityCount
 from conrod.engines.variants import Ingredient
-from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.plain import restore
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
-from conrod.studies.ablate.case import ChangeCase, CostCase
-from conrod.studies.ablate.findings import (
-    OF_FULL,
-    AblationStudy,
-    Effect,
-    EngineAblation,
-    Gruebler,
-    IngredientResult,
-    Role,
-    VariantResult,
-)
-from conrod.studies.ablate.verdict import JUDGED, Levels, evidence_of, torque_verdict, verdict
+from conrod.studies.ablate.case import CostCase
+from conrod.studies.ablate.findings import AblationStudy, Effect, EngineAblation, IngredientResult, Role, VariantResult
+from conrod.studies.ablate.verdict import JUDGED, evidence_of, levels, verdict
 from conrod.studies.frame.case import Results, Study
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.frame.paired_timing import PairedTiming
-from conrod.studies.frame.run import as_run
+from conrod.studies.frame.run import RunCase, as_run
 from conrod.studies.frame.timing import fingerprint
 
 Found = Mapping[tuple[Role, str], VariantResult]
+COMPARED = 100  # crank angles of the last turn, or of the one pass, at which two motions are compared
 
 
 def ablate_engine(
@@ -54,14 +46,12 @@ def ablate_engine(
     minimal = models.minimal(scene, steps or default_steps(scene))
     ingredients = models.ingredients(scene, minimal)
     variants = single_variants(minimal, ingredients)
-    runs = yield [cases.change(one) for one in variants]
+    runs = yield [cases.run(one.settings) for one in variants]
     # Which ingredients a full model is to have is known when each has been seen alone.
     alone = _judged(ingredients, cases.results(variants, runs, {}))
-    effects = {one.name: one.evidence[0].effect for one in alone if not one.minimal}
-    # What the engine cannot do here, no model can have.
-    usable = [one for one in ingredients if effects.get(one.name) is not Effect.UNDECIDED]
-    variants += full_variants(minimal, usable, {name for name, effect in effects.items() if effect is Effect.WORSE})
-    runs = yield [cases.change(one) for one in variants]
+    effects = {one.name: one.evidence[0].effect for one in alone}
+    variants += full_variants(minimal, [one for one in ingredients if effects[one.name] is Effect.NONE])
+    runs = yield [cases.run(one.settings) for one in variants]
     # After all runs: what runs beside a timing is in it.
     costs = yield cases.costs(variants, runs)
     found = cases.results(variants, runs, costs)
@@ -69,7 +59,7 @@ def ablate_engine(
         engine=engine.name,
         version=engine.version,
         steps_per_revolution=minimal.steps_per_revolution,
-        revolutions=as_run(cases.change(variants[0])).revolutions,
+        revolutions=as_run(cases.run(minimal)).revolutions,
         machine=fingerprint(),
         ingredients=_judged(ingredients, found),
         variants=tuple(found.values()),
@@ -84,15 +74,8 @@ def ablation_study(
     Args:
         unsupported: engine -> why it has no ingredients to study.
     """
-    count, parameters = gruebler(scene.kinematics.mechanism), dict(scene.parameters)
     found = tuple(engines), dict(unsupported), dict(scene.lengths)
-    return AblationStudy(name, scene.kind, scene.title, parameters, count, *found)
-
-
-def gruebler(mechanism: Mechanism) -> Gruebler:
-    """Gruebler's count of a mechanism, the ground among its links."""
-    higher = len(mechanism.cam_contacts)
-    return Gruebler(len(mechanism.bodies) + 1, len(mechanism.joints) - higher, higher, mechanism.mobility)
+    return AblationStudy(name, scene.kind, scene.title, dict(scene.parameters), *found)
 
 
 # -- models ----------------------------------------------------------------------------------------------------------
@@ -105,8 +88,7 @@ class Variant:
     Attributes:
         ingredient: name of the one that it differs by from what it is compared with; empty where it is none.
         settings: that it is run with.
-        against: settings of what it is compared with: the full model for TAKEN and HARMED, the minimal one for all
-            others.
+        against: settings of what it is compared with: the full model for TAKEN, the minimal one for all others.
     """
 
     role: Role
@@ -124,28 +106,21 @@ def single_variants(minimal: Settings, ingredients: Sequence[Ingredient[Any]]) -
     )
 
 
-def full_variants(
-    minimal: Settings, ingredients: Sequence[Ingredient[Any]], harmful: Collection[str]
-) -> tuple[Variant, ...]:
-    """The full model, those that differ from it by one ingredient, and the one with all of them.
+def full_variants(minimal: Settings, idle: Sequence[Ingredient[Any]]) -> tuple[Variant, ...]:
+    """The full model, and those that differ from it by one ingredient.
 
     Args:
-        harmful: names of ingredients that spoil the minimal model: what others do could not be seen beside them.
+        idle: ingredients that do the minimal model neither harm nor good: what others do could not be seen beside one
+            that does harm, and what the minimal model needs every model needs.
     """
-    extra = [one for one in ingredients if not one.minimal]
-    chosen = last_of_groups([one for one in extra if one.name not in harmful])
-    every = last_of_groups(extra)
+    chosen = last_of_groups([one for one in idle if not one.minimal])
     if not chosen:
         return ()
     full: Settings = reduce(lambda settings, one: one.added(settings), chosen, minimal)
-    spoilt: Settings = reduce(lambda settings, one: one.added(settings), every, minimal)
-    spoiling = [one for one in every if one.name in harmful]
-    removable = [*chosen, *(one for one in ingredients if one.minimal)]
+    removable = [*chosen, *(one for one in idle if one.minimal)]
     return (
         Variant(Role.FULL, "", full, minimal),
         *(Variant(Role.TAKEN, one.name, one.removed(full), full) for one in removable),
-        *(Variant(Role.HARMED, one.name, one.added(full), full) for one in spoiling),
-        *([Variant(Role.ALL, "", spoilt, minimal)] if spoiling else []),
     )
 
 
@@ -168,9 +143,9 @@ class Cases:
     scene: Scene
     rounds: int
 
-    def change(self, variant: Variant) -> ChangeCase:
+    def run(self, settings: Settings) -> RunCase:
         """The run of a model."""
-        return ChangeCase(self.name, self.scene, variant.settings, against=variant.against)
+        return RunCase(self.name, self.scene, settings, signed_angles=COMPARED)
 
     def cost(self, variant: Variant, against: Settings) -> CostCase:
         """The timing of a model over another one."""
@@ -181,36 +156,43 @@ class Cases:
     def costs(self, variants: Sequence[Variant], runs: Results) -> list[CostCase]:
         """Timings of all models that ran to their end. The minimal model is timed against itself: a control."""
         minimal = variants[0]
-        ended = [one for one in variants if runs[self.change(one).key].outcome == Outcome.COMPLETED.slug]
+        ended = [one for one in variants if runs[self.run(one.settings).key].outcome == Outcome.COMPLETED.slug]
         roles = {one.role for one in ended}
         if Role.MINIMAL not in roles:
             return []
-        of_full = [one for one in ended if Role.FULL in roles and one.role in OF_FULL]
-        over_minimal = [self.cost(one, minimal.settings) for one in ended]
-        return over_minimal + [self.cost(one, one.against) for one in of_full]
+        taken = [one for one in ended if one.role is Role.TAKEN and Role.FULL in roles]
+        return [self.cost(one, minimal.settings) for one in ended] + [self.cost(one, one.against) for one in taken]
 
     def results(self, variants: Sequence[Variant], runs: Results, costs: Results) -> Found:
         """What was measured of each model."""
         return {(one.role, one.ingredient): self._result(one, variants[0], runs, costs) for one in variants}
 
     def _result(self, variant: Variant, minimal: Variant, runs: Results, costs: Results) -> VariantResult:
-        run = runs[self.change(variant).key]
-        beside = run.beside or {}
-        of_full = variant.role in OF_FULL
+        run, other = (runs[self.run(settings).key] for settings in (variant.settings, variant.against))
+        in_full = self.cost(variant, variant.against).key if variant.role is Role.TAKEN else ""
         return VariantResult(
             role=variant.role,
             ingredient=variant.ingredient,
             outcome=run.outcome,
             reason=run.reason,
             errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in JUDGED},
-            change=beside.get("change"),
-            torque_error=beside.get("torque"),
-            torque_change=beside.get("torque_change"),
-            mobility=restore(MobilityCount, beside["mobility"]) if beside.get("mobility") else None,
+            change=change(run, other),
             cost=_timing(costs.get(self.cost(variant, minimal.settings).key)),
-            cost_in_full=_timing(costs.get(self.cost(variant, variant.against).key)) if of_full else None,
+            cost_in_full=_timing(costs.get(in_full)),
             settings=variant.settings.as_dict(),
         )
+
+
+def change(run: Measurement, other: Measurement) -> dict[str, float] | None:
+    """Largest difference of the observed points by quantity, normalised; None unless both runs completed.
+
+    Deviations from the exact motion are subtracted, not motions: where samples lie at other instants, a deviation can
+    be interpolated at the cost of a small share of itself.
+    """
+    if run.signed is None or other.signed is None:
+        return None
+    off = {q: [run.signed_of(point, q) - other.signed_of(point, q) for point in run.signed] for q in QUANTITIES}
+    return {q: float(np.linalg.norm(np.concatenate(parts), axis=1).max()) for q, parts in off.items()}
 
 
 def _timing(cost: Measurement | None) -> PairedTiming | None:
@@ -220,26 +202,14 @@ def _timing(cost: Measurement | None) -> PairedTiming | None:
 
 def _judged(ingredients: Sequence[Ingredient[Any]], found: Found) -> tuple[IngredientResult, ...]:
     """What follows for each ingredient from the models that differ by it alone from those they are made from."""
-    level, judged = Levels.of(found.values()), list[IngredientResult]()
+    level, judged = levels(found[Role.MINIMAL, ""]), list[IngredientResult]()
     for one in ingredients:
         evidence = tuple(
-            evidence_of(found[role, one.name], found[Role.FULL if role in OF_FULL else Role.MINIMAL, ""], level)
-            for role in (Role.ADDED, Role.REDUCED, *OF_FULL)
+            evidence_of(found[role, one.name], found[Role.FULL if role is Role.TAKEN else Role.MINIMAL, ""], level)
+            for role in (Role.ADDED, Role.REDUCED, Role.TAKEN)
             if (role, one.name) in found
         )
         judgement, because = verdict(evidence)
-        judged.append(
-            IngredientResult(
-                name=one.name,
-                title=one.title,
-                meaning=one.meaning,
-                minimal=one.minimal,
-                group=one.group,
-                needed_by=tuple(quantity.value for quantity in one.needed_by),
-                verdict=judgement,
-                because=because,
-                torque=torque_verdict(evidence),
-                evidence=evidence,
-            )
-        )
+        needed_by = tuple(quantity.value for quantity in one.needed_by)
+        judged.append(IngredientResult(one.name, one.meaning, one.minimal, needed_by, judgement, because, evidence))
     return tuple(judged)

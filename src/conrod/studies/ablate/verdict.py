@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 from conrod.runs.trajectory import Outcome
-from conrod.studies.ablate.findings import OF_FULL, Effect, Evidence, Role, VariantResult, Verdict
+from conrod.studies.ablate.findings import Effect, Evidence, Role, VariantResult, Verdict
 from conrod.studies.frame.paired_timing import PairedTiming
 
-# A difference of this share of the travel (and of omega L, omega^2 L, the torque's peak) is none: what rounding grows
+# A difference of this share of the travel (and of omega L, omega^2 L) is none: what rounding grows
 # to in a long chain of steps is a hundred times less, and no user of an engine asks for more.
 NO_CHANGE = 1e-9
 # A motion is as good as another one while its largest error is at most twice as large. Errors that hang on single
@@ -19,48 +18,23 @@ AS_GOOD = 2.0
 # a busy machine of two cores, gave medians up to 2.6 % off one and an interval that began 1.9 % above it: two models
 # of one kind differ a little for as long as they live.
 COSTS = 1.03
-CHANGES_TORQUE = "changes it"
 BESIDE_OTHERS = "beside all others"
 JUDGED = ("position", "velocity", "acceleration", "total")
 
 
-@dataclass(frozen=True)
-class Levels:
-    """Errors up to which a run is as good as can be asked for.
-
-    Attributes:
-        motion: of each quantity in `JUDGED` the minimal model's own error, or what is none.
-        torque: of the drive torque the least error of all models, or what is none: the minimal model is the one that
-            has the motion right, and nothing says that its torque is.
-    """
-
-    motion: Mapping[str, float]
-    torque: float
-
-    @classmethod
-    def of(cls, variants: Iterable[VariantResult]) -> Levels:
-        """The levels of a study from its models, the minimal one first."""
-        models = list(variants)
-        own = models[0].errors or {}
-        torques = [model.torque_error for model in models if model.torque_error is not None]
-        return cls({q: max(own.get(q, 0.0), NO_CHANGE) for q in JUDGED}, max(min(torques, default=0.0), NO_CHANGE))
+def levels(minimal: VariantResult) -> dict[str, float]:
+    """Errors up to which a run is as good as can be asked for: the minimal model's own, or what is none."""
+    own = minimal.errors or {}
+    return {q: max(own.get(q, 0.0), NO_CHANGE) for q in JUDGED}
 
 
-def evidence_of(model: VariantResult, base: VariantResult, level: Levels) -> Evidence:
+def evidence_of(model: VariantResult, base: VariantResult, level: Mapping[str, float]) -> Evidence:
     """Evidence of a model and the one that it is made from on the ingredient that they differ by."""
-    removed, full = model.role in (Role.REDUCED, Role.TAKEN), model.role in OF_FULL
+    removed, full = model.role is not Role.ADDED, model.role is Role.TAKEN
     without, with_it = (model, base) if removed else (base, model)
     cost = model.cost_in_full if full else model.cost
-    effect, because = motion_effect(without, with_it, level.motion)
-    return Evidence(
-        full=full,
-        cost=cost.inverse if cost and removed else cost,
-        change=model.change,
-        effect=effect,
-        because=because,
-        torque_change=model.torque_change,
-        torque_effect=_torque_effect(without, with_it, model.torque_change, level.torque),
-    )
+    effect, because = motion_effect(without, with_it, level)
+    return Evidence(full, cost.inverse if cost and removed else cost, model.change, effect, because)
 
 
 def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> tuple[Effect, str]:
@@ -92,17 +66,6 @@ def _worse(without: VariantResult, with_it: VariantResult, level: Mapping[str, f
     return next((q for q in JUDGED if after[q] >= level[q] and after[q] > AS_GOOD * max(before[q], NO_CHANGE)), "")
 
 
-def _torque_effect(without: VariantResult, with_it: VariantResult, change: float | None, level: float) -> Effect | None:
-    """Effect of an ingredient on the drive torque; None where the engine does not report it."""
-    before, after = without.torque_error, with_it.torque_error
-    if before is None or after is None:
-        return None
-    right_before, right_after = before <= AS_GOOD * level, after <= AS_GOOD * level
-    if right_before != right_after:
-        return Effect.REQUIRED if right_after else Effect.WORSE
-    return Effect.CHANGED if (change or 0.0) > AS_GOOD * level else Effect.NONE
-
-
 def costs_time(cost: PairedTiming | None) -> bool:
     """True if a ratio is above one for certain."""
     return cost is not None and cost.low > COSTS
@@ -129,14 +92,3 @@ def _seen_in(one: Evidence, evidence: Sequence[Evidence]) -> str:
     """Reason that evidence gives; where the ingredient alone does not show it, that it takes the others."""
     alone = any(not other.full for other in evidence)
     return ", ".join(text for text in (one.because, BESIDE_OTHERS if one.full and alone else "") if text)
-
-
-def torque_verdict(evidence: Sequence[Evidence]) -> str:
-    """Verdict on the drive torque: an ingredient that it needs is required; empty where no model shows an effect."""
-    effects = {one.torque_effect for one in evidence}
-    found = {
-        Effect.WORSE: Verdict.HARMFUL.value,
-        Effect.REQUIRED: Verdict.REQUIRED.value,
-        Effect.CHANGED: CHANGES_TORQUE,
-    }
-    return next((word for effect, word in found.items() if effect in effects), "")

@@ -1,0 +1,193 @@
+"""The report on a model's ingredients: costs, changes and verdicts of each machine, and an index of verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
+from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.table import Cell, Table, Tone, Toned, table
+from conrod.report.template import listed, rendered
+from conrod.studies.ablate.findings import (
+    MEANINGS,
+    AblationStudy,
+    Effect,
+    EngineAblation,
+    IngredientResult,
+    Role,
+    Verdict,
+)
+from conrod.studies.ablate.verdict import AS_GOOD, COSTS, NO_CHANGE
+from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.paired_timing import PairedTiming
+
+ABSENT = "-"
+POSITION = "position"
+TONES: Mapping[Verdict, Tone] = {Verdict.FREE: "good", Verdict.COSTLY: "odd", Verdict.HARMFUL: "bad"}
+ROLES = {
+    Role.MINIMAL: "minimal",
+    Role.ADDED: "minimal + {}",
+    Role.REDUCED: "minimal - {}",
+    Role.FULL: "full",
+    Role.TAKEN: "full - {}",
+}
+
+
+def cost_text(cost: PairedTiming | None) -> str:
+    """A ratio with its interval, to a hundredth, large ones to a tenth: `1.44 (1.43 .. 1.45)`."""
+    if cost is None:
+        return numbers.MISSING
+    ratio, low, high = (f"{x:.{2 if x < 9.995 else 1}f}" for x in (cost.ratio, cost.low, cost.high))
+    return f"{ratio} ({low} .. {high})"
+
+
+def _change(
+    change: Mapping[str, float] | None, quantity: str = POSITION, lengths: Mapping[str, float] = MappingProxyType({})
+) -> str:
+    return numbers.error(quantity, None if change is None else change[quantity], lengths)
+
+
+# -- ingredients -----------------------------------------------------------------------------------------------------
+
+
+def ingredients_table(found: EngineAblation, title: str = "") -> Table:
+    """A row for each ingredient: cost, change, verdict, and which studies need it."""
+    head = ("ingredient", "cost alone", "cost in full", "change", "verdict", "needed by")
+    return table(head, [_ingredient(one) for one in found.ingredients], title=title)
+
+
+def _ingredient(one: IngredientResult) -> list[Cell]:
+    pair = [next((e for e in one.evidence if e.full is full), None) for full in (False, True)]
+    first = pair[0] or pair[1]
+    verdict = f"{one.verdict.value} ({one.because})" if one.because else one.verdict.value
+    return [
+        f"{one.name}{' (part of the minimal model)' if one.minimal else ''}",
+        *("" if evidence is None else cost_text(evidence.cost) for evidence in pair),
+        "" if first is None else _change(first.change),
+        Toned(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
+        ", ".join(one.needed_by),
+    ]
+
+
+def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
+    """A row for each ingredient of an engine, a column for each machine."""
+    found = {name: one for name, study in studies.items() for one in study.engines if one.engine == engine}
+    named = {name: {one.name: one for one in of_engine.ingredients} for name, of_engine in found.items()}
+    rows = []
+    for name in dict.fromkeys(name for own in named.values() for name in own):
+        known = [own[name] for own in named.values() if name in own]
+        needs = dict.fromkeys(need for one in known for need in one.needed_by)
+        verdicts = [own[name].verdict.value if name in own else ABSENT for own in named.values()]
+        rows.append([f"`{name}`", *verdicts, ", ".join(needs)])
+    return table(["ingredient", *found, "needed by studies of"], rows)
+
+
+# -- models ----------------------------------------------------------------------------------------------------------
+
+
+def models_table(found: EngineAblation, lengths: Mapping[str, float]) -> Table:
+    """A row for each model that was run; L [m] by point."""
+    head = ["model", "ended", "cost over minimal", *(f"{q} error" for q in QUANTITIES)]
+    rows = [
+        [
+            ROLES[variant.role].format(variant.ingredient),
+            f"`{variant.outcome}`" + (f": {variant.reason}" if variant.reason else ""),
+            cost_text(variant.cost),
+            *(_change(variant.errors, q, lengths) for q in QUANTITIES),
+        ]
+        for variant in found.variants
+    ]
+    return table(head, rows, right=head[3:])
+
+
+def full_table(studies: Mapping[str, AblationStudy]) -> Table:
+    """The full model beside the minimal one, a row for each machine and engine."""
+    head = ["machine", "engine", "full over minimal, CPU time", "largest difference of the observed position"]
+    head += ["position error, minimal", "position error, full"]
+    rows = []
+    for name, study in studies.items():
+        for found in study.engines:
+            minimal, full, cells = found.variant(Role.MINIMAL), found.variant(Role.FULL), [ABSENT] * 4
+            if minimal and full:
+                errors = [
+                    _change(v.errors, lengths=study.lengths) if v.errors else f"`{v.outcome}`" for v in (minimal, full)
+                ]
+                cells = [cost_text(full.cost), _change(full.change, lengths=study.lengths), *errors]
+            rows.append([f"[{name}]({name}.md)", engine_title(found.engine), *cells])
+    return table(head, rows)
+
+
+def speed_up(found: EngineAblation) -> str:
+    """Ratio of the full model's cost to the minimal one's, and by how much their motion differs."""
+    full = found.variant(Role.FULL)
+    if full is None:
+        return "There is no ingredient that could be added."
+    if full.cost is None or full.change is None:
+        return f"The full model did not run to its end: {full.reason or full.outcome}."
+    changes = listed([f"{numbers.measured(value)} in {quantity}" for quantity, value in full.change.items()])
+    equal = f": they are equal within {numbers.quantity(NO_CHANGE)}" if max(full.change.values()) <= NO_CHANGE else ""
+    ratio, _, interval = cost_text(full.cost).partition(" ")
+    return (
+        f"The minimal model is **{ratio} times** as fast as the full one {interval}, and the observed motion of the "
+        f"two differs by at most {changes}{equal}."
+    )
+
+
+def left_out(found: EngineAblation) -> str:
+    """Ingredients that the full model lacks; empty where there are none."""
+    alone = [one for one in found.ingredients if one.evidence and one.evidence[0].effect is Effect.WORSE]
+    names = [f"`{one.name}`" for one in alone if not one.minimal]
+    return f"Left out of it, as it does harm alone: {', '.join(names)}." if names else ""
+
+
+# -- pages -------------------------------------------------------------------------------------------------------------
+
+RULES: dict[str, Any] = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}
+
+
+def _finding(found: EngineAblation) -> str:
+    return f"{speed_up(found)} {left_out(found)}".strip()
+
+
+def _page(part: Part[AblationStudy]) -> Page:
+    text = rendered(
+        "ablate", study=part.findings, command=part.command, title=engine_title, finding=_finding,
+        ingredients=ingredients_table, models=models_table, **RULES,
+    )  # fmt: skip
+    return Page(text)
+
+
+def _summary(study: AblationStudy) -> dict[str, Any]:
+    return {
+        "findings": {found.engine: _finding(found) for found in study.engines},
+        "verdicts": {
+            found.engine: {one.name: one.verdict.value for one in found.ingredients} for found in study.engines
+        },
+        "engines": {found.engine: found.version for found in study.engines},
+        "machines": sorted({found.machine for found in study.engines}),
+    }
+
+
+def _index(index: Index[AblationStudy]) -> Page:
+    studies = {name: index.findings(name) for name in index.entries}
+    engines = dict.fromkeys(found.engine for study in studies.values() for found in study.engines)
+    text = rendered(
+        "ablate-index", entries=index.entries, headline=full_table(studies),
+        by_engine={engine_title(engine): verdicts_table(engine, studies) for engine in engines},
+        versions=index.versions, origin=index.origin, **RULES,
+    )  # fmt: skip
+    return Page(text)
+
+
+KIND = Kind(
+    name="ablate",
+    findings=AblationStudy,
+    title=lambda study: study.title,
+    summary=_summary,
+    page=_page,
+    index=_index,
+    digits=4,
+)
