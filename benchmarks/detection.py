@@ -8,7 +8,6 @@ they are out of tolerance. Runs are kept in the ledger: an interrupted study goe
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.healthy import VariantCase, variant
 from conrod.cli.options import RunOptions
 from conrod.cli.runner import Runner
 from conrod.engines import engine_named, engine_names
@@ -30,7 +30,6 @@ from conrod.runs.plain import json_document, plain
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_names, scene_named
 from conrod.studies.detection.qualification import Qualification, QualificationCase
-from conrod.studies.detection.variants import VariantCase, variant
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import folder_to_write
 from conrod.studies.frame.result import results_of
@@ -171,8 +170,7 @@ def figure(machines: Sequence[Machine]) -> Figure:
     labels: dict[str, Any] = {}
     for row, key in enumerate(kinds):
         for k, (preset, found) in enumerate(sorted(_sizes(machines, *key).items())):
-            scale = math.degrees(1.0) if kinds[key] == "deg" else 1.0
-            least = sorted(scale * one.smallest for one in found.values() if one.smallest is not None)
+            least = sorted(one.smallest for one in found.values() if one.smallest is not None)
             style = preset_style(*preset) | {"linestyle": "none", "markersize": 4.0}
             if least:
                 (mark,) = axes.plot(least, [row + 0.22 * (k - 1)] * len(least), **style)
@@ -181,9 +179,7 @@ def figure(machines: Sequence[Machine]) -> Figure:
             axes.annotate("cannot be seen", (1e-12, row), va="center", color="#777777")
     log_axis(axes, (1e-13, 1e4), [10.0**k for k in range(-12, 4, 3)])
     names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
-    units = [
-        unit.replace("% of the way", "way").replace("% of L", "L").replace("%", "share") for unit in kinds.values()
-    ]
+    units = [unit.replace("% of the way", "way").replace("%", "share") for unit in kinds.values()]
     rows_axis(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
     axes.set_xlabel("smallest size that the verdict notices; one mark for each machine")
     height = drawn.get_figheight()

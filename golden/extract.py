@@ -24,7 +24,6 @@ Entry = Mapping[str, Any]
 
 ROOT = Path(__file__).parent.parent
 NORMALISED = 1.0
-UNSEEN = 1e-10  # effect of a property that no quantity depends on
 
 
 def written(group: str, file: Path) -> Records:
@@ -116,9 +115,6 @@ def _forces(file: Path) -> Records:
             yield from _orders(name, entry["order"], sizes, unit)
             yield f"{name}/unsupported", Record(", ".join(sorted(entry["unsupported"] or ())))
             yield from _verdict(name, entry["passed"])
-        for effect in part["findings"]["effects"]:
-            name = f"{part['findings']['name']}/seen/{effect['body']}/{effect['quality']}"
-            yield from _measured(name, _without(effect, "body", "quality") | {"unseen": effect["effect"] < UNSEEN})
 
 
 def _sizes(key: str, refined: Sequence[Entry]) -> list[float | None]:

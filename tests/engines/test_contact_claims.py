@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.healthy import variant
 from conrod.engines import engine_named
 from conrod.engines.capabilities import expected_error
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import ExactMotions
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.detection.variants import variant
 from conrod.studies.forces.measuring import tolerance_of
 
 CAM = "cam-3-4-5"

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from catalogue import CAM, EVERY_SCENE, SAW
 
+from benchmarks.healthy import variant
 from conrod import Outcome
 from conrod.engines import engine_names
 from conrod.engines.engine import DOUBLE, SINGLE, with_fields
@@ -24,7 +25,6 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.detection.variants import variant
 from conrod.testing import EngineConformance
 
 FAST_SAW = EVERY_SCENE["saw-500rpm"]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.healthy import variant
 from conrod.engines import engine_named
 from conrod.engines.centres import by_centres, inverse_masses, one_iteration
 from conrod.engines.pymunk import iteration
@@ -18,7 +19,6 @@ from conrod.engines.running import whole_run
 from conrod.runs.comparison import compare
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_scene
-from conrod.studies.detection.variants import variant
 
 PYMUNK: Any = engine_named("pymunk")
 LINKAGES = ("crank-shaper", "jansen-leg", "whitworth", "web-cutter", "inverted-slider-crank")

@@ -22,7 +22,6 @@ from conrod.report.sweep.tables import cheapest_table, front_table
 from conrod.report.table import Table, table, text_of
 from conrod.report.validation import tables
 from conrod.scenes import SCENES
-from conrod.studies.free_motion.results import StepPoint
 from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import study as free_motion_study
 from tests.report.test_report import a_result
@@ -68,9 +67,7 @@ def of_validation(name: str) -> Iterator[Table]:
 
 def of_free_motion(name: str) -> Iterator[Table]:
     study = free_motion_study(name, OFF / LENGTHS[name])
-    point = StepPoint(0.001, "completed", OFF / LENGTHS[name], 0.5)
-    study = replace(study, results=tuple(replace(r, refinement=(point,)) for r in study.results))
-    yield from (free_motion.verdicts_table([study]), free_motion.steps_table(study))
+    yield free_motion.verdicts_table([study])
 
 
 def of_sweep(name: str) -> Iterator[Table]:

@@ -15,20 +15,19 @@ from command_line import conrod
 
 from conrod.engines import engine_named
 from conrod.engines.mujoco.free_run import SETTLING
-from conrod.engines.tracks import FreeRun, Pace
+from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.report.free_motion import KIND
 from conrod.report.saved import shortened
-from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names, dynamics_names
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, duration, exact_course, shortest_pulse
-from conrod.studies.free_motion.perform import MotionCase, _errors, _on_its_branch, _run, left_out, run_motion
+from conrod.studies.free_motion.perform import MotionCase, _errors, _run, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
@@ -124,22 +123,6 @@ def test_pymunk_is_measured_and_judged_where_a_tolerance_is_given() -> None:
     assert judged.passed is False
     assert set(judged.exceeded()) == {"position"}
     assert judged.leaving == 1e-5
-
-
-def test_a_run_on_the_other_branch_is_flipped_and_has_no_errors() -> None:
-    whole = course("four-bar-chain-2")
-    exact = whole.motion
-    run = FreeRun(exact.times, exact.poses, exact.rates, exact.energy, Outcome.COMPLETED, "", 0.0)
-    assert _on_its_branch(whole, run).outcome is Outcome.COMPLETED
-    # From the first crossing on the last rocker lies on the ground's line, and its bar goes from tip to pivot.
-    other, index = exact.poses.copy(), whole.mechanism.body_index
-    last, bar, before = (3 * index[name] for name in ("rocker2", "bar1", "rocker1"))
-    late = exact.times > exact.crossings[0]
-    other[late, last + 2] = np.pi
-    other[late, bar + 2] = exact.poses[late, before + 2] + np.pi
-    flipped = _on_its_branch(whole, replace(run, poses=other))
-    assert flipped.outcome is Outcome.FLIPPED
-    assert "from 0." in flipped.reason
 
 
 @pytest.mark.slow
@@ -357,8 +340,6 @@ def test_the_command_writes_a_page_a_figure_and_numbers_without_clocks(tmp_path:
     assert found["results"][0]["refinement"][2]["step"] == pytest.approx(found["results"][0]["step"] / 4.0)
     written = json.loads((folder / "data/four-bar-chain-2-motion.json").read_text())
     assert written == shortened(found, KIND.digits)
-    assert found["results"][0]["cpu_seconds"] is None
-    assert "cpu" not in page.lower()
 
 
 @pytest.mark.parametrize(

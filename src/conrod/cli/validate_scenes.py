@@ -224,15 +224,12 @@ def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
 
 
 def print_forces(found: Sequence[ForceStudy]) -> None:
-    """Largest errors, observed orders, verdict; then what no quantity shows of a wrong mass."""
-    from conrod.report.forces import tolerance_reasons, unseen_words, verdicts_table
+    """Largest errors, observed orders, verdict."""
+    from conrod.report.forces import tolerance_reasons, verdicts_table
 
     out = console()
     print_table(out, verdicts_table(found))
     print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
-    for one in found:
-        if unseen := unseen_words(one.effects):
-            print_lines(out, [f"{one.name}: no quantity depends on: {'; '.join(unseen)}"])
 
 
 # -- motion without a drive --------------------------------------------------------------------------------------------
@@ -268,5 +265,5 @@ def print_motions(studies: Sequence[MotionStudy]) -> None:
     from conrod.report.free_motion import exact_words, loads_words, verdicts_table
 
     out = console()
-    print_table(out, verdicts_table(studies, with_clock=True))
+    print_table(out, verdicts_table(studies))
     print_lines(out, (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies))

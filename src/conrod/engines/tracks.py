@@ -110,7 +110,6 @@ class FreeRun:
         poses, rates: of all bodies in the order of `Mechanism.bodies` (T, 3 n) [m, m, rad], both at `times`.
         energy: kinetic, of weight and constant forces, and stored in loads that are potentials, (T,) [J].
         outcome: how the run ended; reason: its details, empty when completed.
-        cpu_seconds: of stepping alone [s].
     """
 
     times: Array
@@ -119,14 +118,13 @@ class FreeRun:
     energy: Array
     outcome: Outcome
     reason: str
-    cpu_seconds: float
 
     @classmethod
-    def judged(cls, mechanism: Mechanism, times: Array, states: tuple[Array, Array], cpu_seconds: float) -> FreeRun:
+    def judged(cls, mechanism: Mechanism, times: Array, states: tuple[Array, Array]) -> FreeRun:
         """A run with its energy and its outcome, from poses and rates (T, 3 n)."""
         with np.errstate(all="ignore"):
             verdict, energy = _verdict(mechanism, times, *states), _energy(mechanism, *states)
-        return cls(times, *states, energy, verdict.outcome, verdict.reason, cpu_seconds)
+        return cls(times, *states, energy, verdict.outcome, verdict.reason)
 
 
 def _energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:

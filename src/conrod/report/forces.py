@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
-from conrod.exact.dynamics.inverse import INERTIA, MASS
 from conrod.report import numbers
 from conrod.report.charts.panels import torque_figure
 from conrod.report.charts.styles import engine_title
@@ -15,7 +14,6 @@ from conrod.report.kind import Kind, Page, Part
 from conrod.report.results import (
     index_page,
     name_of,
-    refinement_table,
     results_table,
     summary_of,
     verdict_cell,
@@ -23,10 +21,9 @@ from conrod.report.results import (
 )
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.studies.forces.results import GROUPS, Effect, ForcePoint, ForceResult, ForceStudy, Stamps, is_moment
+from conrod.studies.forces.results import GROUPS, ForceResult, ForceStudy, is_moment
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
-UNITS = {MASS: "kg", INERTIA: "kg m²"}
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -47,31 +44,6 @@ def unsupported_words(result: ForceResult) -> list[str]:
         if joint not in names:
             names.append(joint)
     return [f"unsupported: {', '.join(names)} ({reason})" for reason, names in reasons.items()]
-
-
-def stamps_words(stamps: Stamps | None) -> str:
-    """The instants that the values belong to."""
-    if stamps is None:
-        return numbers.MISSING
-    spaced = "every step" if stamps.spacing == 1.0 else f"every {stamps.spacing:g} steps, each a mean of these"
-    left_out = f"; {stamps.left_out} left out at change points" if stamps.left_out else ""
-    return f"{stamps.count} values, {spaced}, the first at {stamps.first:g} steps after the start{left_out}"
-
-
-def unseen_words(effects: Iterable[Effect]) -> list[str]:
-    """Properties that no quantity depends on."""
-    return [f"{effect.body} {property_words(effect.quality)}" for effect in effects if effect.unseen]
-
-
-def property_words(quality: str) -> str:
-    """A body's property as people say it."""
-    return quality.replace("_", " ").replace(".", " ")
-
-
-def change_words(quality: str, change: float) -> str:
-    """A change of a property with its unit."""
-    unit = UNITS.get(quality)
-    return f"{numbers.quantity(change)} {unit}" if unit else f"{numbers.quantity(1e3 * change)} mm"
 
 
 # -- tables ----------------------------------------------------------------------------------------------------------
@@ -121,24 +93,6 @@ def _sizes(result: ForceResult, name: str) -> str:
     return f"{numbers.measured(one.max)}, {numbers.measured(one.rms)}{between}"
 
 
-def _largest(run: ForceResult, point: ForcePoint, group: str) -> float | None:
-    return max((point.errors[name] for name in run.groups[group] if name in point.errors), default=None)
-
-
-def _masses_table(found: ForceStudy) -> Table:
-    """A row for each property of each body: what shows it most, and how many such changes errors look like."""
-    judged = [r for r in found.results if r.likeness is not None and r.tolerance]
-    rows = []
-    for effect in found.effects:
-        name = f"{effect.body}.{effect.quality}"
-        most = "none" if effect.unseen else f"`{effect.quantity}`"
-        by = numbers.measured(None if effect.unseen else effect.effect)
-        changed = (effect.body, property_words(effect.quality), change_words(effect.quality, effect.change))
-        rows.append([*changed, most, by, *(numbers.measured((r.likeness or {}).get(name)) for r in judged)])
-    head = ["body", "property", "change", "shown most by", "by, of its peak", *(" ".join(name_of(r)) for r in judged)]
-    return table(head, rows)
-
-
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
@@ -157,11 +111,8 @@ def _page(part: Part[ForceStudy]) -> Page:
         "forces", found=found, figures=figures, command=part.command, verdicts=verdicts_table([found]),
         versions=versions_words(found.results),
         reasons=tolerance_reasons(found.results), lacking=lacking,
-        orders=refinement_table(measured, "largest of", lambda r: r.groups, _largest, _order),
         contact=bool(found.scene.kinematics.mechanism.cam_contacts),
         errors=[_errors_table(measured, group) for group in GROUPS],
-        stamps=table(["engine", "preset", "values"], [[*name_of(r), stamps_words(r.stamps)] for r in measured]),
-        masses=_masses_table(found),
     )  # fmt: skip
     return Page(text, figures)
 

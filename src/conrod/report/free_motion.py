@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 
 from conrod.report import numbers
 from conrod.report.charts.panels import free_motion_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
-from conrod.report.results import index_page, name_of, results_table, summary_of, summary_words, versions_words
+from conrod.report.results import index_page, results_table, summary_of, summary_words, versions_words
 from conrod.report.scene_words import described
-from conrod.report.table import Table, table
+from conrod.report.table import Table
 from conrod.report.template import rendered
 from conrod.studies.free_motion.plan import (
     CONTACT_STEPS_A_TURN,
@@ -66,12 +65,8 @@ def step_text(step: float) -> str:
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def verdicts_table(studies: Sequence[MotionStudy], with_clock: bool = False) -> Table:
-    """A row for each result: errors, when it leaves the exact motion, observed order and verdict.
-
-    Args:
-        with_clock: whether the CPU time of stepping is shown, which is another one every time.
-    """
+def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
+    """A row for each result: errors, when it leaves the exact motion, observed order and verdict."""
     lengths = {study.name: study.scene.lengths for study in studies}
     leaving = next((r.leaving for study in studies for r in study.results), LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {
@@ -85,8 +80,6 @@ def verdicts_table(studies: Sequence[MotionStudy], with_clock: bool = False) -> 
         f"above {numbers.quantity(leaving)} from": _leaves,
         "order x, E": lambda r: "" if r.order is None else ", ".join(map(numbers.order, r.order.values())),
     }
-    if with_clock:
-        columns["CPU"] = lambda r: numbers.duration(r.cpu_seconds)
     title = "error at the same time over the run, positions over L, energy over the largest that took part"
     return results_table(studies, columns, title)
 
@@ -95,19 +88,6 @@ def _leaves(result: MotionResult) -> str:
     if result.errors is None:
         return numbers.MISSING
     return "never" if result.leaves is None else f"{result.leaves:.4g} s"
-
-
-def steps_table(study: MotionStudy) -> Table:
-    """Errors along the refinement path, a row for each run of it."""
-    rows = [
-        (
-            *(*name_of(r), step_text(p.step), p.outcome),
-            *(numbers.error("position", p.position, study.scene.lengths), numbers.measured(p.energy)),
-        )
-        for r in study.results
-        for p in r.refinement
-    ]
-    return table(("engine", "preset", "step", "outcome", "position", "energy"), rows)
 
 
 # -- the report ------------------------------------------------------------------------------------------------------
@@ -125,7 +105,7 @@ def _page(part: Part[MotionStudy]) -> Page:
     text = rendered(
         "motion", study=study, figures=figures, description=described(study.scene), loads=loads_words(study),
         exact=exact_words(study), summary=summary_words(study.results), results=verdicts_table([study]),
-        steps=steps_table(study), versions=versions_words(study.results),
+        versions=versions_words(study.results),
         command=part.command, longest=1e3 * LONGEST_STEP,
         steps_a_turn=STEPS_A_TURN, contact_steps=CONTACT_STEPS_A_TURN, crossing_steps=CROSSING_STEPS_A_TURN,
         usual=SECONDS, turns=TURNS, seconds=float(study.exact.times[-1]),
@@ -135,11 +115,6 @@ def _page(part: Part[MotionStudy]) -> Page:
 
 def _sizes(result: MotionResult) -> dict[str, float | None]:
     return {name: result.largest(name) for name in QUANTITIES}
-
-
-def _without_clock(study: MotionStudy) -> MotionStudy:
-    """The study without CPU times, which are others every time."""
-    return replace(study, results=tuple(replace(r, cpu_seconds=None) for r in study.results))
 
 
 KIND = Kind(
@@ -159,5 +134,4 @@ KIND = Kind(
     index_file="motion.md",
     suffix="-motion",
     digits=6,
-    kept=_without_clock,
 )

@@ -5,7 +5,6 @@ States are of the instants counted in steps; position and rate belong to one ins
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -85,12 +84,10 @@ def free_run(
         harden(model, settings.hardening)
     made = Build(ModelForm(mechanism, mechanism), tree, model)
     recorder = Recorder(made, settings, made.coordinates(poses[None])[0], made.rates(poses[None], rates[None])[0])
-    kept, seconds, clock = list[Array](), 0.0, -settings.timestep
+    kept, clock = list[Array](), -settings.timestep
     length = max(1, PIECE // every) * every
     for first in range(0, steps + 1, length):
-        begun = time.process_time()
         states = recorder.next(min(length, steps + 1 - first))[0]
-        seconds += time.process_time() - begun
         # After a warning the clock stands, and the states are not the machine's any more.
         standing, clock = np.diff(states[:, 0], prepend=clock) < 0.5 * settings.timestep, states[-1, 0]
         states[standing] = np.nan
@@ -99,4 +96,4 @@ def free_run(
     with np.errstate(all="ignore"):
         reported = made.forward(found[:, 1 : 1 + nq], found[:, 1 + nq : 1 + nq + model.nv])
     times = np.asarray(settings.timestep * every * np.arange(len(found)), dtype=float)
-    return FreeRun.judged(mechanism, times, reported, seconds)
+    return FreeRun.judged(mechanism, times, reported)

@@ -15,7 +15,6 @@ travel with h = 2.5 ms, 0.7e-2 with 1.25 ms, and 0.7 with 0.3 ms; with 64 times 
 
 from __future__ import annotations
 
-import time
 
 import numpy as np
 
@@ -50,7 +49,6 @@ def free_run(
     h, in_step = settings.timestep, not mechanism.cam_contacts
     places, speeds = ([values.copy()] for values in state(made))
     pushes = Pushes(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None
-    begun = time.process_time()
     before = _half_step(made, h, pushes) if in_step else speeds[0][0]
     length, done = max(1, PIECE // every) * every, 0
     while done < steps:
@@ -63,12 +61,11 @@ def free_run(
         places.append(after[0][due])
         speeds.append(0.5 * (earlier[due] + after[1][due]) if in_step else after[1][due])
         before, done = after[1][-1], done + count
-    seconds = time.process_time() - begun
     with np.errstate(all="ignore"):
         reported_poses, reported_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
         reported_poses[0], reported_rates[0] = poses, rates
     times = np.asarray(h * (every * np.arange(len(reported_poses))), dtype=float)
-    return FreeRun.judged(mechanism, times, (reported_poses, reported_rates), seconds)
+    return FreeRun.judged(mechanism, times, (reported_poses, reported_rates))
 
 
 def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:

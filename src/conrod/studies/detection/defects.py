@@ -12,20 +12,14 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import BodyStates, BodyTracks, FieldByField, Instants, Piece, PointTracks, Track
 from conrod.studies.detection.machine_defects import (
-    ASKEW,
     Plant,
     Plants,
     Recording,
-    anchors,
     another_assembly,
     lengths,
-    of_bodies,
+    masses,
     softness,
-    weight,
 )
-from conrod.studies.frame.measurement import QUANTITIES
-
-STANDARD_GRAVITY = (0.0, -9.81)  # [m/s^2], of what stands in a machine that has no weight
 
 
 @dataclass(frozen=True)
@@ -95,10 +89,6 @@ def _slow_clock(given: Recording, share: float) -> Piece:
     return _with_instants(given.run, lambda at: replace(at, times=(1.0 - share) * at.times))
 
 
-def _turned_zero(given: Recording, angle: float) -> Piece:
-    return _with_instants(given.run, lambda at: replace(at, angle=at.angle + angle))
-
-
 def _sign(given: Recording, share: float) -> Piece:
     """Velocities along x or y, whichever is larger, by so much of the way to the other sign."""
 
@@ -109,19 +99,6 @@ def _sign(given: Recording, share: float) -> Piece:
         return replace(track, values=values)
 
     return _with_tracks(given.run, "velocity", swapped)
-
-
-def _offset(given: Recording, share: float) -> Piece:
-    lengths = given.reference.lengths
-    return _with_tracks(
-        given.run, "position", lambda name, track: replace(track, values=track.values + share * lengths[name] * ASKEW)
-    )
-
-
-def _gravity_left(given: Recording, share: float) -> Piece:
-    weight = given.reference.mechanism().gravity
-    fall = np.array(weight if any(weight) else STANDARD_GRAVITY)
-    return _with_tracks(given.run, "acceleration", lambda _, track: replace(track, values=track.values - share * fall))
 
 
 def _missing_term(given: Recording) -> Iterator[tuple[str, Plant]]:
@@ -143,18 +120,6 @@ def _missing_term(given: Recording) -> Iterator[tuple[str, Plant]]:
 
         if arm.any():
             yield observed.name, without
-
-
-def _no_number(given: Recording, _: float) -> Piece:
-    def broken(_: str, track: Track) -> Track:
-        values = track.values.copy()
-        values[len(values) // 2, 0] = np.nan
-        return replace(track, values=values)
-
-    run = given.run
-    for quantity in QUANTITIES:
-        run = _with_tracks(run, quantity, broken, 0)
-    return run
 
 
 def _cut_short(given: Recording, share: float) -> Piece:
@@ -201,21 +166,12 @@ def _other_branch(given: Recording) -> Iterator[tuple[str, Plant]]:
 PERCENT = "%"
 MOTION = (
     Defect("length", PERCENT, 1e-4, 0.1, lengths),
-    Defect("anchor moved", "% of L", 1e-4, 0.1, anchors),
-    Defect("offset of a position", "% of L", 1e-4, 1.0, _on_run(_offset)),
     Defect("velocity stamped early", "steps", 0.5, 10.0, _on_run(_stamped_early)),
     Defect("time step", PERCENT, 1e-4, 1.0, _on_run(_slow_clock)),
-    Defect("initial angle", "deg", math.radians(0.01), 1.0, _on_run(_turned_zero)),
     Defect("sign of a velocity", "% of the way", 1.0, 1.0, _on_run(_sign)),
-    Defect("gravity left in an acceleration", PERCENT, 1.0, 1.0, _on_run(_gravity_left)),
     Defect("missing term of an acceleration", PERCENT, 1.0, 1.0, _missing_term),
     Defect("softness", "steps", 20.0, 1000.0, softness),
     Defect("other branch", "", 1.0, 1.0, _other_branch),
-    Defect("NaN in a sample", "", 1.0, 1.0, _on_run(_no_number)),
     Defect("run cut short", "", 0.1, 0.1, _on_run(_cut_short)),
 )
-MASSES = (
-    Defect("mass", PERCENT, 0.01, 0.9, of_bodies("mass")),
-    Defect("inertia", PERCENT, 0.05, 0.9, of_bodies("inertia")),
-    Defect("gravity", PERCENT, 0.01, 0.9, weight),
-)
+MASS = Defect("mass", PERCENT, 0.01, 0.9, masses)

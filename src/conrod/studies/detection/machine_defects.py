@@ -19,12 +19,11 @@ from conrod.engines.engine import Engine
 from conrod.errors import InvalidInput
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.reference import ExactReference, GenericReference
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import Mechanism, Point, Revolute
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import Scene
 
 ASSEMBLIES, APART = 40, 0.01  # starts from which another assembly is looked for; of the size, how far it is off
-ASKEW = np.array([0.8, 0.6])  # direction in which a place is moved: along no slide that is drawn straight
 
 
 @dataclass(frozen=True)
@@ -101,19 +100,6 @@ def _links(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechan
                 yield body.name, partial(_with_place, mechanism, name, end, place, way)
 
 
-def anchors(given: Recording) -> Iterator[tuple[str, Plant]]:
-    """Places of joints on the ground, the crank's apart, moved by a share of the largest travel."""
-    far = max(given.reference.lengths.values())
-
-    def places(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
-        for joint in mechanism.joints:
-            if isinstance(joint, Revolute | Prismatic) and GROUND in (joint.a, joint.b) and joint.b != mechanism.crank:
-                end = "point_a" if joint.a == GROUND else "point_b"
-                yield joint.name, partial(_with_place, mechanism, joint.name, end, getattr(joint, end), far * ASKEW)
-
-    return _machines(places)(given)
-
-
 def lengths(given: Recording) -> Iterator[tuple[str, Plant]]:
     """Lengths of links, and of a machine with a cam all lengths that the scene names."""
 
@@ -129,26 +115,15 @@ def lengths(given: Recording) -> Iterator[tuple[str, Plant]]:
                 yield name, partial(scaled, name)
 
 
-def of_bodies(quality: str) -> Plants:
-    """A property of each body."""
+def masses(given: Recording) -> Iterator[tuple[str, Plant]]:
+    """The mass of each body."""
 
     def changed(mechanism: Mechanism, name: str, share: float) -> Mechanism:
-        bodies = [
-            replace(b, **{quality: (1.0 + share) * getattr(b, quality)}) if b.name == name else b
-            for b in mechanism.bodies
-        ]
+        bodies = [replace(b, mass=(1.0 + share) * b.mass) if b.name == name else b for b in mechanism.bodies]
         return replace(mechanism, bodies=tuple(bodies))
 
-    return _machines(lambda machine: ((body.name, partial(changed, machine, body.name)) for body in machine.bodies))
-
-
-def _weight(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
-    x, y = mechanism.gravity
-    if x or y:
-        yield "", lambda share: replace(mechanism, gravity=((1.0 + share) * x, (1.0 + share) * y))
-
-
-weight = _machines(_weight)
+    places = _machines(lambda machine: ((body.name, partial(changed, machine, body.name)) for body in machine.bodies))
+    yield from places(given)
 
 
 def another_assembly(reference: ExactReference) -> Kinematics | None:

@@ -10,10 +10,10 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import ReportsForces
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.detection.defects import MASSES, MOTION
+from conrod.studies.detection.defects import MASS, MOTION
 from conrod.studies.detection.judging import examined, force_judge, motion_judge
 from conrod.studies.detection.machine_defects import Recording
-from conrod.studies.forces.measuring import effects_on, peaks_of
+from conrod.studies.forces.measuring import peaks_of, seen_in
 from conrod.studies.forces.study import ForcePlan, recorded_forces
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, Result, results_of
@@ -53,7 +53,7 @@ class QualificationCase(EngineCase[Qualification]):
     study: ClassVar[str] = "qualification"
     kind: ClassVar[type[Any]] = Qualification
     quantities: ClassVar[tuple[str, ...]] = ()
-    version: ClassVar[int] = 4  # since a flywheel's law counts all bodies that turn
+    version: ClassVar[int] = 5  # since fewer kinds of defects are planted
 
     plan: Plan
 
@@ -89,7 +89,7 @@ class QualificationCase(EngineCase[Qualification]):
         healthy = judge(given)
         if healthy.passed is not True:
             return self.ended(Outcome.of(healthy.outcome), healthy.reason)
-        motion = [examined(defect, given, judge) for defect in (*MOTION, *MASSES)]
+        motion = [examined(defect, given, judge) for defect in (*MOTION, MASS)]
         found = Qualified(tuple(one for one in motion if one), self._forces(given))
         tightness = {q: (healthy.judged_error(q) or 0.0, allowed) for q, allowed in healthy.limits.items()}
         return replace(self.ended(Outcome.COMPLETED, ""), found=found, tightness=tightness)
@@ -107,12 +107,11 @@ class QualificationCase(EngineCase[Qualification]):
         if judge(given).passed is not True:
             return ()
         # What no force depends on at constant speed shows by the drive's ripple at most.
-        effects = effects_on(
-            self.scene, [name for name in result.names if name not in (result.unsupported or {})], peaks
-        )
-        unseen = {(effect.quality, effect.body) for effect in effects if effect.unseen}
-        found = (examined(d, given, judge, {body for quality, body in unseen if quality == d.name}) for d in MASSES)
-        return tuple(one for one in found if one is not None)
+        names = [name for name in result.names if name not in (result.unsupported or {})]
+        seen = {body for body, quality in seen_in(self.scene, names, peaks) if quality == MASS.name}
+        unseen = {body.name for body in self.scene.mechanism().bodies} - seen
+        found = examined(MASS, given, judge, unseen)
+        return () if found is None else (found,)
 
 
 def qualified(

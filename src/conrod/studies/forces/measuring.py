@@ -28,9 +28,7 @@ from conrod.runs.comparison import size_of
 from conrod.runs.run_errors import CURVE_SAMPLES, largest_in_spans
 from conrod.scenes import Scene
 from conrod.studies.forces.results import (
-    GROUPS,
     LOOKS_LIKE,
-    Effect,
     ForceErrors,
     Stamps,
     TorqueCurve,
@@ -211,20 +209,14 @@ def _blocks(values: NDArray[Any], together: int) -> NDArray[Any]:
 # -- what forces show of a wrong mass ----------------------------------------------------------------------------------
 
 
-def seen_of(scene: Scene, asked: Sequence[str] = GROUPS) -> tuple[Effect, ...]:
-    """Effects of each property of each body on the quantities of some groups, at constant speed."""
-    names = [name for group in asked for name in quantities_of(scene.kinematics.mechanism, group)]
-    return effects_on(scene, names, peaks_of(scene)) if names else ()
-
-
-def effects_on(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> tuple[Effect, ...]:
-    """Effect of each property of each body on some quantities, over their peaks."""
-    effects = []
-    for one in sensitivities(scene.kinematics, even_state(scene)):
-        shares = {n: float(np.abs(one.derivatives[n]).max()) * one.change / peaks[n][0] for n in names}
-        most = max(names, key=lambda name: shares[name])
-        effects.append(Effect(one.body, one.quality, one.change, most, shares[most]))
-    return tuple(effects)
+def seen_in(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> set[tuple[str, str]]:
+    """Bodies and properties of theirs that some quantities depend on at constant speed, by what is to be seen."""
+    found = sensitivities(scene.kinematics, even_state(scene))
+    shown = {
+        (one.body, one.quality): max(float(np.abs(one.derivatives[n]).max()) * one.change / peaks[n][0] for n in names)
+        for one in found
+    }
+    return {which for which, share in shown.items() if share >= SEEN}
 
 
 def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) -> dict[str, float]:
@@ -244,9 +236,7 @@ def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) 
     peaks = {name: measured.peaks[name][0] for name in reported}
     errors = np.concatenate([(measured.reported[n][some] - measured.exact[n][some]) / peaks[n] for n in reported])
     # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
-    seen = {
-        (effect.body, effect.quality) for effect in effects_on(scene, reported, measured.peaks) if not effect.unseen
-    }
+    seen = seen_in(scene, reported, measured.peaks)
     found = {}
     for one in sensitivities(scene.kinematics, state):
         effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in reported])

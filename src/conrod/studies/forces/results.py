@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from conrod.exact.dynamics.inverse import SEEN, TORQUE
+from conrod.exact.dynamics.inverse import TORQUE
 from conrod.exact.motion import Array
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
@@ -18,27 +18,6 @@ LOOKS_LIKE = 0.5
 def is_moment(name: str) -> bool:
     """True if a quantity is in N m."""
     return name == TORQUE or name.endswith(".moment")
-
-
-@dataclass(frozen=True)
-class Effect:
-    """Effect of a change of one property of one body on the measured quantities.
-
-    Attributes:
-        change: that is to be seen, 1 % of a mass, 1 % of a length, 5 % of an inertia [kg], [m] or [kg m^2].
-        quantity: the one that shows it most, and how much of its peak.
-    """
-
-    body: str
-    quality: str
-    change: float
-    quantity: str
-    effect: float
-
-    @property
-    def unseen(self) -> bool:
-        """True if none of the quantities depends on the property."""
-        return self.effect < SEEN
 
 
 @dataclass(frozen=True)
@@ -159,10 +138,4 @@ class ForceResult(Result):
 
 @dataclass(frozen=True)
 class ForceStudy(SceneResults[ForceResult]):
-    """All results of one scene, and what they can show of a wrong mass.
-
-    Attributes:
-        effects: of each property of each body on the quantities.
-    """
-
-    effects: tuple[Effect, ...]
+    """All results of one scene."""

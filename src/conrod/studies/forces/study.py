@@ -18,7 +18,6 @@ from conrod.studies.forces.measuring import (
     likenesses,
     peaks_of,
     quantities_of,
-    seen_of,
     stamps_of,
     tolerance_of,
 )
@@ -189,4 +188,4 @@ def force_study(
         for engine in engines
         for preset in presets[engine.name]
     )
-    return [ForceStudy(name, scene, found[name], seen_of(scene, plan.quantities)) for name, scene in scenes.items()]
+    return [ForceStudy(name, scene, found[name]) for name, scene in scenes.items()]

@@ -20,45 +20,17 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Friction, Law, StrokePulse, TimePulse
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.outcome import MEETING
 from conrod.scenes import Scene
 from conrod.studies.free_motion.plan import SECONDS, TURNS, Grid, MotionPlan, chosen, fastest_turn, instants
 
 # Of the largest push of a contact, what rounding may make of one that is none.
 NO_PULL = 1e-9
-TURN_SAMPLES = 1441
 PROBE = 1.0  # [s] of a motion, by which its cost is estimated
 # Loops that may be singular at once. Hardened MuJoCo keeps 3e-8 to 7e-7 of the length in chains of 2 to 14 four-bars,
 # and 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long chains").
 MOST_CROSSING = 10
 STANDING = 1e-6  # of the fastest turning body
 COURSES_KEPT = 4  # by a process that runs one engine and preset after the other
-
-
-@dataclass(frozen=True)
-class ExactTurn:
-    """The exact branch of a mechanism whose crank turns all round.
-
-    Attributes:
-        angle: of the crank (K,) [rad], growing, over a period; poses: of all bodies there (K, 3 n).
-        crossings: angles in it at which branches cross [rad].
-    """
-
-    angle: Array
-    poses: Array
-    crossings: Array
-
-    def off(self, angle: Array, poses: Array) -> Array:
-        """Rotation of bodies from the exact branch at their crank angle (T,) [rad]; 0 near crossings."""
-        period = self.angle[-1] - self.angle[0]
-        within = self.angle[0] + np.remainder(angle - self.angle[0], period)
-        turns = range(2, poses.shape[1], 3)
-        exact = np.column_stack([np.interp(within, self.angle, self.poses[:, k]) for k in turns])
-        off = np.abs(np.remainder(poses[:, 2::3] - exact + math.pi, 2.0 * math.pi) - math.pi).max(axis=1)
-        for crossing in self.crossings:
-            away = np.abs(np.remainder(within - crossing + 0.5 * period, period) - 0.5 * period)
-            off = np.where(away < MEETING, 0.0, off)
-        return np.asarray(off)
 
 
 @dataclass(frozen=True)
@@ -71,7 +43,6 @@ class ExactCourse:
         lengths: L of each observed point [m].
         dynamics: what the motion was integrated with.
         pace: of the motion.
-        turn: where it passed a crossing of branches, its own branch all round.
         unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
 
@@ -81,7 +52,6 @@ class ExactCourse:
     lengths: Mapping[str, float]
     dynamics: ForwardDynamics
     pace: Pace
-    turn: ExactTurn | None = None
     unresolved: str = ""
 
 
@@ -101,13 +71,12 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     dynamics = ForwardDynamics(mechanism)
     motion = dynamics.motion(grid.times, rates=scene.start_rates)
     _check_contact(name, mechanism, motion)
-    turn = _turn(dynamics.line) if motion.crossings else None
     pace = _pace(mechanism, motion)
     if fastest_turn(mechanism, motion) == math.inf:
         raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
     steps = chosen(plan, grid, mechanism, pace)
     unresolved = _unresolved(mechanism, motion, dynamics.line, steps.step)
-    return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, pace, turn, unresolved)
+    return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, pace, unresolved)
 
 
 @lru_cache(COURSES_KEPT)
@@ -158,24 +127,6 @@ def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, line: 
     crossings = line.crossings(float(motion.along.min()), float(motion.along.max()))
     tangents = np.abs([line.point(along)[1] for along in crossings])[:, 2::3]
     return bool((tangents[:, turning // 3] < STANDING * tangents.max(axis=1)).any())
-
-
-def _turn(line: Line) -> ExactTurn | None:
-    """The branch all round; None where it does not close within two turns, or the crank turns back in it."""
-    configurations = line.configurations
-    configurations.reach(4.0 * math.pi * configurations.curve.unit)
-    if configurations.loop is None:
-        return None
-    length = configurations.loop.length
-    poses = np.array([line.point(float(along))[0] for along in np.linspace(0.0, length, TURN_SAMPLES)])
-    # The end is the start again, after whole turns.
-    poses[-1] = poses[0] + configurations.loop.gain * configurations.curve.scale
-    angle = crank_angle(line.mechanism, poses)
-    if not (np.diff(angle) > 0.0).all():
-        return None
-    crossings = [line.point(along)[0] for along in line.crossings(-1e-9, length)]
-    met = crank_angle(line.mechanism, np.array([poses[0], *crossings]))[1:]
-    return ExactTurn(angle, poses, met)
 
 
 def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:

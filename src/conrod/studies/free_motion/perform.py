@@ -34,8 +34,6 @@ from conrod.studies.free_motion.results import (
 )
 
 CURVE_SAMPLES, SPANS = 721, 240
-# A body turned by this much [rad] from the exact branch is on another: soft joints give far less.
-OTHER_BRANCH = 0.3
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -49,9 +47,8 @@ def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str,
     points = tuple(_point(course, course.grid.step / divisor, run) for divisor, run in zip(PATH, runs, strict=True))
     first = runs[0]
     found = replace(
-        empty, outcome=first.outcome.slug, reason=first.reason, refinement=points, order=_orders(course, points),
-        cpu_seconds=first.cpu_seconds,
-    )  # fmt: skip
+        empty, outcome=first.outcome.slug, reason=first.reason, refinement=points, order=_orders(course, points)
+    )
     return (_measured(found, course, first) if found.completed else found).judged()
 
 
@@ -69,21 +66,9 @@ def _judged_by(course: ExactCourse, engine: Engine[Any], preset: str, plan: Moti
 
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
     grid, motion = course.grid.finer(divisor), course.motion
-    run = required(engine, FreeMotion).free_run(
+    return required(engine, FreeMotion).free_run(
         course.mechanism, preset, grid.step, grid.steps, motion.poses[0], motion.rates[0], course.pace, every=grid.every
     )
-    return _on_its_branch(course, run) if run.outcome is Outcome.COMPLETED else run
-
-
-def _on_its_branch(course: ExactCourse, run: FreeRun) -> FreeRun:
-    """The run, as flipped where it has gone to another branch than the exact motion at a crossing of branches."""
-    if course.turn is None:
-        return run
-    other = course.turn.off(crank_angle(course.mechanism, run.poses), run.poses) > OTHER_BRANCH
-    if not other.any():
-        return run
-    time = float(run.times[int(np.argmax(other))])
-    return replace(run, outcome=Outcome.FLIPPED, reason=f"on the other branch from {time:.4g} s on")
 
 
 def _measured(empty: MotionResult, course: ExactCourse, run: FreeRun) -> MotionResult:
@@ -145,7 +130,7 @@ class MotionCase(EngineCase[MotionResult]):
     study: ClassVar[str] = "motion"
     kind: ClassVar[type[Any]] = MotionResult
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES
-    version: ClassVar[int] = 4  # closures follow the fastest turn; ten seconds are fifty of them at most
+    version: ClassVar[int] = 5  # a run on another branch has errors, as all have that complete
 
     plan: MotionPlan
 

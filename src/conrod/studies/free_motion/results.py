@@ -53,7 +53,6 @@ class MotionResult(Result):
         energy: the engine's less the exact one at the same time, over the largest energy that took part, the same.
         leaves: when the position error of a point is first above `leaving` [s]; None where it stays below.
         order: of position and energy along the refinement path.
-        cpu_seconds: of stepping alone [s], of this machine: not for files.
     """
 
     preset: str
@@ -67,7 +66,6 @@ class MotionResult(Result):
     energy: Mapping[str, float] | None = None
     leaves: float | None = None
     refinement: tuple[StepPoint, ...] = ()
-    cpu_seconds: float | None = None
     curves: MotionCurves | None = None
 
     @property
