@@ -15,7 +15,6 @@ travel with h = 2.5 ms, 0.7e-2 with 1.25 ms, and 0.7 with 0.3 ms; with 64 times 
 
 from __future__ import annotations
 
-
 import numpy as np
 
 from conrod.engines.centres import body_states
