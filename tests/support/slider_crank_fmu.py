@@ -46,9 +46,9 @@ def compiled(folder: Path) -> Path | None:
     return library
 
 
-def description(fault: str = "none", modes: tuple[str, ...] = BOTH) -> str:
+def description(fault: str = "none") -> str:
     """The model description; what it calls its token is the fault."""
-    interfaces = "".join(f'<{mode} modelIdentifier="saw"/>' for mode in BOTH if mode in modes)
+    interfaces = "".join(f'<{mode} modelIdentifier="saw"/>' for mode in BOTH)
     variables = "".join(
         f'<ScalarVariable name="{name}" valueReference="{reference}" {attributes}>{kind}</ScalarVariable>'
         for name, (reference, attributes, kind) in VARIABLES.items()

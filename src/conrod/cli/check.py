@@ -19,9 +19,9 @@ from conrod.cli.runner import Runner
 from conrod.cli.validate import check_file
 from conrod.cli.validate_file import MODEL, TABLE, Subject, held_file, subject_of
 from conrod.cli.validate_loops import LOOPS, is_spatial, judge_file, judge_machine, question_of
-from conrod.cli.validate_request import MODELS, TABLES, ModelOptions, Request, TableOptions
+from conrod.cli.validate_request import MODELS, TABLES, CheckOptions, ModelOptions, Request, TableOptions
 from conrod.cli.validate_scenes import held_scenes, measured_of, print_verdicts, scene_verdict
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
@@ -37,7 +37,12 @@ if TYPE_CHECKING:
 
 # A value as the command line takes it, a number in SI, several in a list, or by name.
 AnyStudy: TypeAlias = ModelStudy | LoopStudy | TableStudy | SceneResults[Any]
-Given: TypeAlias = str | float | Sequence[str] | Mapping[str, Any] | None
+Given: TypeAlias = str | Path | float | Sequence[str] | Mapping[str, Any] | None
+# How each is shown and put in words.
+SCENES = Subject(KIND, lambda *_: None, lambda study: print_verdicts([study]), scene_verdict, 0.0)
+SUBJECTS = {ModelStudy: MODEL, LoopStudy: LOOPS, TableStudy: TABLE}
+# Options that are keywords, beside those of models and tables, and of baselines.
+OF_RUNS = ("engine", "preset", "steps_per_rev", "revolutions", "assignments", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -69,30 +74,25 @@ class Checked:
     @property
     def verdict(self) -> str:
         """The answer in a few sentences, the first of which says it."""
-        if isinstance(self.study, SceneResults):
-            return scene_verdict(self.study)
         return self._subject.verdict(self.study)
 
     @property
     def text(self) -> str:
         """All that `conrod validate` prints."""
         with redirect_stdout(io.StringIO()) as printed:
-            if isinstance(self.study, SceneResults):
-                print_verdicts([self.study])
-            else:
-                self._subject.show(self.study)
+            self._subject.show(self.study)
         return "\n".join([printed.getvalue(), *([self.baseline.text] if self.baseline else [])])
 
     @property
     def json(self) -> str:
         """What `--json` writes."""
-        if isinstance(self.study, SceneResults):
-            return document_text(KIND, {self.study.name: self.study})
-        return document_text(self._subject.kind, {self._subject.part(Path(self.study.file)): self.study})
+        study, subject = self.study, self._subject
+        part = study.name if isinstance(study, SceneResults) else subject.part(Path(study.file))
+        return document_text(subject.kind, {part: study})
 
     @property
     def _subject(self) -> Subject:
-        return {ModelStudy: MODEL, LoopStudy: LOOPS}.get(type(self.study), TABLE)
+        return SUBJECTS.get(type(self.study), SCENES)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
@@ -101,29 +101,7 @@ class Checked:
 def check(
     subject: str | Path | Scene | mujoco.MjModel | mujoco.MjSpec | Mapping[str, Any] | Any,
     scene: str | Path | Scene | None = None,
-    *,
-    engine: str | None = None,
-    preset: str | None = None,
-    steps_per_rev: int | None = None,
-    drive: Given = None,
-    crank: str | None = None,
-    point: Given = None,
-    plane: str | None = None,
-    rotation: str | float | None = None,
-    crank_zero: str | float | None = None,
-    length_unit: str | None = None,
-    keyframe: str | int | None = None,
-    touching: Given = None,
-    ctrl: Given = None,
-    column: Given = None,
-    unit: Given = None,
-    estimate: Given = None,
-    revolutions: int | None = None,
-    tolerance: Given = None,
-    set: Given = None,
-    qualify: bool = False,
-    baseline: str | Path | None = None,
-    accept: bool = False,
+    **keywords: Given,
 ) -> Checked:
     """Judge engines on a scene, or a MuJoCo model or a table against one, as `conrod validate` does.
 
@@ -136,13 +114,13 @@ def check(
             arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
         scene: the machine that a model or a table is to be, as a name, a mechanism file, or a `Scene`; none for a model
             whose joints are driven by laws, `drive={"hip": "60rpm"}` (docs/closed-loops.md).
-        baseline: file of an earlier run that this one is compared with, written where there is none; `accept` writes it
-            again (docs/ci.md).
+        keywords: `baseline` is the file of an earlier run that this one is compared with, written where there is none;
+            `accept` writes it again (docs/ci.md).
 
     Raises:
         InvalidInput: the subject, the scene or a keyword cannot be used.
     """
-    asked = _request({name: value for name, value in locals().items() if name not in ("subject", "scene")})
+    asked = _request(keywords)
     if isinstance(subject, str) and is_spatial(subject):
         return Checked(judge_machine(subject, question_of(asked)))
     if asked.drives or (isinstance(scene, str) and is_spatial(scene)):
@@ -222,9 +200,17 @@ def _arrays(given: Mapping[str, Any]) -> dict[str, Any]:
     return arrays
 
 
-def _request(keywords: Mapping[str, Given | int]) -> Request:
-    """Keywords as the options of their names."""
-    fields = {keyword_of(one): one for one in dataclasses.fields(Request) if one.metadata}
+def _request(keywords: Mapping[str, Given]) -> Request:
+    """Keywords as the options of their names; raises InvalidInput for one that is none."""
+    ours = {one.name for kind in (ModelOptions, TableOptions, CheckOptions) for one in dataclasses.fields(kind)}
+    fields = {
+        keyword_of(one): one
+        for one in dataclasses.fields(Request)
+        if one.name in (ours - {"invariances"}).union(OF_RUNS)
+    }
+    for name in keywords:
+        if name not in fields:
+            raise unknown_choice("keyword", name, fields)
     return Request(**{fields[name].name: _typed(fields[name], x) for name, x in keywords.items() if x is not None})
 
 

@@ -36,20 +36,20 @@ class TableOptions:
 
     heading: ClassVar[str] = "Of a table (FILE.csv and the like) or an FMU"
 
-    columns: tuple[str, ...] = option("--column", multiple=True, metavar="Q=NAME", help="Column of a quantity, C.x=px.")
+    columns: tuple[str, ...] = option(
+        "--column", multiple=True, metavar="Q=NAME", help="Column or variable of a quantity, C.x=px."
+    )
     units: tuple[str, ...] = option(
         "--unit", multiple=True, metavar="UNIT | Q=UNIT", help="Unit that no heading gives."
     )
-    estimate: str | None = option(
-        "--estimate", metavar="WHAT,...", help="What is unknown and to be estimated: time, phase, sense, frame."
-    )
+    estimate: str | None = option("--estimate", metavar="WHAT,...", help="What is to be estimated: time, phase.")
 
 
 @dataclass(frozen=True)
 class ModelOptions:
     """Options on the joints, points and frame of a user's own model; None or empty where nothing was given."""
 
-    heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like); the crank and points of an FMU, too"
+    heading: ClassVar[str] = "Of a MuJoCo model (FILE.xml and the like)"
 
     drives: tuple[str, ...] = option(
         "--drive",
@@ -57,24 +57,20 @@ class ModelOptions:
         metavar="JOINT=LAW",
         help="No --scene: law of a driven joint: `60rpm`, `sine:20deg,1Hz`, `move:0deg,90deg,2s`, `table:FILE.csv`.",
     )
-    crank: str | None = option(
-        "--crank", metavar="JOINT | VARIABLE", help="The hinge that is driven; of an FMU, the crank's angle."
-    )
+    crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
     points: tuple[str, ...] = option(
         "--point",
         multiple=True,
-        metavar="NAME=site:SITE | NAME=X,Y",
-        help="Place of an observed point (site:, body: or geom:), or its variables of an FMU; may be given again.",
+        metavar="NAME=site:SITE",
+        help="Place of an observed point (site:, body: or geom:); may be given again.",
     )
     plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. xz or -xz [found].")
     rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis in the plane [found].")
     crank_zero: str | None = option(
         "--crank-zero", metavar="ANGLE", help="Angle of the hinge at crank angle 0 [found]."
     )
-    length_unit: str | None = option("--length-unit", metavar="UNIT", help="m, cm, mm or inch [found].")
     keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble it from there [its reference pose].")
     controls: tuple[str, ...] = option("--ctrl")
-    touching: str | None = option("--touching", metavar="CAM,ROLLER", help="Geoms of its cam contact [found].")
 
 
 @dataclass(frozen=True)

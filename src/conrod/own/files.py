@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -32,6 +34,15 @@ def check_readable(path: Path) -> None:
         raise InvalidInput(f"{path}: it is a folder, not a file" if path.is_dir() else f"{path}: it is no regular file")
     if not os.access(path, os.R_OK):
         raise InvalidInput(f"{path}: it cannot be read: permission denied")
+
+
+@contextmanager
+def of_file(path: Path) -> Iterator[None]:
+    """Within it, whatever cannot be used is said with the file's name before it."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
 
 
 def files_of_model(path: Path) -> tuple[Path, ...]:

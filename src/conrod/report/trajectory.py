@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 from conrod.mechanism.units import in_prose
 from conrod.own.tables.causes import Cause
-from conrod.own.tables.estimation import Estimation
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
@@ -26,14 +24,7 @@ SHOWN = {
     "time": ("ms", 1e3, "the table's clock minus the scene's"),
     "phase": ("deg", 180.0 / math.pi, "crank angle at the scene's time 0"),
     "zero": ("deg", 180.0 / math.pi, "crank angle where the table's crank angle is 0"),
-    "x": ("mm", 1e3, "the scene's origin in the table's frame, x"),
-    "y": ("mm", 1e3, "the scene's origin in the table's frame, y"),
-    "rotation": ("deg", 180.0 / math.pi, "turn of the scene's axes in the table's frame"),
 }
-LEAST_DIGITS, MOST_DIGITS = 2, 10
-# Below a part in so many of its unit an estimate is rounding.
-ROUNDING = 1e-13
-
 
 # -- words: mm and degrees, two digits for what was measured ---------------------------------------------------------
 
@@ -81,36 +72,41 @@ def crank_text(study: TableStudy) -> str:
 
 
 def estimation_lines(study: TableStudy) -> list[str]:
-    """Estimates in words: the sense, quantities that cannot be determined, and what is left."""
-    found = study.estimation
-    if found is None:
-        return []
-    left = f"what is left after it: {_remaining(study, found.remaining)} rms"
-    return [*([] if found.sense is None else [_sense_text(study, *found.sense)]), *found.undetermined, left]
+    """Estimates in words with their standard errors, and what is left."""
+    found, lines = study.estimation, []
+    for one in found.estimates if found else ():
+        unit, factor, meaning = SHOWN[one.name]
+        error = numbers.measured(one.error * factor)
+        lines.append(f"{one.name}, {meaning}: {one.value * factor:.10g} {unit}, standard error {error} {unit}")
+    if found:
+        left = numbers.error("total" if study.errors else "phase", found.remaining, study.scene.lengths)
+        lines.append(f"estimated from {found.rows} rows; what is left is {left} rms")
+    return lines
 
 
-def _remaining(study: TableStudy, size: float) -> str:
-    """A rest of a fit, of places over L where there are any."""
-    return numbers.error("total" if study.errors else "phase", size, study.scene.lengths)
+def findings(study: TableStudy) -> list[str]:
+    """What was found beside the errors, in sentences."""
+    unused = ", ".join(name or "(no name)" for name in study.unused)
+    lines = [
+        *estimation_lines(study),
+        figure_line(study),
+        crank_text(study),
+        f"columns not used: {unused}" if unused else "",
+        *(f"note: {note}" for note in study.notes),
+        *(_cause_line(study, cause) for cause in study.causes),
+        "none of the common causes reproduces the difference" if study.passed is False and not study.causes else "",
+    ]
+    return [line for line in lines if line]
 
 
-def _sense_text(study: TableStudy, value: int, *rests: float) -> str:
-    name = "the scene's" if value > 0 else "opposite to the scene's"
-    left, opposite = (_remaining(study, rest) for rest in rests)
-    return f"sense of rotation: {name} (leaves {left} rms, the other one {opposite})"
-
-
-def cause_line(study: TableStudy, cause: Cause) -> str:
-    """A cause with what it explains."""
-    without = ", ".join(f"{name} is {after} instead of {before}" for name, before, after in _explained(study, cause))
+def _cause_line(study: TableStudy, cause: Cause) -> str:
+    """A cause with each error that it explains, as it is and without the cause."""
+    lengths = study.scene.lengths
+    without = ", ".join(
+        f"{name} is {numbers.error(name, after, lengths)} instead of {numbers.error(name, before, lengths)}"
+        for name, (before, after) in cause.explains.items()
+    )
     return f"likely cause: {cause.text}; without it {without}"
-
-
-def _explained(study: TableStudy, cause: Cause) -> Iterator[tuple[str, str, str]]:
-    """Each error that a cause explains, as it is and without the cause."""
-    for name, (before, after) in cause.explains.items():
-        lengths = study.scene.lengths
-        yield name, numbers.error(name, before, lengths), numbers.error(name, after, lengths)
 
 
 # -- tables ----------------------------------------------------------------------------------------------------------
@@ -120,15 +116,6 @@ def columns_table(study: TableStudy) -> Table:
     """The columns that are used."""
     rows = [(column.target.name, column.heading, in_prose(column.unit), column.unit_from) for column in study.columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
-
-
-def runs_table(study: TableStudy) -> Table:
-    """Largest errors of an FMU's runs, the judged one first, and their orders; no row for a table."""
-    names = tuple(study.runs[0].sizes) if study.runs else ()
-    rows = [(run.setting, *(numbers.measured(run.sizes.get(n)) for n in names), run.ended) for run in study.runs]
-    if any(found := tuple(study.orders.values())):
-        rows.append(("order in the step", *("" if order is None else f"{order:.1f}" for order in found), ""))
-    return table(("run", *names, "ended by"), rows, names, "largest errors of each run, normalised by L, ω L, ω² L")
 
 
 def errors_table(study: TableStudy) -> Table:
@@ -145,28 +132,6 @@ def errors_table(study: TableStudy) -> Table:
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
 
 
-def estimates_table(estimation: Estimation | None) -> Table:
-    """Estimated quantities; a value has the digits that its error leaves it."""
-    rows = []
-    for one in estimation.estimates if estimation else ():
-        unit, factor, meaning = SHOWN[one.name]
-        value, error = one.value * factor, one.error * factor
-        rows.append((one.name, _with_digits(value, error), numbers.measured(error), unit, meaning))
-    return table(("what", "value", "standard error", "unit", "meaning"), rows, right=("value", "standard error"))
-
-
-def _with_digits(value: float, error: float) -> str:
-    if abs(value) < ROUNDING:
-        return numbers.measured(value)
-    digits = LEAST_DIGITS + math.ceil(math.log10(abs(value) / error)) if 0.0 < error < abs(value) else LEAST_DIGITS
-    return f"{value:.{min(digits, MOST_DIGITS) if error else MOST_DIGITS}g}"
-
-
-def _causes_table(study: TableStudy) -> Table:
-    rows = [(cause.text, *explained) for cause in study.causes for explained in _explained(study, cause)]
-    return table(("cause", "error", "as it is", "without the cause"), rows)
-
-
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
@@ -176,9 +141,8 @@ def _page(part: Part[TableStudy]) -> Page:
     figures = (Figure("error", alt, lambda: error_figure(study)),) if study.errors else ()
     text = rendered(
         "trajectory", study=study, command=part.command, verdict=verdict_text(study), summary=summary_line(study),
-        counts=figure_line(study), figures=figures, errors=errors_table(study), crank=crank_text(study),
-        causes=_causes_table(study), estimates=estimates_table(study.estimation), columns=columns_table(study),
-        estimation=estimation_lines(study), runs=runs_table(study), parameters=parameters_table(study.scene),
+        figures=figures, findings=findings(study), errors=errors_table(study), columns=columns_table(study),
+        parameters=parameters_table(study.scene),
     )  # fmt: skip
     return Page(text, figures)
 

@@ -11,12 +11,12 @@ from typing import Any
 
 from conrod.own.models.lengths import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
-from conrod.own.models.results import EXACT_SOLVER, OWN, ModelStudy, OwnRun
-from conrod.own.models.runs import QUANTITIES, CrankMotion, JudgedRun
+from conrod.own.models.results import ModelStudy, OwnRun
+from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.numbers import IN_MM, error, in_degrees, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
+from conrod.report.numbers import IN_MM, in_degrees, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
 from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
@@ -27,13 +27,7 @@ from conrod.scenes import Scene
 RIGHT = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
 MM, TRAVEL = 1e3, " of its travel"
 TOLD_TOGETHER = 4
-# Shares beyond this are written as factors: 99.9 % too short says little.
-FEW = 0.5
-# Degrees that a crank goes through: it stands, or it does not come round.
-STANDS, HALF_TURN = 5.0, 180.0
 SAME_GRAVITY = 0.01  # beside this share of the scene's it is written with other digits
-# A closure that is open by more than this cannot close.
-CLOSED = 1e-9
 KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
 
 
@@ -42,11 +36,6 @@ def verdict(study: ModelStudy) -> str:
     own_run, sentences = study.own_run, [_judgement(study)]
     if own_run is not None:
         sentences.insert(0 if own_run.failed else 1, f"Run as the file has it, {own_run_words(study, own_run)}.")
-    if study.gravity_is_across:
-        sentences.append(
-            f"Its gravity has {quantity(abs(study.gravity[2]), 3)} m/s² out of the plane of motion, where the scene "
-            "has none: its loads and its free motion are not the scene's."
-        )
     return " ".join(sentences)
 
 
@@ -74,28 +63,13 @@ def own_run_words(study: ModelStudy, found: OwnRun) -> str:
     begin = f"from {study.model.start}"
     if found.crank is None:
         return f"{begin}, it ended as {found.run.outcome.slug}: {found.run.reason}"
-    did, wanted = _crank_words(found.crank), found.commanded
-    if wanted is not None:
-        asked = f"the {_rpm(study.scene.speed)} rpm of the scene"
+    mean, least, most = (_rpm(speed) for speed in (found.crank.mean, found.crank.least, found.crank.most))
+    did = f"it turned at {mean} rpm on average, {least} to {most} rpm"
+    if found.commanded is not None:
         keeps = "strays from" if found.failed else "keeps to"
-        return f"{begin}, its crank {keeps} {asked}: it {did}"
-    if study.model.controls:
-        return f"{begin}, nothing is commanded, all its controls are 0 (--ctrl NAME=VALUE): its crank {did}"
-    return f"{begin}, nothing drives its crank, which has nothing to stray from: it {did}"
-
-
-def _crank_words(crank: CrankMotion) -> str:
-    """What a crank did in the last turn's time."""
-    low, high = math.degrees(crank.low), math.degrees(crank.high)
-    low, high = (value - 360.0 * math.floor(low / 360.0) for value in (low, high))
-    if high - low < STANDS:
-        return f"stood near {0.5 * (low + high):.3g} deg"
-    ends = [_rpm(speed) for speed in (crank.least, crank.most)]
-    if ends == 2 * [_rpm(crank.mean)]:
-        return f"turned at {ends[0]} rpm"
-    if high - low < HALF_TURN:
-        return f"swung from {low:.4g} to {high:.4g} deg"
-    return f"turned at {_rpm(crank.mean)} rpm on average, {ends[0]} to {ends[1]} rpm"
+        return f"{begin}, its crank {keeps} the {_rpm(study.scene.speed)} rpm of the scene: {did}"
+    why = "all its controls are 0 (--ctrl NAME=VALUE)" if study.model.controls else "it has no actuator"
+    return f"{begin}, nothing is commanded, {why}: {did}"
 
 
 def _rpm(speed: float) -> str:
@@ -107,7 +81,7 @@ def _why_not(study: ModelStudy) -> str:
     branch = ["it is on the other assembly branch"] if identity.other_branch else []
     if identity.explanations:
         return " and ".join([*branch, " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])])
-    if branch and identity.closest is None:
+    if branch and identity.left <= identity.floor:
         return branch[0]
     off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths, ' of their travel')}"
     return "; ".join([*branch, off, *other_kinds(study)])
@@ -119,7 +93,7 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
         "frame": list(_frame(study)),
         "wiring": list(_wiring(study)),
         "paths (kinematic mode)": list(_paths(study)),
-        "its own settings": [own_settings(study), *study.model.remarks, *_gravity(study)],
+        "its own settings": [_own_settings(study), *_gravity(study)],
     }
 
 
@@ -134,7 +108,7 @@ def _frame(study: ModelStudy) -> Iterator[str]:
         f"plane {plane}{', seen from behind' if there.view.behind else ''}": said.plane,
         f"turned by {_degrees(there.rotation)}": said.rotation,
         f"crank zero at {_degrees(there.zero)}": said.zero,
-        f"unit {there.unit_name}": said.unit,
+        f"unit {there.unit_name}": None,
     }
     yield ", ".join(text if given is None else f"{text} (given)" for text, given in parts.items())
     anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
@@ -146,22 +120,13 @@ def _degrees(angle: float) -> str:
 
 
 def _wiring(study: ModelStudy) -> Iterator[str]:
-    """Joints, closures, freedom and what closes nothing."""
-    has, model, contact = study.model.wiring, study.model, study.model.touching
-    yield f"{_counted(study)}; {_plural({'loop': has.loops})}; the machine has {_machine_joints(study.scene)}"
-    low, high = has.rank
-    free = has.coordinates - high - (1 if contact else 0)
+    """Joints, closures and freedom."""
+    has, contact = study.model.wiring, study.model.touching
+    yield f"{_counted(study)}; the machine has {_machine_joints(study.scene)}"
     yield (
-        f"mobility {free} along the whole turn: {has.coordinates} degrees of freedom, of which closures take "
-        + (f"{high}" if low == high else f"{low} to {high}, as it turns,")
-        + (f" and the contact of {' and '.join(contact.geoms)} 1" if contact else "")
+        f"mobility {has.coordinates - has.rank - (1 if contact else 0)}: {has.coordinates} degrees of freedom, of "
+        f"which closures take {has.rank}{f' and the contact of {contact[0]} and {contact[1]} 1' if contact else ''}"
     )
-    if has.idle:
-        yield f"redundant, they close nothing that the others do not: {', '.join(has.idle)}"
-    if has.inactive:
-        yield f"switched off: {', '.join(has.inactive)}"
-    if model.gap > CLOSED:
-        yield f"{model.open_closure} cannot close: {measured(model.gap)} remain of it, in its own unit"
 
 
 def _counted(study: ModelStudy) -> str:
@@ -183,7 +148,7 @@ def other_kinds(study: ModelStudy) -> list[str]:
     """A sentence on joints of other kinds than those of the machine; none where they agree."""
     has, wanted = study.model.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
     pins, slides = has.joints.get("hinge", 0) + has.closures.get("connect", 0), has.joints.get("slide", 0)
-    if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")) or has.idle:
+    if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")):
         return []
     differs = f"it has {_counted(study)}, the machine {_machine_joints(study.scene)}"
     return [f"{differs}: is a joint of another kind, or a link missing?"]
@@ -194,18 +159,10 @@ def other_kinds(study: ModelStudy) -> list[str]:
 
 def _paths(study: ModelStudy) -> Iterator[str]:
     """Comparison of the points' paths with the exact ones, and what explains the difference."""
-    identity, shape, lengths = study.identity, study.model.touching, study.scene.lengths
+    identity, lengths = study.identity, study.scene.lengths
     off = ", ".join(f"{name} {with_mm({name: size}, lengths, TRAVEL)}" for name, size in identity.off_by.items())
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
-    if identity.rate_off is not None:
-        with_found = " (with what was found)" if identity.explanations else ""
-        yield f"error of their derivatives by the crank angle{with_found}: {measured(identity.rate_off)}"
-    if shape is not None:
-        size = measured(MM * identity.frame.unit * shape.shape_error)
-        yield f"error of the collision shapes, {shape.corners} corners around the crank: {size} mm"
     yield from _explained(study)
-    for group in identity.indistinct:
-        yield f"these points cannot distinguish: {', '.join(group)}"
     if missing := [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]:
         yield f"not given, so not judged: {', '.join(missing)}"
 
@@ -219,15 +176,10 @@ def _explained(study: ModelStudy) -> Iterator[str]:
             yield f"{count} explanations leave nothing; the paths cannot distinguish them"
         for one in identity.explanations[:TOLD_TOGETHER]:
             yield f"{explanation(one)}; that leaves {with_mm(one.left, lengths, TRAVEL)}"
-    elif identity.closest is None:
+    elif identity.left <= identity.floor:
         yield "all lengths are as expected"
     else:
-        nearest = identity.closest
-        yield (
-            f"no lengths explain it: what comes nearest leaves {with_mm(nearest.left, lengths, TRAVEL)} "
-            f"({explanation(nearest)})"
-        )
-        yield from other_kinds(study)
+        yield from ("no lengths explain it", *other_kinds(study))
 
 
 def explanation(found: Explanation) -> str:
@@ -241,9 +193,9 @@ def length(one: Length) -> str:
     excess = one.excess
     if excess is None:
         return f"{one.name} is {MM * one.found:.6g} mm instead of 0 mm"
-    share = f"{rounded(100.0 * abs(excess), 2):g} % too {'long' if excess > 0.0 else 'short'}"
     if one.name == ALL_LENGTHS:
-        return f"all lengths are {share if abs(excess) < FEW else f'{one.found:.4g} times those expected'}"
+        return f"all lengths are {one.found:.7g} times those expected"
+    share = f"{rounded(100.0 * abs(excess), 2):g} % too {'long' if excess > 0.0 else 'short'}"
     digits = max(6, 2 - math.floor(math.log10(abs(excess) or 1.0)) + 1)
     return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm instead of {MM * one.expected:.6g} mm"
 
@@ -251,16 +203,12 @@ def length(one: Length) -> str:
 # -- runs ------------------------------------------------------------------------------------------------------------
 
 
-def own_settings(study: ModelStudy) -> str:
+def _own_settings(study: ModelStudy) -> str:
     """The settings that the model comes with."""
     has = study.model.settings
-    softness, impedance = (
-        ", ".join(f"{a:g} {b:g}" for a, b in pairs) or "none" for pairs in (has.closure_solref, has.closure_impedance)
-    )
     return (
         f"timestep {has.timestep:g} s, integrator {has.integrator}, solver {has.solver}, {has.iterations} iterations, "
-        f"tolerance {has.tolerance:g}; closures: solref {softness}, solimp {impedance}; gravity "
-        f"{' '.join(f'{g:g}' for g in has.gravity)}"
+        f"tolerance {has.tolerance:g}"
     )
 
 
@@ -299,26 +247,19 @@ def _said(study: ModelStudy, run: JudgedRun) -> str:
         return "STRAYS"
     if any(run is one for one in study.judged) and study.tolerance:
         return "OUT OF TOLERANCE" if study.exceeded(run) else "within tolerance"
-    return "contains what the drive changes" if run.label == OWN and run is not study.own else "measured"
+    return "measured"
 
 
 def drive(study: ModelStudy) -> Iterator[str]:
-    """Drive of the crank, and its share of the errors."""
-    own, identity, share = study.own, study.identity, study.drive_share
+    """Drive of the crank, and what the runs are compared with."""
+    own, identity = study.own, study.identity
     if own is None:
         yield "not driven: it is too far off the machine for its runs to say anything"
         return
     yield (
-        f"crank driven by an armature of {quantity(own.armature, 3)} set in the compiled model: speed constant to "
-        f"{measured(own.ripple)}, crank angle off the nominal by {in_degrees(own.phase)} deg"
+        f"crank driven by an armature of {quantity(own.armature, 3)} set in the compiled model, solver tolerance 0: "
+        f"speed constant to {measured(own.ripple)}, crank angle off the nominal by {in_degrees(own.phase)} deg"
     )
-    if share is not None:
-        sizes = ", ".join(f"{name} {error(name, size, study.scene.lengths)}" for name, size in share.items())
-        yield f"with the solver tolerance at 0 the errors change by {sizes}: that is the drive's, not the model's"
-    elif EXACT_SOLVER in study.runs:
-        yield "what the drive changes is not known: a run did not complete"
-    else:
-        yield "the solver tolerance is 0 as it is: the drive takes nothing from it"
     yield from (f"{preset}: {reason}" for preset, reason in study.refused.items())
     if own.warnings:
         yield "warnings of the engine: " + ", ".join(f"{name} {count}x" for name, count in own.warnings.items())
@@ -343,12 +284,10 @@ def _page(part: Part[ModelStudy]) -> Page:
     study = part.findings
     alt = "Distance from the exact paths, and errors of the runs"
     figure = Figure(f"{part.name}-model", alt, partial(model_figure, study))
-    frame, wiring, paths, (settings, *_) = findings(study).values()
     text = rendered(
         "model", study=study, name=Path(study.file).name, verdict=verdict(study), figure=figure, command=part.command,
-        places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), frame=frame, wiring=wiring,
-        paths=paths, settings=settings, runs=runs_table(study), drive=list(drive(study)), noticed=qualification(study),
-        own=OWN if EXACT_SOLVER in study.runs else "",
+        places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), findings=findings(study),
+        runs=runs_table(study), drive=list(drive(study)), noticed=qualification(study),
     )  # fmt: skip
     return Page(text, (figure,))
 

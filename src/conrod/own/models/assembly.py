@@ -17,7 +17,6 @@ from conrod.own.models.loading import (
     Crank,
     FoundPoint,
     check_finite,
-    element_id,
     find_crank,
     find_point,
     keyframe_to_start_from,
@@ -84,7 +83,7 @@ class Assembly:
             if np.abs(step).max(initial=0.0) <= CLOSED * (1.0 + np.abs(self.data.qpos).max()):
                 mujoco.mj_fwdPosition(self.model, self.data)
                 return
-        raise InvalidInput(f"its loops do not close with the crank at {self.degrees()}: {self.gap()[1]}")
+        raise InvalidInput(f"its loops do not close with the crank at {self.degrees()}: {self._open()}")
 
     def distance(self, geoms: tuple[int, int]) -> float:
         """Signed distance of two geoms, in the model's unit of length."""
@@ -120,17 +119,10 @@ class Assembly:
         """Of the closures (rows,), which come first among the constraints."""
         return np.array(self.data.efc_pos[: self.data.ne])
 
-    def owners(self) -> Array:
-        """Number of the closure that each row belongs to (rows,)."""
-        return np.array(self.data.efc_id[: self.data.ne])
-
-    def gap(self) -> tuple[float, str]:
-        """Largest violation of a closure, and which one has it."""
-        size = np.abs(self.violation())
-        if not size.size:
-            return 0.0, ""
-        worst = int(np.argmax(size))
-        return float(size[worst]), name_or_number(self.model, "equality", int(self.owners()[worst]))
+    def _open(self) -> str:
+        """The closure with the largest violation."""
+        worst = int(np.argmax(np.abs(self.violation())))
+        return name_or_number(self.model, "equality", int(self.data.efc_id[worst]))
 
     # -- along the motion --------------------------------------------------------------------------------------
 
@@ -212,11 +204,8 @@ def prepare(path: Path, question: Question) -> Assembly:
     assembly = Assembly(model, crank, tuple(find_point(model, place) for place in question.places))
     _assemble(assembly, question.keyframe)
     _check_freedom(assembly, question)
-    is_free = len(assembly.left_free()) > 0
-    if question.touching is not None and not is_free:
-        raise InvalidInput("--touching: its closures place everything, and leave nothing to a contact")
-    if is_free and question.contacts:
-        assembly.touching = _geoms(assembly, question.touching)
+    if question.contacts and len(assembly.left_free()):
+        assembly.touching = _geoms(assembly)
         assembly.touch()
     return assembly
 
@@ -259,15 +248,13 @@ def _check_freedom(assembly: Assembly, question: Question) -> None:
     )
 
 
-def _geoms(assembly: Assembly, named: tuple[str, str] | None) -> tuple[int, int]:
-    """The pair that is named, or else the nearest of a geom that turns with the crank and a movable one that does not.
+def _geoms(assembly: Assembly) -> tuple[int, int]:
+    """The nearest pair of a geom that turns with the crank and a movable one that does not.
 
     Raises:
-        InvalidInput: there is no such geom, or no pair that may collide.
+        InvalidInput: there is no pair that may collide.
     """
     model = assembly.model
-    if named is not None:
-        return element_id(model, "geom", named[0]), element_id(model, "geom", named[1])
     below = {int(model.jnt_bodyid[assembly.crank.joint])}
     for body in range(model.nbody):  # parents come before their children
         if int(model.body_parentid[body]) in below:
@@ -283,8 +270,5 @@ def _geoms(assembly: Assembly, named: tuple[str, str] | None) -> tuple[int, int]
         if frozenset((a, b)) in paired or masks[a][0] & masks[b][1] or masks[b][0] & masks[a][1]
     ]
     if not pairs:
-        raise InvalidInput(
-            "nothing that turns with the crank may collide with what it is to move; "
-            "name the two geoms with --touching CAM,ROLLER"
-        )
+        raise InvalidInput("nothing that turns with the crank may collide with what it is to move")
     return min(pairs, key=lambda pair: abs(assembly.distance(pair)))

@@ -104,11 +104,7 @@ class Search:
 
 
 class Fit:
-    """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links.
-
-    Attributes:
-        names: of the unknowns, but for the places.
-    """
+    """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links."""
 
     def __init__(
         self,
@@ -121,7 +117,6 @@ class Fit:
         self._search, self._start, self._reference, self._lengths = search, start, reference, lengths
         self._frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]
         self._rows = [search.scan.points.index(point) for point in points]
-        self.names = [*self._frame, *lengths]
         places = start.displacements[self._rows]
         values = [getattr(start, name) for name in self._frame]
         # The largest length of the machine is what small lengths are judged by.
@@ -152,11 +147,10 @@ class Fit:
         flat = self._search.distances(machine, there).ravel()
         return np.concatenate([flat.real, flat.imag])
 
-    def slopes(self, steps: Array | None = None) -> Array:
+    def _slopes(self, steps: Array) -> Array:
         """Derivatives of the distances by the unknowns, each in its size; (2 P T, n)."""
-        here = np.zeros(len(self._x)) if steps is None else steps
-        ways = DIFFERENCE * np.eye(len(here))
-        return np.column_stack([(self._left(here + by) - self._left(here - by)) / (2.0 * DIFFERENCE) for by in ways])
+        ways = DIFFERENCE * np.eye(len(steps))
+        return np.column_stack([(self._left(steps + by) - self._left(steps - by)) / (2.0 * DIFFERENCE) for by in ways])
 
     def solved(self) -> tuple[FrameFit, ExactReference]:
         """The frame and the machine that leave the least squares.
@@ -174,7 +168,7 @@ class Fit:
                 return np.full(count, np.nan)
 
         if len(steps):
-            steps = least_squares(residuals, steps, jac=self.slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
+            steps = least_squares(residuals, steps, jac=self._slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
         there, machine = self._split(self._x + self._sizes * steps)
         return self._search.fitted(machine, there), machine
 
@@ -182,7 +176,7 @@ class Fit:
 def fit_frame(search: Search, reference: ExactReference) -> FrameFit:
     """The frame in which exact paths fit the observed ones best; what is given of it is kept."""
     coarse = _coarse(search, reference)
-    unit = search.given.unit or min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
+    unit = min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
     return Fit(search, replace(coarse, unit=unit), reference).solved()[0]
 
 
@@ -201,7 +195,7 @@ def _coarse(search: Search, reference: ExactReference) -> FrameFit:
     def placed(zero: float, exact: Array) -> FrameFit:
         factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
         rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
-        unit = given.unit or max(float((factor * np.exp(1j * rotation)).real), 1e-12)
+        unit = max(float((factor * np.exp(1j * rotation)).real), 1e-12)
         left = unit * np.exp(-1j * rotation) * weighted - exact
         return FrameFit(sense, rotation, zero, unit, np.zeros(len(left), dtype=complex), left)
 

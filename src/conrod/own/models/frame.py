@@ -10,7 +10,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 
-# Units of length a model may be in: their size [m].
+# Units of length that a model may be in: their size [m].
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 # The usual ways to look at a plane, x to the right or y and z up: first and second direction of the picture.
 USUAL = {"x": "yz", "y": "xz", "z": "xy"}
@@ -88,7 +88,6 @@ class GivenFrame:
     plane: str | None = None
     rotation: float | None = None  # [rad]
     zero: float | None = None  # [rad]
-    unit: float | None = None  # [m]
 
 
 def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:

@@ -12,7 +12,7 @@ from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.fitting import FrameFit, Search, fit_frame
 from conrod.own.models.frame import Frame, GivenFrame, views
-from conrod.own.models.lengths import Explanation, Solution, solutions, without_trace
+from conrod.own.models.lengths import Explanation, Solution, solutions
 from conrod.own.models.references import on_branch, other_branches, shaft_of
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
@@ -22,8 +22,8 @@ from conrod.scenes import Scene
 EXPLAINED = 1e-9
 # A model written with six digits cannot do better.
 DEFAULT_TOLERANCE = 1e-6
-# A shape's error is multiplied by this where the path is oblique to it.
-OBLIQUE = 3.0
+# The facets of a mesh that a contact follows leave some millionths.
+BY_CONTACT = 1e-5
 # A point that leaves the plane by more than this share of the machine's travel is not in it.
 IN_PLANE = 1e-6
 # Of several views that fit alike, by this factor and beside this distance, the first is meant.
@@ -49,12 +49,9 @@ class Identity:
         angle: crank angles (T,) [rad], increasing.
         off: largest distance of a point from where it should be, over the point's length (T,).
         off_by: of each point the largest, over its length.
-        rate_off: the same of their derivatives by the crank angle; None where a contact places them.
         explanations: sparsest sets of lengths that leave nothing; several where they cannot be distinguished.
-        closest: the lengths that leave least; None where the expected ones leave nothing.
-        indistinct: groups of lengths that these points cannot distinguish.
         left: largest distance that no length explains.
-        floor: distance that is rounding, or the error of the collision shape.
+        floor: distance that is rounding, or due to the facets of a contact's shapes.
     """
 
     frame: Frame
@@ -63,10 +60,7 @@ class Identity:
     angle: Array
     off: Array
     off_by: dict[str, float]
-    rate_off: float | None
     explanations: tuple[Explanation, ...]
-    closest: Explanation | None
-    indistinct: tuple[tuple[str, ...], ...]
     left: float
     floor: float
 
@@ -91,17 +85,16 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     """
     _check_plane(scan)
     search, at = _chosen(scene, scan, given)
-    shape = scan.facts.touching.shape_error if scan.facts.touching else 0.0
-    floor = max(EXPLAINED, at.unit * OBLIQUE * shape / float(search.norms.min()))
-    found, closest, moving = tuple[Solution, ...](), None, scene
+    floor = BY_CONTACT if scan.facts.touching else EXPLAINED
+    found, moving = tuple[Solution, ...](), scene
     if at.largest > floor:
-        found, closest = solutions(search, at, floor)
+        found = solutions(search, at, floor)
         if found:
             at, moving = found[0].fit, found[0].scene
     at = _rounded(search, at, moving, floor)
     expected = search.fitted(scene, replace(at, displacements=0.0 * at.displacements)) if found else at
     # The same machine of those lengths, as it is assembled in the model.
-    without, machine = without_trace(search, at, moving), on_branch(moving, search.branch)
+    machine = on_branch(moving, search.branch)
     x, y, z = scan.anchor.tolist()
     frame = Frame(search.view, at.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(machine))
     angle, off = frame.angle(scan.coordinate), np.abs(expected.distances)
@@ -113,10 +106,7 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         angle=angle[order],
         off=off.max(axis=0)[order],
         off_by=dict(zip(scan.points, off.max(axis=1).tolist(), strict=True)),
-        rate_off=_rate_off(search, frame, at, machine),
         explanations=tuple(one.explanation for one in found),
-        closest=closest.explanation if closest else None,
-        indistinct=without,
         left=at.largest,
         floor=floor,
     )
@@ -140,21 +130,6 @@ def _wrapped(angle: float) -> float:
     """In (-180, 180] degrees."""
     turn = float(np.remainder(angle, 2.0 * np.pi))
     return turn - 2.0 * np.pi if turn > np.pi + 1e-12 else turn
-
-
-def _rate_off(search: Search, frame: Frame, at: FrameFit, moving: ExactReference) -> float | None:
-    """Largest error of a point's derivative by the crank angle, over its length, against what was found."""
-    scan, off = search.scan, []
-    if scan.slopes is None:
-        return None
-    exact = moving.motion(frame.angle(scan.coordinate), 1.0)
-    for k, name in enumerate(scan.points):
-        # A point that is misplaced on its link is carried around by it.
-        carried = 1j * frame.view.sense * scan.spins[k] * at.displacements[k] * search.links[k]
-        found = frame.turned(scan.slopes[k]) + np.column_stack([carried.real, carried.imag])
-        apart = np.linalg.norm(frame.sense * found - exact.point(name).velocity, axis=1)
-        off.append(float(apart.max() / search.norms[k, 0]))
-    return max(off)
 
 
 def _check_plane(scan: Scan) -> None:

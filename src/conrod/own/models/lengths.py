@@ -13,9 +13,6 @@ from conrod.own.models.fitting import Fit, FrameFit, Search
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of
 from conrod.scenes import Scene
 
-# A direction of the lengths whose trace is this share of the clearest one's leaves none.
-NO_TRACE = 1e-7
-INVOLVED = 0.05  # of the largest component of such a direction
 MOST_TOGETHER = 3
 
 
@@ -67,22 +64,18 @@ class Solution:
 Change = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-def solutions(search: Search, start: FrameFit, floor: float) -> tuple[tuple[Solution, ...], Solution | None]:
-    """The smallest sets of changes that leave nothing, all of one size; and the closest one there is.
+def solutions(search: Search, start: FrameFit, floor: float) -> tuple[Solution, ...]:
+    """The smallest sets of changes that leave nothing, all of one size.
 
     Args:
         start: the frame that the expected lengths fit best.
         floor: a distance, over the point's length, that is nothing.
     """
-    closest: Solution | None = None
     for changes in _changes(search):
         found = [one for change in changes if (one := _solved(search, start, change)) is not None]
-        closest = min([*found, *([closest] if closest else [])], key=lambda one: one.explanation.left, default=None)
-        enough = [one for one in found if one.explanation.left <= floor]
-        if enough:
-            enough.sort(key=lambda one: len(one.explanation.misplaced))
-            return tuple(enough), enough[0]
-    return (), closest
+        if enough := [one for one in found if one.explanation.left <= floor]:
+            return tuple(sorted(enough, key=lambda one: len(one.explanation.misplaced)))
+    return ()
 
 
 def _changes(search: Search) -> Iterator[list[Change]]:
@@ -116,22 +109,3 @@ def _lengths(search: Search, found: Scene, names: Sequence[str]) -> tuple[Length
         Length(name, length_of(expected, name), factor if name == ALL_LENGTHS else length_of(found, name))
         for name in names
     )
-
-
-def without_trace(search: Search, at: FrameFit, scene: Scene) -> tuple[tuple[str, ...], ...]:
-    """Groups of lengths, and free parts of the frame, that the given points cannot distinguish.
-
-    They can be changed together without a trace; by the null space of the scaled slopes.
-    """
-    fit = Fit(search, at, scene, search.lengths)
-    jacobian, names = fit.slopes(), fit.names
-    scale = np.linalg.norm(jacobian, axis=0)
-    groups: list[tuple[str, ...]] = [
-        (name,) for name, size in zip(names, scale, strict=True) if size <= NO_TRACE * max(scale.max(), 1e-300)
-    ]
-    _, singular, directions = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
-    for direction in np.abs(directions[singular <= NO_TRACE * singular[0]]):
-        large = direction > INVOLVED * direction.max()
-        if np.count_nonzero(large) > 1:
-            groups.append(tuple(name for name, counts in zip(names, large, strict=True) if counts))
-    return tuple(dict.fromkeys(groups))

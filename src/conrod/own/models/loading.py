@@ -227,12 +227,6 @@ class FoundPoint:
         places = data.site_xpos if self.kind == "site" else data.xpos if self.kind == "body" else data.geom_xpos
         return np.array(places[self.index])
 
-    def jacobians(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array]:
-        """Derivatives of its position and of its link's turn by the joint rates, each (3, nv)."""
-        along, about = np.empty((3, model.nv)), np.empty((3, model.nv))
-        mujoco.mj_jac(model, data, along, about, self.position(data), self.body)
-        return along, about
-
     def motion(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array]:
         """Its position, velocity and acceleration, each (3,), in data that `mj_rnePostConstraint` has made."""
         velocity, acceleration = np.empty(6), np.empty(6)

@@ -84,7 +84,6 @@ class Question:
         crank: name of the hinge that is driven.
         mobility: that the machine has, contacts counted.
         contacts: number of higher pairs of the machine, which a model may close by contact.
-        touching: names of the geoms of a contact; None where they are to be found.
         keyframe: to assemble the model from; None for its reference pose.
         controls: inputs of actuators in place of the keyframe's, where the model is run as its file has it.
     """
@@ -93,7 +92,6 @@ class Question:
     places: tuple[Place, ...]
     mobility: int
     contacts: int
-    touching: tuple[str, str] | None = None
     keyframe: str | None = None
     controls: Controls = ()
 
@@ -108,36 +106,14 @@ class Wiring:
     Attributes:
         joints: number of joints by kind: hinge, slide, ball, free.
         closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
-        inactive: names of those that are switched off.
         coordinates: degrees of freedom that the joints give.
-        rank: least and largest rank of their Jacobian along the turn.
-        idle: closures that close nothing which those before them do not.
+        rank: of the closures' Jacobian.
     """
 
     joints: Mapping[str, int]
     closures: Mapping[str, int]
-    inactive: tuple[str, ...]
     coordinates: int
-    rank: tuple[int, int]
-    idle: tuple[str, ...]
-
-    @property
-    def loops(self) -> int:
-        """Closures that close something."""
-        return sum(self.closures.values()) - len(self.idle)
-
-
-@dataclass(frozen=True)
-class Touching:
-    """Two geoms that make a higher pair.
-
-    Attributes:
-        shape_error: largest distance of the collision shape from the curve that its corners lie on.
-    """
-
-    geoms: tuple[str, str]
-    shape_error: float
-    corners: int
+    rank: int
 
 
 @dataclass(frozen=True)
@@ -150,8 +126,6 @@ class OwnSettings:
     iterations: int
     tolerance: float
     gravity: tuple[float, float, float]
-    closure_solref: tuple[tuple[float, float], ...]  # all that occur
-    closure_impedance: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -159,10 +133,8 @@ class ModelFacts:
     """A model by the account of its compiled file and of one turn of its crank.
 
     Attributes:
-        gap: largest violation that the closures keep, in their own units.
-        open_closure: name of that closure.
+        touching: names of the two geoms that make a higher pair; None where closures place everything.
         stops: joints whose limits the turn leaves, with both.
-        remarks: deviations of conrod's drive from the file, and what else acts on the crank.
         start: of a run of the file as it is, in words.
         controls: inputs of all actuators in that run, by name or number.
     """
@@ -170,12 +142,9 @@ class ModelFacts:
     name: str
     engine_version: str
     wiring: Wiring
-    touching: Touching | None
+    touching: tuple[str, str] | None
     settings: OwnSettings
-    gap: float
-    open_closure: str
     stops: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
     start: str = ""
     controls: Mapping[str, float] = field(default_factory=dict)
 
@@ -188,9 +157,7 @@ class Scan:
         coordinate: of the crank (T,), from the start of the turn upwards.
         points: names of the P points that were given.
         positions: of the points (P, T, 3).
-        slopes: their derivatives by the crank coordinate (P, T, 3); None where only a contact places them.
         turns: of the links that the points are on, about the crank's axis, from the first sample on (P, T) [rad].
-        spins: their derivatives by the crank coordinate (P, T).
         states: all joint coordinates (T, nq).
         rates: derivatives of the joint rates by the crank's (T, nv).
         anchor, axis: of the crank's hinge, a point and a unit vector.
@@ -201,9 +168,7 @@ class Scan:
     coordinate: Array
     points: tuple[str, ...]
     positions: Array
-    slopes: Array | None
     turns: Array
-    spins: Array
     states: Array
     rates: Array
     anchor: Array

@@ -15,9 +15,8 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Qualified, RefinementPoint
 
-AS_GIVEN, OWN, EXACT_SOLVER = "its own run", "as it is", "as it is, solver tolerance 0"
+AS_GIVEN, OWN = "its own run", "as it is"
 RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
-ACROSS = 1e-5  # of gravity; a machine a hundredth of a degree out of the vertical has 2e-4
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,6 @@ class ModelStudy:
         own_run: as the file has it; None where the model is too far off the machine.
         runs: dynamic mode with conrod's drive, by label; empty there, too.
         refused: presets that were not run, with the reason.
-        drive_share: change of the errors by the drive through the solver's tolerance, by quantity; None where unknown.
         points: that the runs are compared at.
         qualified: what the verdict on its own settings notices of planted defects; None where that is not known.
         refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
@@ -68,7 +66,6 @@ class ModelStudy:
     revolutions: float
     runs: Mapping[str, JudgedRun]
     refused: Mapping[str, str]
-    drive_share: Mapping[str, float] | None
     points: tuple[str, ...]
     own_run: OwnRun | None = None
     qualified: Qualified | None = None
@@ -92,15 +89,9 @@ class ModelStudy:
         return x, y, frame.unit * float(across @ own)
 
     @property
-    def gravity_is_across(self) -> bool:
-        """True if a part of the gravity points out of the plane of motion, in which the scene has all of it."""
-        return abs(self.gravity[2]) > ACROSS * float(np.linalg.norm(self.gravity))
-
-    @property
     def own(self) -> JudgedRun | None:
-        """The run that stands for the model's own settings: with what the drive changes taken away, if it completed."""
-        exact, own = self.runs.get(EXACT_SOLVER), self.runs.get(OWN)
-        return exact if exact is not None and exact.outcome is Outcome.COMPLETED else own
+        """The run with the model's own settings; None where it is too far off the machine."""
+        return self.runs.get(OWN)
 
     @property
     def limits(self) -> Mapping[str, float]:

@@ -60,18 +60,15 @@ class JudgedRun:
 
 @dataclass(frozen=True)
 class CrankMotion:
-    """Motion of a crank in the last turn's time of a run, at the scene's speed; crank angles and their rates.
+    """Motion of a crank in the last turn's time of a run, at the scene's speed.
 
     Attributes:
         mean, least, most: of its speed [rad/s].
-        low, high: ends of the angles [rad] that it went through.
     """
 
     mean: float
     least: float
     most: float
-    low: float
-    high: float
 
     def strays(self, speed: float) -> bool:
         """True if its mean speed is not the commanded one [rad/s], or it was off that by a tenth at any time."""
@@ -147,20 +144,7 @@ def crank_motion(run: DrivenRun, to: RunReference) -> CrankMotion:
     last = run.times >= run.times[-1] - period * (1.0 + 1e-9)
     angle, rate = angle[last], rate[last]
     mean = float(angle[-1] - angle[0]) / max(run.timestep * (len(angle) - 1), 1e-300)
-    return CrankMotion(mean, *(float(v) for v in (rate.min(), rate.max(), angle.min(), angle.max())))
-
-
-def difference(one: DrivenRun, other: DrivenRun, to: RunReference) -> dict[str, float]:
-    """Largest difference of two runs' errors, each at the angle that it reached; normalised like errors."""
-    runs, largest = (tracks_of(one, to), tracks_of(other, to)), dict[str, float]()
-    for power, quantity in enumerate(QUANTITIES):
-        sizes = []
-        for name in to.points:
-            errors = [ExactMotions(to.exact).error(getattr(run[name], quantity), name, quantity) for run in runs]
-            norm = to.exact.lengths[name] * abs(to.speed) ** power
-            sizes.append(float(np.linalg.norm(errors[0] - errors[1], axis=1).max()) / norm)
-        largest[quantity] = max(sizes)
-    return largest
+    return CrankMotion(mean, float(rate.min()), float(rate.max()))
 
 
 def _endings(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:

@@ -11,15 +11,15 @@ import mujoco
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.errors import InvalidInput
+from conrod.own.files import of_file
 from conrod.own.models.assembly import prepare
 from conrod.own.models.driving import CrankDrive, changed
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.references import other_branches
 from conrod.own.models.request import DrivenRun, Question
-from conrod.own.models.results import AS_GIVEN, EXACT_SOLVER, OWN, ModelStudy, OwnRun
-from conrod.own.models.runs import QUANTITIES, JudgedRun, RunReference, crank_motion, difference, judged, tracks_of
+from conrod.own.models.results import AS_GIVEN, OWN, ModelStudy, OwnRun
+from conrod.own.models.runs import QUANTITIES, JudgedRun, RunReference, crank_motion, judged, tracks_of
 from conrod.own.models.scanning import scan
 from conrod.runs.trajectory import Outcome, Piece, Trajectory
 from conrod.scenes import Scene
@@ -56,10 +56,8 @@ def study(
         InvalidInput: the model cannot be used, its plane of motion or its frame cannot be determined, or its runs
             cannot be made.
     """
-    try:
+    with of_file(path):
         return _studied(path, scene, question, given, revolutions, tolerance, qualify, refine)
-    except InvalidInput as error:
-        raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
 
 
 def _studied(
@@ -74,9 +72,7 @@ def _studied(
     wrong = {one.point for one in misplaced}
     # Compared are points that are where they should be on their links; all, where none is.
     points = tuple(point for point in turn.points if point not in wrong) or turn.points
-    found = ModelStudy(
-        str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, None, points
-    )
+    found = ModelStudy(str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, points)
     if identity.left > COMPARABLE:
         return found
     frame, first = identity.frame, float(turn.coordinate[0])
@@ -91,20 +87,13 @@ def _studied(
     at_steps = {label: [run] for label, run in runs.items()}
     for finer in FINER if refine else ():
         if finer * revolutions * machine.period <= MOST_SAMPLES * facts.settings.timestep:
-            others, _ = _models(machine, assembly.original, finer)
-            if EXACT_SOLVER in others:  # from which an exact solver takes away what the drive does
-                del others[OWN]
-            for label, model in others.items():
+            for label, model in _models(machine, assembly.original, finer)[0].items():
                 at_steps[label].append(judged(label, drive.driven(model), to))
     own_run = judged(AS_GIVEN, as_given, to)
     crank = crank_motion(as_given, to) if own_run.outcome is Outcome.COMPLETED else None
     commanded = machine.speed if any(facts.controls.values()) else None
-    both = [runs[label] for label in (OWN, EXACT_SOLVER) if label in runs and runs[label].errors is not None]
-    share = difference(driven[OWN], driven[EXACT_SOLVER], to) if len(both) == 2 else None
     refined = {label: _points(same) for label, same in at_steps.items() if len(same) > 1}
-    found = replace(
-        found, own_run=OwnRun(own_run, crank, commanded), runs=runs, refused=refused, drive_share=share, refined=refined
-    )
+    found = replace(found, own_run=OwnRun(own_run, crank, commanded), runs=runs, refused=refused, refined=refined)
     own = found.own
     return replace(found, qualified=_qualified(found, driven[own.label], to)) if qualify and own else found
 
@@ -112,11 +101,12 @@ def _studied(
 def _models(
     scene: Scene, model: mujoco.MjModel, finer: float = 1.0
 ) -> tuple[dict[str, mujoco.MjModel], dict[str, str]]:
-    """The model as it is, with an exact solver, and with each preset's settings at its own step; presets refused."""
+    """The model as it is, and with each preset's settings at its own step; presets that are refused.
+
+    A heavy flywheel weighs in the cost by which the solver measures its tolerance: it goes on to the end.
+    """
     engine, refused = engine_named("mujoco"), dict[str, str]()
-    models = {OWN: changed(model, finer=finer)}
-    if model.opt.tolerance != 0.0:
-        models[EXACT_SOLVER] = changed(model, tolerance=0.0, finer=finer)
+    models = {OWN: changed(model, tolerance=0.0, finer=finer)}
     steps = max(2, round(finer * scene.period / float(model.opt.timestep)))
     for preset in PRESETS:
         settings: Any = engine.presets[preset](scene, steps)

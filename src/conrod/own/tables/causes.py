@@ -13,10 +13,9 @@ from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.tables.estimation import Fit, fitted
+from conrod.own.tables.estimation import TURN, fitted
 from conrod.own.tables.samples import ERRORS, Exact, Observed, Samples
 
-TURN = 2.0 * math.pi
 # The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
 LENGTHS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
 ANGLES = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / TURN}
@@ -97,10 +96,11 @@ Hypothesis: TypeAlias = tuple[str, str, Exact, Sequence[str]]
 
 def _hypotheses(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
     """All slips that a table may suffer from, undone; of one kind the simplest first."""
-    observed, alignment = table.observed, table.alignment
+    observed = table.observed
     yield from _units(table)
-    opposite = replace(table, alignment=replace(alignment, sense=-alignment.sense))
-    yield "opposite sense", "the crank turns in the opposite sense", opposite, ERRORS
+    opposite = table.scene.with_parameters(speed=-table.scene.speed)
+    backwards = replace(table, scene=opposite, observed=observed.with_crank(np.negative))
+    yield "opposite sense", "the crank turns in the opposite sense", backwards, ERRORS
     swapped = observed.with_samples(lambda _, s: replace(s, axes=tuple(1 - axis for axis in s.axes)))
     yield "axes swapped", "x and y are swapped", replace(table, observed=swapped), ERRORS
     if "total" in wrong or "position" in wrong:
@@ -109,7 +109,7 @@ def _hypotheses(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
 
 
 def _units(table: Exact) -> Iterator[Hypothesis]:
-    observed, start = table.observed, table.alignment.time
+    observed = table.observed
     for factor, slip in _slips(LENGTHS):
         scaled = observed.with_samples(partial(_smaller, factor))
         text = f"lengths are {factor:.6g} times too large: {slip}"
@@ -121,7 +121,7 @@ def _units(table: Exact) -> Iterator[Hypothesis]:
     # Positions alone: at another speed, velocities are others too.
     concerns = ("total",) if observed.angle is not None else ("total", "position")
     for factor, slip in _slips(SPEEDS):
-        scaled = replace(observed, times=start + (observed.times - start) * factor)
+        scaled = replace(observed, times=observed.times * factor)
         text = f"the crank turns at {factor:.6g} times the nominal speed: {slip}"
         yield "speed unit", text, replace(table, observed=scaled), concerns
 
@@ -138,46 +138,68 @@ def _smaller(factor: float, _: str, samples: Samples) -> Samples:
 
 
 def _frame(table: Exact) -> Iterator[Hypothesis]:
-    problem = Fit(table.observed, table.scene, "nominal" if table.observed.angle is None else "reached")
-    here = table.alignment
-    for names in (["x", "y"], ["x", "y", "rotation"]):
-        if not _determined(table.observed, names):
-            return
-        other = fitted(problem, here, names).alignment
-        x, y = (1e3 * (a - b) for a, b in zip(other.offset, here.offset, strict=True))
-        turn = math.degrees(math.remainder(other.rotation - here.rotation, TURN))
-        turned = f" and turned by {turn:.6g} deg" if len(names) > 2 else ""
-        text = f"the table's frame is offset by ({x:.6g}, {y:.6g}) mm{turned}"
-        yield "frame", text, replace(table, alignment=other), ERRORS
+    """Another origin, and another origin with axes that are turned: the mean, and the closed solution in the plane."""
+    places = {point: own["position"] for point, own in table.observed.points.items() if "position" in own}
+    weights = {point: table.scene.lengths[point] ** -2 for point in places}
+    if not _determined(table.observed, 2):
+        return
+
+    def mean(values: Mapping[str, Array]) -> complex:
+        """Weighted mean over all rows and points of what each has (T,)."""
+        whole = sum(weights[point] * own.sum() for point, own in values.items())
+        return complex(whole / (sum(weights[point] * len(own) for point, own in values.items()) or 1.0))
+
+    def undone(offset: complex, turn: float) -> Hypothesis:
+        turned = f" and turned by {math.degrees(turn):.6g} deg" if turn else ""
+        text = f"the table's frame is offset by ({1e3 * offset.real:.6g}, {1e3 * offset.imag:.6g}) mm{turned}"
+        reframed = table.observed.with_samples(partial(_reframed, offset, turn))
+        return "frame", text, replace(table, observed=reframed), ERRORS
+
+    off = {point: table.difference("position", point) for point in places}
+    x, y = (mean({p: off[p][:, own.axes.index(k)] for p, own in places.items() if k in own.axes}) for k in (0, 1))
+    yield undone(x + 1j * y, 0.0)
+    every = [own for samples in table.observed.points.values() for own in samples.values()]
+    if any(len(own.axes) == 1 for own in every) or not _determined(table.observed, 3):
+        return
+    found = {point: own.values @ [1.0, 1.0j] for point, own in places.items()}
+    exact = {point: found[point] - off[point] @ [1.0, 1.0j] for point in places}
+    middle, centre = mean(exact), mean(found)
+    turn = float(np.angle(mean({p: np.conj(exact[p] - middle) * (found[p] - centre) for p in places})))
+    yield undone(centre - complex(np.exp(1j * turn)) * middle, turn)
 
 
-def _determined(observed: Observed, names: Sequence[str]) -> bool:
+def _reframed(offset: complex, turn: float, quantity: str, samples: Samples) -> Samples:
+    """Samples in a frame that is offset [m] and turned [rad], back in the scene's."""
+    moved = [(offset.real, offset.imag)[axis] for axis in samples.axes]
+    values = samples.values - (moved if quantity == "position" else 0.0)
+    c, s = math.cos(turn), math.sin(turn)
+    return replace(samples, values=values @ np.array([[c, -s], [s, c]]) if turn else values)
+
+
+def _determined(observed: Observed, unknowns: int) -> bool:
     """True if there are enough numbers to determine so many unknowns."""
     numbers = sum(s["position"].values.size for s in observed.points.values() if "position" in s)
-    return numbers >= NUMBERS_EACH * len(names)
+    return numbers >= NUMBERS_EACH * unknowns
 
 
 def _times(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
     """The crank's zero and the clock, found from anywhere in the turn; then single quantities at other instants."""
-    observed, scene, alignment = table.observed, table.scene, table.alignment
+    observed, scene = table.observed, table.scene
     # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
-    anywhere = scene.kinematics.mechanism.driver.span is None and _determined(observed, ["time"])
+    anywhere = scene.kinematics.mechanism.driver.span is None and _determined(observed, 1)
     shifts = []
     if anywhere and observed.angle is not None and "position" in wrong:
-        other = fitted(Fit(observed, scene, "reached"), alignment, ["zero"]).alignment
-        by = math.remainder(other.zero - alignment.zero, TURN)
-        shifts.append(by / (alignment.sense * scene.speed))
+        by, _, _ = fitted(table, "position")
+        shifts.append(by / scene.speed)
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
-        yield "crank zero", text, replace(table, alignment=other), ERRORS
+        yield "crank zero", text, replace(table, observed=replace(observed, angle=observed.angle + by)), ERRORS
     if anywhere and "total" in wrong:
-        other = fitted(Fit(observed, scene, "nominal"), alignment, ["time"]).alignment
-        clock = -math.remainder(other.time - alignment.time, scene.period)
+        clock = fitted(table, "total")[0] / scene.speed
         shifts.append(clock)
         degrees = math.degrees(abs(clock * scene.speed))
         text = f"each row belongs {_steps(clock, observed)} than its time says (or the crank is {degrees:.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        moved = _shifted(table, clock) if observed.angle is None else replace(table, alignment=other)
-        yield "time offset", text, moved, ERRORS
+        yield "time offset", text, _shifted(table, clock), ERRORS
     for name in ("velocity", "acceleration"):
         stamp = _stamp_of(name, table) if name in wrong else None
         if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):

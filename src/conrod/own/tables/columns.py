@@ -10,17 +10,7 @@ from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import Array
-from conrod.own.tables.headings import (
-    BRACKETED,
-    DIMENSIONS,
-    TIME,
-    Target,
-    factor,
-    is_unit,
-    meant_by,
-    readings,
-    targets,
-)
+from conrod.own.tables.headings import DIMENSIONS, TIME, Target, factor, is_unit, meant_by, parted, targets
 
 LISTED = 20  # headings of a table that an error names
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
@@ -116,24 +106,10 @@ def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> li
             f"no column for {missing[0]} among {', '.join(map(repr, filter(None, headings[:LISTED])))}; "
             f"say which it is, by its name or its number from 1, with --column {missing[1]}=..."
         )
-    columns = [
-        column_of(target, places[target.name], headings[places[target.name]], None, asked)
-        for target in known
-        if target.name in places
-    ]
+    found = [(target, place, headings[place]) for target in known if (place := places.get(target.name)) is not None]
+    columns = [column_of(target, place, heading, parted(heading)[1], asked) for target, place, heading in found]
     _check_units(columns)
-    check_units_used(columns, asked)
     return columns
-
-
-def check_units_used(columns: Sequence[Column], asked: Request) -> None:
-    """Refuse a unit that was named for nothing; raises InvalidInput."""
-    named = {(c.target.name, c.unit) for c in columns if c.unit_from == "--unit"}
-    general = {unit for name, unit in named if name not in asked.units}
-    unused = [f"{name}={unit}" for name, unit in asked.units.items() if (name, unit) not in named]
-    unused += [unit for unit in asked.default_units if not general & set(_ways(unit))]
-    if unused:
-        raise InvalidInput(f"--unit {unused[0]}: no column of the table takes its unit from it")
 
 
 def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) -> dict[str, int]:
@@ -141,7 +117,7 @@ def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) ->
     places = {name: _place_of(wanted, name, headings) for name, wanted in asked.columns.items()}
     free = [target for target in known if target.name not in places]
     for place, heading in enumerate(headings):
-        found = next((t for name, _ in readings(heading) if (t := meant_by(name, free))), None)
+        found = meant_by(parted(heading)[0], free)
         if found is None or place in places.values():
             continue
         if found.name in places:
@@ -155,15 +131,11 @@ def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) ->
 
 def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
     """The column that a user named: by its heading, by the name in that, or by its number from 1."""
-    names = [(heading.strip(), *(name for name, _ in readings(heading))) for heading in headings]
-    for found in (
-        [k for k, own in enumerate(names) if wanted == own[0]],
-        [k for k, own in enumerate(names) if wanted in own],
-    ):
-        if len(found) > 1:
-            raise InvalidInput(f"--column {quantity}={wanted}: the table has {len(found)} columns of that name")
-        if found:
-            return found[0]
+    for names in ([heading.strip() for heading in headings], [parted(heading)[0] for heading in headings]):
+        if (count := names.count(wanted)) > 1:
+            raise InvalidInput(f"--column {quantity}={wanted}: the table has {count} columns of that name")
+        if count:
+            return names.index(wanted)
     if wanted.isdecimal() and 1 <= int(wanted) <= len(headings):
         return int(wanted) - 1
     raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
@@ -172,37 +144,21 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
 # -- units -----------------------------------------------------------------------------------------------------------
 
 
-def column_of(target: Target, place: int, heading: str, stated: str | None, asked: Request) -> Column:
-    """A column with its unit: that which the user names, that which is stated, or SI.
+def column_of(target: Target, place: int, heading: str, stated: str, asked: Request) -> Column:
+    """A column with its unit: that which the user names for it, that which is stated, or else a named one that fits.
 
     Args:
-        stated: its unit by another account than the heading's, empty for none; None: by the heading.
+        stated: its unit by the heading or another account, empty for none.
 
     Raises:
         InvalidInput: the unit is none of what the column holds.
     """
-    unit, source = asked.units.get(target.name), "--unit"
-    if unit is None:
-        unit, source = _stated(target, heading) if stated is None else stated, "heading"
-    if not unit:
-        ways = [way for given in asked.default_units for way in _ways(given)]
-        unit, source = next((way for way in ways if factor(way, target.unit) is not None), ""), "--unit"
-    if not unit:
-        unit, source = target.unit, "assumed"
+    # Whose lengths are in mm, its velocities are in mm/s.
+    ways = [way for unit in asked.default_units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
+    general = next((way for way in ways if factor(way, target.unit) is not None), "")
+    choices = ((asked.units.get(target.name), "--unit"), (stated, "heading"), (general, "--unit"))
+    unit, source = next(((unit, source) for unit, source in choices if unit), (target.unit, "assumed"))
     return Column(target, place, heading, unit, factor_of(unit, target, f"column {heading!r}"), source)
-
-
-def _stated(target: Target, heading: str) -> str:
-    """The unit in a heading; without brackets it is one only where it is a unit of what the column holds."""
-    found = [unit for _, unit in readings(heading) if unit]
-    if not BRACKETED.fullmatch(heading):
-        found = [unit for unit in found if factor(unit, target.unit) is not None]
-    return found[0] if found else ""
-
-
-def _ways(unit: str) -> tuple[str, str, str]:
-    """Whose lengths are in mm, its velocities are in mm/s."""
-    return unit, f"{unit}/s", f"{unit}/s^2"
 
 
 def factor_of(unit: str, target: Target, where: str) -> float:

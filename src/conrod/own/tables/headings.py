@@ -1,31 +1,25 @@
-"""Headings as tools and people write them, "C.x [mm]", "time (s)", "x_C in mm", "t_ms": the quantity and its unit."""
+"""Headings of tables, "C.x [mm]", "time (s)", "x_C": the quantity and its unit."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
-from itertools import permutations
+from functools import cache
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
 
 TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
 AXES = "xy"
-# Quantity -> letter in conrod's own headings, SI unit, and what others call it before or after the axis.
-MOTION = {
-    "position": ("", "m", ("", "pos", "position", "r")),
-    "velocity": ("v", "m/s", ("v", "vel", "velocity")),
-    "acceleration": ("a", "m/s^2", ("a", "acc", "acceleration")),
-}
-DOTS = {"position": (), "velocity": ("{}dot", "{}_dot", "d{}"), "acceleration": ("{}ddot", "{}_ddot", "dd{}", "d2{}")}
-# Of the crank and the clock: SI unit and other names.
+# Quantity -> letter in conrod's own headings, SI unit.
+MOTION = {"position": ("", "m"), "velocity": ("v", "m/s"), "acceleration": ("a", "m/s^2")}
+# Of the clock and the crank: SI unit and another name.
 SINGLE = {
-    TIME: ("s", ("t", "zeit", "timestamp")),
-    CRANK_ANGLE: ("rad", ("crank", "angle", "theta", "crank_theta", "theta_crank", "crank_phi", "angle_crank")),
-    CRANK_SPEED: ("rad/s", ("omega", "crank_omega", "omega_crank", "angular_speed", "angular_velocity", "crank_rate")),
-    CRANK_ACCELERATION: ("rad/s^2", ("alpha", "crank_alpha", "alpha_crank", "angular_acceleration")),
+    TIME: ("s", "t"),
+    CRANK_ANGLE: ("rad", "theta"),
+    CRANK_SPEED: ("rad/s", "omega"),
+    CRANK_ACCELERATION: ("rad/s^2", "alpha"),
 }
 # What may stand in a table, and what a user calls it. Lengths and angles each with their rates.
 DIMENSIONS = {
@@ -38,34 +32,25 @@ DIMENSIONS = {
     "rad/s^2": "angular acceleration",
 }
 # What begins with a digit is no unit but an index: r_0[1].
-BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[({]\s*(?P<unit>[^\])}\d\s][^\])}]*)[\])}]\s*")
-BEHIND = re.compile(r"(?P<name>.*[^\W_])(\s*/\s*|\s+in\s+|\s*,\s*|_)(?P<unit>\(?[^\s_,]+\)?)\s*")
-NONE = ("", "-", "1", "none")
+BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[(]\s*(?P<unit>[^\])\d\s][^\])]*)[\])]\s*")
+NONE = ("", "-", "1")
 
 
-def readings(heading: str) -> tuple[tuple[str, str], ...]:
-    """Readings of a heading, pairs of a name and its unit: with the unit in brackets, or else first as a name alone."""
-    whole = " ".join(heading.split())
-    if bracketed := BRACKETED.fullmatch(whole):
-        return ((bracketed["name"], bracketed["unit"].strip()),)
-    # Without brackets it is a unit only where it is one: "x/l" has none.
-    behind = BEHIND.fullmatch(whole)
-    if behind and is_unit(unit := behind["unit"].strip("()")):
-        return (whole, ""), (behind["name"], unit)
-    return ((whole, ""),)
+def parted(heading: str) -> tuple[str, str]:
+    """The name in a heading and the unit that stands in brackets behind it, empty for none."""
+    found = BRACKETED.fullmatch(" ".join(heading.split()))
+    return (found["name"], found["unit"].strip()) if found else (heading.strip(), "")
 
 
 def with_unit(heading: str, unit: str) -> str:
     """The heading with its unit from elsewhere, empty for none; of one that has another both stand there."""
-    return heading if not unit or unit in [own for _, own in readings(heading)] else f"{heading} [{unit}]"
+    return heading if unit in ("", parted(heading)[1]) else f"{heading} [{unit}]"
 
 
 def bare_unit(cell: str) -> str | None:
     """The unit in a cell of a row of units, with or without brackets; empty for none, None where it is no unit."""
-    text = cell.strip().strip("[](){}").strip()
-    if text.lower() in NONE:
-        return ""
-    return text if is_unit(text) else None
+    text = cell.strip().strip("[]()").strip()
+    return "" if text in NONE else text if is_unit(text) else None
 
 
 def is_unit(text: str) -> bool:
@@ -80,21 +65,10 @@ def factor(unit: str, dimension: str) -> float | None:
     Args:
         dimension: an SI unit, a key of `DIMENSIONS`.
     """
-    written = _tidy(unit)
-    # Accelerometers read in g; elsewhere that is a gram.
-    written = "gravity" if dimension == "m/s^2" and written == "g" else written
-    # MM and Sec are slips of the pen; single letters mean other things in capitals.
-    for way in dict.fromkeys((written, written.lower() if len(written) > 1 else written)):
-        try:
-            return parse_quantity("unit", f"1 {way}", dimension) if way else None
-        except InvalidInput:
-            continue
-    return None
-
-
-def _tidy(unit: str) -> str:
-    """A unit as `parse_quantity` takes it, from what tools write: °, m/(s²)."""
-    return unit.strip().replace("°", "deg").replace("(", "").replace(")", "")
+    try:
+        return parse_quantity("unit", f"1 {unit.replace('°', 'deg')}", dimension) if unit.strip() else None
+    except InvalidInput:
+        return None
 
 
 # -- quantities ------------------------------------------------------------------------------------------------------
@@ -108,7 +82,7 @@ class Target:
         name: as in conrod's own tables, `C.x`, `C.vx`, `crank_angle`.
         unit: SI.
         point, quantity, axis: of the observed motion; empty for the clock and the crank.
-        alone: whether there is no other point, so that names without the point say enough.
+        others: names that mean it too, in letters and digits.
     """
 
     name: str
@@ -116,37 +90,18 @@ class Target:
     point: str = ""
     quantity: str = ""
     axis: int = 0
-    alone: bool = False
-
-    @cached_property
-    def aliases(self) -> frozenset[str]:
-        """Other names."""
-        if not self.point:
-            return frozenset((self.name, *SINGLE[self.name][1]))
-        axis, words = AXES[self.axis], MOTION[self.quantity][2]
-        named = [*((word, axis) for word in words), *((dots.format(axis),) for dots in DOTS[self.quantity])]
-        every = [parts for name in named for parts in permutations((self.point, *name))]
-        every += named if self.alone else []
-        return frozenset("".join(parts) for parts in every)
+    others: tuple[str, ...] = ()
 
 
 def targets(points: Sequence[str]) -> tuple[Target, ...]:
-    """All that columns may be in a table of some observed points."""
-    of_points = [
-        Target(f"{point}.{letter}{axis_name}", unit, point, quantity, axis, alone=len(points) == 1)
-        for point in points
-        for quantity, (letter, unit, _) in MOTION.items()
-        for axis, axis_name in enumerate(AXES)
-    ]
-    return (*(Target(name, unit) for name, (unit, _) in SINGLE.items()), *of_points)
-
-
-def _letters(name: str) -> str:
-    return re.sub(r"[\W_]+", "", name)
-
-
-# Ways in which a heading may be one of the names, the strictest first.
-WAYS: tuple[Callable[[str], str], ...] = (str, _letters, lambda name: _letters(name).casefold())
+    """All that columns may be in a table of some observed points; the only one needs no name there."""
+    of_points = []
+    for point in points:
+        for quantity, (letter, unit) in MOTION.items():
+            for k, axis in enumerate(AXES):
+                others = (f"{letter}{axis}{_letters(point)}", *([f"{letter}{axis}"] if len(points) == 1 else []))
+                of_points.append(Target(f"{point}.{letter}{axis}", unit, point, quantity, k, others))
+    return (*(Target(name, unit, others=(other,)) for name, (unit, other) in SINGLE.items()), *of_points)
 
 
 def meant_by(name: str, among: Sequence[Target]) -> Target | None:
@@ -155,9 +110,15 @@ def meant_by(name: str, among: Sequence[Target]) -> Target | None:
     Upper and lower case tell things apart before they are taken for the same: `Ax` is x of a point A, `ax` an
     acceleration.
     """
-    for way in WAYS:
-        wanted = way(name)
-        found = [t for t in among if wanted in (way(t.name), *map(way, t.aliases))]
+    if exact := [target for target in among if target.name == name]:
+        return exact[0]
+    for way in (str, str.casefold):
+        wanted = way(_letters(name))
+        found = [t for t in among if wanted in [way(one) for one in (_letters(t.name), *t.others)]]
         if found:
             return found[0] if len(found) == 1 else None
     return None
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name)

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.own.files import check_readable
+from conrod.own.files import check_readable, of_file
 from conrod.own.tables.columns import Column, Request, Source, choose
-from conrod.own.tables.headings import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME, with_unit
+from conrod.own.tables.headings import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME
 from conrod.own.tables.samples import QUANTITIES, Observed, Samples
 from conrod.own.tables.text_tables import open_text
 
-LARGEST_ENTRY = 1 << 30  # bytes that an entry of an archive may unpack to
 # So many rows of two points with all their rates take a gigabyte, the exact motion beside them included (measured).
 MOST_ROWS = 2_000_000
 # Of the largest value of a column: rows of one time that differ by less say the same.
@@ -57,7 +55,7 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
         InvalidInput: the file or something in it cannot be used; says in which row.
     """
     check_readable(path)
-    try:
+    with of_file(path):
         if path.stat().st_size == 0:
             raise InvalidInput("it is empty")
         openers = {".npz": open_npz, ".parquet": open_parquet}  # all else is text
@@ -67,8 +65,6 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
         used = {column.index for column in columns}
         unused = tuple(heading for k, heading in enumerate(source.headings) if k not in used)
         return reading_of(columns, values, numbers, unused, source.form)
-    except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from None
 
 
 def reading_of(
@@ -128,53 +124,27 @@ def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:
 
 
 def open_npz(path: Path) -> Source:
-    """A numpy archive: an array (T,) a column, (T, 2) for x and y; an entry `units` of names and units.
+    """A numpy archive: an array (T,) a column, (T, 2) for x and y.
 
     Raises:
         InvalidInput: it is no such archive, or holds what would have to be executed to be read.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
-            largest = max((entry.file_size for entry in archive.infolist()), default=0)
-        if largest > LARGEST_ENTRY:
-            raise InvalidInput(f"an array of {largest} bytes is too large: at most {LARGEST_ENTRY} are kept")
-        with np.load(path, allow_pickle=False) as loaded:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as loaded:
             arrays = {name: np.asarray(loaded[name]) for name in loaded.files}
-    except InvalidInput:
-        raise
-    except (RuntimeError, zlib.error):  # of zipfile: encrypted, a method of packing that it does not know
-        raise InvalidInput("it is encrypted, packed as numpy does not pack, or damaged") from None
-    except (OSError, ValueError, OverflowError, zipfile.BadZipFile, EOFError, KeyError) as error:
-        reason = "it holds Python objects, which are not loaded" if "pickle" in str(error) else "it is no numpy archive"
-        raise InvalidInput(reason) from None
-    named, columns = arrays.get("units", np.empty(0)), dict[str, Any]()
-    units = dict(named.astype(str).tolist()) if named.dtype.kind == "U" and named.shape[1:] == (2,) else {}
+    except (OSError, ValueError, OverflowError, zipfile.BadZipFile, EOFError, KeyError, RuntimeError, zlib.error):
+        raise InvalidInput("it is no numpy archive, or holds Python objects, which are not loaded") from None
+    columns = dict[str, Array]()
     for name, array in arrays.items():
-        numeric = array.dtype.kind in "fiu"
-        if numeric and array.ndim == 1:
+        if array.dtype.kind in "fiu" and array.ndim == 1:
             columns[name] = array
-        elif numeric and array.ndim == 2 and array.shape[1] == 2:
+        elif array.dtype.kind in "fiu" and array.ndim == 2 and array.shape[1] == 2:
             columns |= {f"{name}.{axis}": array[:, k] for k, axis in enumerate("xy")}
-
-    def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
-        chosen = {column.target.name: list(columns.values())[column.index] for column in wanted}
-        lengths = {name: len(values) for name, values in chosen.items()}
-        if len(set(lengths.values())) > 1:
-            raise InvalidInput(f"columns of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
-        numbers = _numbered(max(lengths.values()), most)
-        return np.column_stack([np.asarray(values, dtype=float) for values in chosen.values()]), numbers
-
-    return Source("numpy archive", tuple(with_unit(name, units.get(name, "")) for name in columns), read)
-
-
-def _numbered(rows: int, most: int) -> NDArray[np.int64]:
-    if rows > most:
-        raise InvalidInput(f"it has {rows} rows: at most {most} are kept: thin it out")
-    return np.arange(1, rows + 1)
+    return _archive("numpy archive", tuple(columns), lambda name: np.asarray(columns[name], dtype=float))
 
 
 def open_parquet(path: Path) -> Source:
-    """A Parquet file; a column's unit is in its name, or in its field's metadata under `unit`.
+    """A Parquet file; a column's unit is in its name.
 
     Raises:
         InvalidInput: it is no Parquet file, or pyarrow is not installed.
@@ -198,9 +168,19 @@ def open_parquet(path: Path) -> Source:
         except (pyarrow.ArrowException, OSError, KeyError):
             raise InvalidInput(f"column {name!r} ({schema.field(name).type}) cannot be read as numbers") from None
 
-    def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
-        numbers = _numbered(file.metadata.num_rows, most)
-        return np.column_stack([values_of(schema.names[column.index]) for column in wanted]), numbers
+    return _archive("Parquet", tuple(schema.names), values_of)
 
-    units = [(field.metadata or {}).get(b"unit", b"").decode(errors="replace") for field in schema]
-    return Source("Parquet", tuple(map(with_unit, schema.names, units)), read)
+
+def _archive(form: str, names: tuple[str, ...], values_of: Callable[[str], Array]) -> Source:
+    """A file of named columns, whose rows are numbered from 1."""
+
+    def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
+        found = {column.target.name: values_of(names[column.index]) for column in wanted}
+        lengths = {name: len(values) for name, values in found.items()}
+        if len(set(lengths.values())) > 1:
+            raise InvalidInput(f"columns of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
+        if (rows := max(lengths.values())) > most:
+            raise InvalidInput(f"it has {rows} rows: at most {most} are kept: thin it out")
+        return np.column_stack(list(found.values())), np.arange(1, rows + 1)
+
+    return Source(form, names, read)

@@ -1,8 +1,7 @@
-"""Motion of a table, how its clock, crank and frame stand to those of a scene, and its errors."""
+"""Motion of a table, and its errors against a scene."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,11 +30,6 @@ class Samples:
 
     values: Array
     axes: tuple[int, ...]
-
-    @property
-    def whole(self) -> bool:
-        """True if both components are given."""
-        return len(self.axes) == 2
 
 
 @dataclass(frozen=True)
@@ -91,56 +85,6 @@ class Observed:
         return replace(self, angle=angle, rate=rate, acceleration=acceleration)
 
 
-@dataclass(frozen=True)
-class Alignment:
-    """Position of a table's clock, crank and frame against the scene's. The default is: none of them differs.
-
-    Attributes:
-        time: the table's clock minus the scene's [s].
-        phase: crank angle at the scene's time 0 [rad].
-        zero: crank angle where the table's own crank angle is 0 [rad].
-        sense: +1, or -1 where the table's crank turns the other way.
-        offset: place of the scene's origin in the table's frame [m].
-        rotation: turn of the scene's axes in the table's frame [rad].
-    """
-
-    time: float = 0.0
-    phase: float = 0.0
-    zero: float = 0.0
-    sense: int = 1
-    offset: tuple[float, float] = (0.0, 0.0)
-    rotation: float = 0.0
-
-    def nominal(self, observed: Observed, speed: float) -> Array:
-        """Crank angle at the nominal time (T,) [rad]."""
-        return np.asarray(self.sense * speed * (observed.times - self.time) + self.phase)
-
-    def reached(self, observed: Observed, speed: float) -> Array:
-        """Crank angle by the table's own account (T,) [rad]; where it has none, the nominal one."""
-        if observed.angle is None:
-            return self.nominal(observed, speed)
-        return np.asarray(self.sense * observed.angle + self.zero)
-
-    def rate(self, observed: Observed, speed: float) -> Array | float:
-        """Crank speed by the table's own account [rad/s]; the nominal one where it has none."""
-        return self.sense * (speed if observed.rate is None else observed.rate)
-
-    def acceleration(self, observed: Observed) -> Array | float:
-        """Angular acceleration of the crank by the table's own account [rad/s^2]; 0 where it has none."""
-        return 0.0 if observed.acceleration is None else self.sense * observed.acceleration
-
-    def seen(self, vectors: Array, samples: Samples, placed: bool) -> Array:
-        """Vectors of the scene (T, 2) as the table's frame has them, in the components (T, c) that it has.
-
-        Args:
-            placed: whether they are positions, which a frame's offset moves too.
-        """
-        c, s = math.cos(self.rotation), math.sin(self.rotation)
-        x, y = vectors[:, 0], vectors[:, 1]
-        components = (c * x - s * y, s * x + c * y)
-        return np.column_stack([components[axis] + (self.offset[axis] if placed else 0.0) for axis in samples.axes])
-
-
 # -- errors ------------------------------------------------------------------------------------------------------------
 
 
@@ -164,34 +108,37 @@ class Exact:
 
     observed: Observed
     scene: Scene
-    alignment: Alignment
+
+    @property
+    def nominal_angle(self) -> Array:
+        """Crank angle at the nominal time (T,) [rad]."""
+        return np.asarray(self.scene.speed * self.observed.times)
+
+    @property
+    def angle(self) -> Array:
+        """Crank angle by the table's own account (T,) [rad]; where it has none, the nominal one."""
+        return self.nominal_angle if self.observed.angle is None else self.observed.angle
 
     @cached_property
     def nominal(self) -> Motion:
         """At the nominal time."""
-        angle = self.alignment.nominal(self.observed, self.scene.speed)
-        return self.scene.motion(angle, self.alignment.sense * self.scene.speed)
+        return self.scene.motion(self.nominal_angle, self.scene.speed)
 
     @cached_property
     def reached(self) -> Motion:
-        """At the angle, rate and angular acceleration by the table's own account."""
+        """At the angle, rate and angular acceleration by the table's own account; nominal where it has none."""
         observed = self.observed
         if observed.angle is None and observed.rate is None and observed.acceleration is None:
             return self.nominal
-        angle = self.alignment.reached(observed, self.scene.speed)
-        rate, acceleration = self.alignment.rate(observed, self.scene.speed), self.alignment.acceleration(observed)
-        return self.scene.motion(angle, rate, acceleration)
-
-    def motion(self, name: str) -> Motion:
-        """The motion that an error is taken against."""
-        return self.nominal if name == "total" else self.reached
+        rate = self.scene.speed if observed.rate is None else observed.rate
+        return self.scene.motion(self.angle, rate, 0.0 if observed.acceleration is None else observed.acceleration)
 
     def difference(self, name: str, point: str) -> Array:
-        """Table minus exact (T, c), SI, in the table's frame."""
+        """Table minus exact (T, c), SI, of the components that it has."""
         quantity = quantity_of(name)
-        samples = self.observed.points[point][quantity]
-        exact: Array = getattr(self.motion(name).point(point), quantity)
-        return samples.values - self.alignment.seen(exact, samples, placed=quantity == "position")
+        motion = self.nominal if name == "total" else self.reached
+        samples, exact = self.observed.points[point][quantity], getattr(motion.point(point), quantity)
+        return np.asarray(samples.values - exact[:, samples.axes])
 
     @cached_property
     def errors(self) -> Errors:
@@ -217,18 +164,14 @@ class Exact:
     @property
     def crank(self) -> Crank | None:
         """Deviation of the table's crank from the nominal one; None where the table has no crank angle."""
-        observed, alignment, nominal = self.observed, self.alignment, self.scene.speed
-        if observed.angle is None:
+        rate = self.observed.rate
+        if self.observed.angle is None:
             return None
         # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
-        phase = np.unwrap(alignment.reached(observed, nominal)) - alignment.nominal(observed, nominal)
+        phase = np.unwrap(self.angle) - self.nominal_angle
         phase = phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))
-        rate, speed = alignment.rate(observed, nominal), alignment.sense * nominal
-        return Crank(
-            float(np.abs(phase).max()),
-            float(abs(phase[-1])),
-            None if observed.rate is None else float(np.abs(rate / speed - 1.0).max()),
-        )
+        off = None if rate is None else float(np.abs(rate / self.scene.speed - 1.0).max())
+        return Crank(float(np.abs(phase).max()), float(abs(phase[-1])), off)
 
 
 def quantity_of(name: str) -> str:

@@ -14,19 +14,9 @@ from conrod.exact.motion import Array
 from conrod.own.tables.causes import Cause, likely_causes
 from conrod.own.tables.columns import Column
 from conrod.own.tables.estimation import Estimation, estimate
-from conrod.own.tables.headings import CRANK_ANGLE, TIME
+from conrod.own.tables.headings import CRANK_ANGLE, TIME, targets
 from conrod.own.tables.reading import Reading
-from conrod.own.tables.samples import (
-    ERRORS,
-    QUANTITIES,
-    Alignment,
-    Crank,
-    Errors,
-    Exact,
-    Observed,
-    largest,
-)
-from conrod.runs.convergence import claimed_order
+from conrod.own.tables.samples import ERRORS, Crank, Errors, Exact, largest
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
@@ -45,25 +35,8 @@ DIGITS = 17  # that tell doubles apart
 
 
 @dataclass(frozen=True)
-class ToolRun:
-    """A run of the tool that a table is of, where conrod made it.
-
-    Attributes:
-        setting: in words.
-        steps: per revolution; None where the tool chooses its own.
-        sizes: largest error by name in `ERRORS`; empty where it did not complete.
-        ended: what ended it then.
-    """
-
-    setting: str
-    steps: int | None
-    sizes: Mapping[str, float | None]
-    ended: str = ""
-
-
-@dataclass(frozen=True)
 class TableStudy:
-    """The result of `conrod validate TABLE --scene SCENE`, or of an FMU, whose finest run is the table.
+    """The result of `conrod validate TABLE --scene SCENE`, or of an FMU, whose run is the table.
 
     Attributes:
         file: name of the table.
@@ -78,7 +51,6 @@ class TableStudy:
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
         notes: what is not judged, or not as one might think, a sentence each.
-        runs: of an FMU, the one that is judged first, then coarser ones; empty for a table.
     """
 
     file: str
@@ -95,14 +67,6 @@ class TableStudy:
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
     notes: tuple[str, ...]
-    runs: tuple[ToolRun, ...] = ()
-
-    @property
-    def orders(self) -> dict[str, float | None]:
-        """Order of each error in the step; None where none can be claimed, and empty where no step was given."""
-        stepped = [(run.steps, run) for run in reversed(self.runs) if run.steps is not None]
-        names = self.runs[0].sizes if stepped else ()
-        return {name: claimed_order([(steps, run.sizes.get(name)) for steps, run in stepped]) for name in names}
 
     @property
     def revolutions(self) -> float:
@@ -148,9 +112,8 @@ def study_table(
     """
     observed = reading.observed
     estimation = estimate(observed, scene, asked) if asked else None
-    alignment = estimation.alignment if estimation else Alignment()
-    _check_pass(observed, scene, alignment)
-    table = Exact(observed, scene, alignment)
+    table = Exact(estimation.aligned(observed, scene.speed) if estimation else observed, scene)
+    _check_pass(table)
     found = TableStudy(
         file=file,
         scene_name=scene_name,
@@ -168,16 +131,16 @@ def study_table(
         notes=tuple(_notes(reading, scene)),
     )
     _check_tolerance(found)
-    clock = clock_limits(table, reading.columns, found.tolerance)
+    clock = clock_limits(table, reading, found.tolerance)
     found = replace(found, tolerance={**clock, **found.tolerance})
     if "phase" in found.exceeded and "phase" not in (tolerance or {}):
         found = replace(found, notes=(*found.notes, CLOCK_NOTE))
     return replace(found, causes=likely_causes(table, _wrong(found)))
 
 
-def _check_pass(observed: Observed, scene: Scene, alignment: Alignment) -> None:
+def _check_pass(table: Exact) -> None:
     """Refuse a table whose clock leads out of the one pass of an input that cannot turn fully."""
-    angle, span = alignment.nominal(observed, scene.speed), scene.kinematics.mechanism.driver.span
+    angle, scene, span = table.nominal_angle, table.scene, table.scene.kinematics.mechanism.driver.span
     if span and (angle.min() < span[0] - BEYOND or angle.max() > span[1] + BEYOND):
         found, allowed = (
             f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in ((angle.min(), angle.max()), span)
@@ -214,24 +177,9 @@ def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
     assumed = [column.target.name for column in reading.columns if column.unit_from == "assumed"]
     if assumed:
         yield f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise"
-    unseen = [point for point in scene.lengths if point not in observed.points]
-    if unseen:
-        yield f"no columns for {', '.join(unseen)}: not judged"
-    for point, samples in observed.points.items():
-        without = [quantity for quantity in QUANTITIES if quantity not in samples]
-        if without:
-            yield f"no {' or '.join(without)} of {point}: not judged, for conrod does not differentiate"
-        parts = [f"{quantity} in {'xy'[s.axes[0]]}" for quantity, s in samples.items() if not s.whole]
-        if parts:
-            yield f"of {point} there is one component alone, {', '.join(parts)}: the other is not judged"
-    if observed.angle is None and observed.points:
-        yield "no crank angle: position is judged at the nominal time, as total is"
-    if not observed.points:
-        yield "no observed point: the crank's angle alone is judged"
-    if observed.angle is not None and observed.rate is None and observed.has("velocity"):
-        yield "no crank speed: velocities are judged at the nominal one"
-    if observed.angle is not None and observed.acceleration is None and observed.has("acceleration"):
-        yield "no angular acceleration of the crank: accelerations are judged at none"
+    there = {column.target.name for column in reading.columns}
+    if missing := [target.name for target in targets(tuple(scene.lengths)) if target.name not in there]:
+        yield f"not in the table: {', '.join(missing)}; motion is not judged then, and the crank taken at its nominal"
     rounding = EPS * abs(scene.speed) * float(np.abs(observed.times).max())
     if rounding > CLOCK_ROUNDING:
         yield f"times this large leave the crank angle uncertain by {math.degrees(rounding):.1e} deg"
@@ -240,18 +188,17 @@ def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
 # -- what a clock is allowed where the crank has a prescribed speed ----------------------------------------------------
 
 
-def clock_limits(table: Exact, columns: tuple[Column, ...], asked: Mapping[str, float]) -> dict[str, float]:
+def clock_limits(table: Exact, reading: Reading, asked: Mapping[str, float]) -> dict[str, float]:
     """Limits that follow from those asked for; none where the table has no crank angle, or the user sets `total`.
 
     Errors at the angle that a table says show no wrong clock. An angle at the prescribed speed is off by rounding, and
     by the digits that its column and that of the time are written with; the position at the nominal time by what
     `position` is allowed, and by what the phase moves the point.
     """
-    observed, scene = table.observed, table.scene
+    observed, scene, nominal = reading.observed, table.scene, table.nominal_angle
     if observed.angle is None or not asked or "total" in asked:
         return {}
-    factors = {column.target.name: column.factor for column in columns}
-    nominal = table.alignment.nominal(observed, scene.speed)
+    factors = {column.target.name: column.factor for column in reading.columns}
     rounding = phase_bound(len(nominal), float(np.abs(nominal).max()) / (2.0 * math.pi))
     written = abs(scene.speed) * _written(observed.times, observed.times, factors[TIME])
     written += _written(observed.angle, np.unwrap(observed.angle), factors[CRANK_ANGLE])

@@ -45,7 +45,7 @@ def software(study: Any) -> Section:
     """Packages with their hashes, and the platform; nothing that names a machine or a user."""
     match study:
         case TableStudy():
-            engines = ["FMPy"] if study.runs else []
+            engines = ["FMPy"] if study.form.startswith("FMI") else []
         case ModelStudy() | LoopStudy():
             engines = ["mujoco"]
         case _:

@@ -61,10 +61,6 @@ def refinements(study: Any) -> Iterator[Refinement]:
     """All runs of a study that were refined, quantity by quantity."""
     match study:
         case TableStudy():
-            runs = [(run.steps, run.sizes) for run in reversed(study.runs) if run.steps is not None]
-            for name in runs[-1][1] if runs else ():
-                path = tuple((steps, sizes.get(name)) for steps, sizes in runs)
-                yield Refinement("the FMU", name, runs[-1][0], path, None)
             return
         case LoopStudy():
             for run in study.runs:
@@ -170,7 +166,7 @@ def _of_kind(study: Any) -> tuple[Table, Section, tuple[str, ...]]:
             moves, exact = tuple(loops.what_moves(study)), tuple(loops.how_exact(study))
             return loops.runs_table(study), Section((), moves), exact
         case TableStudy():
-            lines = (trajectory.summary_line(study), *trajectory.estimation_lines(study), *study.notes)
+            lines = (trajectory.summary_line(study), *trajectory.findings(study))
             return trajectory.errors_table(study), Section((trajectory.columns_table(study),), lines), ()
         case _:
             contact = bool(study.scene.mechanism().cam_contacts)
