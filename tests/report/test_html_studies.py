@@ -7,7 +7,6 @@ import importlib.util
 import json
 import re
 import zlib
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -106,20 +105,6 @@ def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     assert max(far) < 0.003
     # A spot that is elsewhere is seen to be.
     assert np.abs(places - [spots[0][0] + 0.02, spots[0][1] + 0.02]).max(axis=1).min() > 0.003
-
-
-def test_a_cell_of_a_map_says_what_happened_there() -> None:
-    kind = kind_named("limits")
-    file = ROOT / "reports" / "limits" / "data" / "saw-500rpm.json"
-    study = restore(kind.findings, json.loads(file.read_text()))
-    study = replace(study, maps=study.maps[:2])
-    assert kind.spots is not None
-    assert study.maps
-    for one, spots in zip(study.maps, kind.spots(study).values(), strict=True):
-        assert len(spots) == len(one.runs)
-        said = [words for *_, words in spots]
-        assert said[0].startswith(f"{one.x[one.runs[0].i]:.4g} steps, ")
-        assert all(run.level in words and run.outcome in words for run, words in zip(one.runs, said, strict=True))
 
 
 def test_words_of_a_place_close_no_script() -> None:

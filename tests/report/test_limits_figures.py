@@ -78,10 +78,9 @@ def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
         part = (axis.failing_end, "safe", "completed", False, 1e-3)
         walk = walked(axis.name, "mujoco", "stock", axis.safe_end, [part], axis.scale)
     (axes,) = panels([walk])
-    assert axes.get_xlabel() == axis.label
-    assert 2 <= len(axes.get_xticks()) <= 16
+    assert axis.label in axes.get_xlabel()
     low, high = sorted(axes.get_xlim())
-    assert all(low <= tick <= high for tick in axes.get_xticks())
+    assert 2 <= sum(low <= tick <= high for tick in axes.get_xticks()) <= 16
 
 
 # -- errors along an axis ----------------------------------------------------------------------------------------------

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from limit_walks import SCENE, detected, limit_study, of_axis, saved
+from limit_walks import SCENE, detected, limit_study, of_axis
 
 from conrod.report.kind import Reproduction
 from conrod.report.limits.report import KIND, merged
 from conrod.report.saved import restore, shortened
 from conrod.report.writer import environment, rendered_again, report_batch
 from conrod.studies.frame.writing import Batch, write_together
-from conrod.studies.limits.exact_flight import ExactFlight
-from conrod.studies.limits.float_results import ComparedFlight
-from conrod.studies.limits.records import Flight
 from conrod.studies.limits.results import LimitStudy
 
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
@@ -105,22 +101,6 @@ def test_values_are_kept_as_they_are_and_measurements_rounded(study: LimitStudy,
     assert shortened(both, KIND.digits, KIND.digits_of) == {"torque": 0.1235, "value": 0.123456789}
 
 
-@pytest.mark.usefixtures("undrawn")
-def test_a_flight_keeps_the_digits_of_its_landing(tmp_path: Path) -> None:
-    exact = ExactFlight(1.2345678901, 1.4345678901, 1.0e-3, 1.35)
-    measured = Flight(1.2350000001, exact.landing + math.radians(0.05), 1.01e-3)
-    cam = of_axis(saved("cam-follower"), "steps")
-    one = saved("cam-follower").floats[0]
-    one = replace(one, held=0.99812345, flights=(ComparedFlight(1.05, 20000, "completed", exact, measured),))
-    batch = rendered(replace(cam, floats=(one,)), tmp_path)
-    found = kept(batch, "cam-follower").floats[0]
-    assert found.held == 0.99812345
-    # A landing is given to a thousandth of a degree, for which four digits of the angle would not do.
-    assert math.degrees(found.flights[0].landing_error or 0.0) == pytest.approx(0.05, abs=1e-5)
-    assert "+0.050 |" in str(batch.files["cam-follower.md"])
-    assert "figures/cam-follower-follower-float.svg" in batch.files
-
-
 # -- into a folder that holds a report already -------------------------------------------------------------------------
 
 
@@ -128,13 +108,13 @@ def test_a_flight_keeps_the_digits_of_its_landing(tmp_path: Path) -> None:
 def test_one_axis_alone_replaces_that_axis_alone(study: LimitStudy, tmp_path: Path) -> None:
     write_together([rendered(study, tmp_path)])
     again = of_axis(study, "mass-ratio")
-    walks = (replace(w, probes=tuple(replace(p, key="new") for p in w.probes)) for w in again.walks)
+    walks = (replace(w, probes=tuple(replace(p, reason="new") for p in w.probes)) for w in again.walks)
     command = Reproduction("conrod limits {scene} --axis mass-ratio --out reports/limits")
     batch = rendered(replace(again, walks=tuple(walks)), tmp_path, command)
     write_together([batch])
     found = kept(batch)
     assert [(w.axis, w.engine, w.preset) for w in found.walks] == [(w.axis, w.engine, w.preset) for w in study.walks]
-    assert {w.axis for w in found.walks if any(p.key == "new" for p in w.probes)} == {"mass-ratio"}
+    assert {w.axis for w in found.walks if any(p.reason == "new" for p in w.probes)} == {"mass-ratio"}
     assert found.determinism == study.determinism
     assert f"`{COMMAND.of(SCENE)}; {command.of(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
     # The same study whole again: nothing of the two remains.

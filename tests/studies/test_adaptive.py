@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conrod.studies.limits.adaptive import STRIDE, Node, codes, known_nodes, nearest_runs, refine
+from conrod.studies.limits.adaptive import STRIDE, Node, codes, nearest_runs, refine
 
 Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
 QUARTER = 0.25
@@ -48,10 +48,6 @@ class Refined:
     def class_of(self, node: Node) -> Hashable:
         i, j = self._nearest[:, *node].tolist()
         return self.found[i, j]
-
-    @cached_property
-    def known(self) -> set[Node]:
-        return {(int(i), int(j)) for i, j in np.argwhere(known_nodes(codes(self.shape, self.found)))}
 
     @cached_property
     def _nearest(self) -> np.ndarray:
@@ -132,7 +128,6 @@ def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: i
     strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
     full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}  # type: ignore[misc]
     found = refined(full)
-    assert found.known == set(full)
     for i, j in full:
         for beside in ((i + 1, j), (i, j + 1)):
             if beside in full and found.class_of((i, j)) != found.class_of(beside):
@@ -152,43 +147,6 @@ def test_what_slips_between_the_coarse_lines_is_missed(kind: Kind) -> None:
     full = on_grid(kind, 33)
     assert len(wrong(refined(full), full)) == sum(map(bool, full.values())) > 0
     assert wrong(refined(full, stride=4), full) == []
-
-
-# -- groups ------------------------------------------------------------------------------------------------------------
-
-
-def chaos(size: int) -> dict[Node, Hashable]:
-    """Calm on the left; on the right one of three classes, at random."""
-    kinds = np.random.default_rng(4).integers(1, 4, (size, size))
-    return {(i, j): 0 if 3 * i < 2 * size - j else int(kinds[i, j]) for i, j in product(range(size), repeat=2)}
-
-
-def group(kind: Hashable) -> Hashable:
-    return kind == 0
-
-
-def test_classes_that_alternate_from_node_to_node_take_no_more_than_the_allowance() -> None:
-    full = chaos(49)
-    found = refined(full, group_of=group, allowance=QUARTER)
-    assert found.share <= QUARTER
-    assert [node for node in full if group(found.class_of(node)) != group(full[node])] == []
-    # Negative control: as classes of their own they take twice that.
-    assert refined(full).share > 2.0 * QUARTER
-
-
-def test_where_classes_alternate_unrun_nodes_are_not_known_nodes() -> None:
-    full = chaos(49)
-    found = refined(full, group_of=group, allowance=QUARTER)
-    known = found.known
-    assert {node for node, kind in full.items() if group(kind)} <= known
-    assert set(found.found) <= known
-    assert len(known) < len(full)
-    assert [node for node in known if found.class_of(node) != full[node]] == []
-
-
-def test_boundaries_between_groups_are_followed_beyond_the_allowance() -> None:
-    full = on_grid(SEVERAL["waves"], 49)
-    assert wrong(refined(full, allowance=0.0), full) == []
 
 
 @pytest.mark.parametrize(("shape", "stride"), [((1, 5), 8), ((5, 1), 8), ((5, 5), 0)])

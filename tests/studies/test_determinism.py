@@ -18,7 +18,6 @@ from conrod.studies.limits.determinism import (
     Determinism,
     RepeatedCase,
     Task,
-    determinism,
     determinism_search,
     repeated,
 )
@@ -28,8 +27,11 @@ FAST = (("mujoco", "hardened"), ("pymunk", "tuned"))
 CASE = Setup("saw-40rpm", SAW, "pymunk", "tuned", 20)
 
 
-def found(case: Setup) -> Determinism:
-    (one,) = pursue([determinism_search(case)], lambda cells: {cell.key: cell.perform() for cell in cells})
+def found(case: Setup, task: Task = stream_run) -> Determinism:
+    def run(cells: list[RepeatedCase]) -> dict[str, Measurement]:
+        return {cell.key: repeated(cell, task) for cell in cells}
+
+    (one,) = pursue([determinism_search(case)], run)
     return one
 
 
@@ -98,9 +100,7 @@ def other_in_another_process(cell: LimitCase) -> Measurement:
     ],
 )
 def test_one_bit_of_difference_is_seen_where_it_is(task: Task, differs: str) -> None:
-    cell = RepeatedCase(CASE.name, CASE.scene, CASE.settings(), 1.0, start_angle=0.3)
-    one = determinism(CASE, repeated(cell, task))
-    assert one.identical == {run: run != differs for run in RUNS[1:]}
+    assert found(CASE, task).identical == {run: run != differs for run in RUNS[1:]}
 
 
 def die_elsewhere(cell: LimitCase) -> Measurement:
@@ -110,7 +110,7 @@ def die_elsewhere(cell: LimitCase) -> Measurement:
 
 
 def test_a_process_that_dies_is_an_outcome_and_no_fingerprint() -> None:
-    one = determinism(CASE, repeated(RepeatedCase(CASE.name, CASE.scene, CASE.settings(), 1.0), die_elsewhere))
+    one = found(CASE, die_elsewhere)
     assert (one.outcome, one.reason) == ("crashed", "in another process: ended with status 3")
     assert one.fingerprints == {}
 

@@ -40,7 +40,6 @@ def test_it_parts_at_the_joint_of_flank_and_nose(speed: float) -> None:
     flight = exact_flight(at(speed))
     assert flight is not None
     assert flight.start == CAM.joint_angles[1]
-    assert flight.start < flight.widest < flight.landing
 
 
 def test_on_one_circle_it_parts_where_the_acceleration_just_falls_below_the_force() -> None:
@@ -131,8 +130,7 @@ def test_fifty_digits_give_the_same_flight() -> None:
             x, y = to_base * mpmath.sin(-(t + at_shaft)), -to_base * mpmath.cos(t + at_shaft)
             return mpmath.sqrt(x**2 + (path(t) - y) ** 2) - flank - roller
 
-        widest = mpmath.findroot(lambda t: mpmath.diff(gap, t), flight.widest)
-        assert float(abs(widest - flight.widest)) < 1e-12
+        widest = mpmath.findroot(lambda t: mpmath.diff(gap, t), 0.5 * (flight.start + flight.landing))
         assert float(abs(gap(widest) - flight.gap)) < 1e-15
 
 

@@ -7,11 +7,11 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.map_figure import borders, cells, map_figure
 from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
@@ -51,11 +51,6 @@ def mapped(case: Setup, pair: Pair, told: Told, resolution: tuple[int, int] = (6
     x, y = pair.values(case, resolution)
     answers = {pair.case(case, steps, value).key: told(steps, value) for steps, value in product(x, y)}
     return pursue([map_search(case, pair, resolution)], lambda cells: {c.key: answers[c.key] for c in cells})[0]
-
-
-@pytest.fixture(scope="module")
-def made_up() -> LimitMap:
-    return mapped(MADE_UP, MASSES, at_fewer, (33, 17))
 
 
 # -- values and cells --------------------------------------------------------------------------------------------------
@@ -109,28 +104,6 @@ def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None
     assert {standing(level.slug) for level in full.values()} == {"safe", "rough", "failed"}
 
 
-def test_ways_of_failing_that_alternate_are_told_only_where_they_were_run(made_up: LimitMap) -> None:
-    full = {n: at_fewer(made_up.x[n[0]], made_up.y[n[1]]) for n in np.ndindex(made_up.shape)}
-    untold = [n for n in full if not made_up.known[n]]
-    assert untold
-    assert {level_of(full[n]).slug for n in untold} <= {"broken", "unbounded"}
-    assert all(made_up.shown[n].outcome == full[n].outcome for n in full if made_up.known[n])
-    # Negative control: elsewhere the nearest run does show another way.
-    assert any(made_up.shown[n].outcome != full[n].outcome for n in untold)
-
-
-def test_an_area_is_undetected_only_if_all_runs_about_it_are() -> None:
-    def corners(*quiet: bool) -> LimitMap:
-        at = ((0, 0), (0, 2), (2, 0), (2, 2))
-        runs = tuple(MapRun(*node, "broken", "opened", q, None) for node, q in zip(at, quiet, strict=True))
-        return LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (9.0, 8.0, 7.0), (1.0, 2.0, 3.0), runs)
-
-    assert corners(True, True, True, True).undetected[1, 1]
-    mixed = corners(True, False, True, True)
-    assert mixed.known[1, 1]
-    assert [bool(mixed.undetected[node]) for node in ((1, 1), (0, 0), (0, 2))] == [False, True, False]
-
-
 def test_runs_are_asked_for_by_rows_and_once() -> None:
     case, batches = MADE_UP, []
 
@@ -161,17 +134,25 @@ def drawn(found: LimitMap) -> Figure:
         return map_figure(found)
 
 
-def legend_of(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
 @pytest.mark.parametrize("undetected", [True, False])
-def test_undetected_failures_are_outlined(undetected: bool) -> None:
+def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
     runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", undetected, None))
     found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
     figure = drawn(found)
-    lines = [patch for patch in figure.axes[0].patches if not patch.get_fill() and len(patch.get_path().vertices)]
-    colours = [to_hex(line.get_edgecolor()) for line in lines]
-    # The boundary, then the outline's white casing and its red core.
-    assert colours == ["#111111", *(["#ffffff", UNDETECTED_COLOUR] if undetected else [])]
-    assert any("undetected" in text for text in legend_of(figure)) is undetected
+    assert [line.get_color() == UNDETECTED_COLOUR for line in figure.axes[0].lines] == [False, undetected]
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert any("undetected" in text for text in legend) is undetected
+
+
+def test_cells_and_borders_are_those_of_the_nodes() -> None:
+    inside = np.array([[True, True], [True, False], [True, True]])
+    x, y = np.arange(4.0), np.arange(3.0)
+    rows = [path.get_extents().bounds for path in separate(cells(inside, x, y))]
+    assert rows == [(0, 0, 3, 1), (0, 1, 1, 1), (2, 1, 1, 1)]
+    sides = {tuple(map(tuple, path.vertices)) for path in separate(borders(inside, x, y))}
+    assert sides == {((1, 1), (1, 2)), ((2, 1), (2, 2)), ((1, 1), (2, 1))}
+
+
+def separate(path: Path) -> list[Path]:
+    starts = [*np.flatnonzero(path.codes == Path.MOVETO), len(path.vertices)]
+    return [Path(path.vertices[a:b]) for a, b in pairwise(starts)]

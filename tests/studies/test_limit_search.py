@@ -14,16 +14,16 @@ from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.records import Extremes, Mark
+from conrod.studies.limits.plan import ITEMS, Request
+from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.results import Boundary, Walk
 from conrod.studies.limits.scale import Scale, between, spaced
-from conrod.studies.limits.walk import length_search, walk_search
+from conrod.studies.limits.walk import walk_search
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
-WATCHED = plain(Extremes(1, True, {}, None, None, None, (), (), ""))
+WATCHED = plain(Extremes(1, True, {}, None, None, (), ""))
 
 Rule = Callable[[float], float | str]  # value -> position error, or outcome
 
@@ -176,41 +176,13 @@ def test_halving_ends() -> None:
     assert between(Scale.COUNT, 4.0, 2.0) == 3.0
 
 
-# -- long runs -------------------------------------------------------------------------------------------------------
-
-
-def long_walk(opens_after: float) -> tuple[Walk, list[float]]:
-    """The walk of a machine that comes apart after so many revolutions, and the runs that were asked for."""
-    asked: list[float] = []
-
-    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
-        asked.extend(cell.revolutions for cell in cells)
-        return {cell.key: lengthy(cell.revolutions, opens_after) for cell in cells}
-
-    ((walk, long_run),) = pursue([length_search(AXES["run-length"], SETUP, 1000.0)], run)
-    assert long_run.outcome == ("completed" if opens_after > 1000.0 else "opened")
-    return walk, asked
-
-
-def lengthy(revolutions: float, opens_after: float) -> Measurement:
-    marks = tuple(Mark(n, 1e-4, 1e-4, 0.0, 0.0) for n in (1, 10, 100, 1000) if n <= min(revolutions, opens_after))
-    watched = {**WATCHED, "history": plain(marks)}
-    ending = answer((lambda _: 1e-4) if revolutions <= opens_after else (lambda _: "opened"), 1.0)
-    return replace(ending, extremes=watched)
-
-
-def test_a_long_run_that_holds_shows_all_shorter_ones() -> None:
-    walk, asked = long_walk(math.inf)
-    assert asked == [1000.0]
-    assert all(boundary.first_bad is None for boundary in walk.boundaries if boundary.criterion == "safe")
-    assert [probe.value for probe in walk.probes] == [1.0, 10.0, 100.0, 1000.0]
-
-
-def test_where_a_long_run_comes_apart_is_found_by_shorter_ones_to_two_per_cent() -> None:
-    walk, asked = long_walk(217.0)
+def test_a_long_run_is_walked_to_the_revolutions_that_are_asked_for() -> None:
+    item = ITEMS["run-length"]
+    (search,) = item.searches(SETUP, Request(revolutions=400.0))
+    (walk,) = pursue(
+        [search()],
+        lambda cells: {c.key: answer(lambda n: 1e-4 if n <= 217.0 else "opened", c.revolutions) for c in cells},
+    )
+    assert (walk.probes[0].value, walk.probes[-1].value) == (1.0, 400.0)
     found = boundaries(walk)["safe"]
-    assert found.last_good is not None
-    assert found.first_bad is not None
-    assert found.last_good <= 217.0 < found.first_bad <= 1.02 * found.last_good + 1.0
-    assert len(asked) == len(set(asked)) + 1  # the longest, which the ledger has by then
-    assert len(set(asked)) < 40
+    assert (found.last_good, found.outcome) == (pytest.approx(217.0, rel=0.02), "opened")

@@ -1,4 +1,4 @@
-"""What is watched of a drive: its torque, and over a long run its phase and the clock that sums its steps."""
+"""What is watched of a drive: its torque."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.exact.dynamics.inverse import reactions
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
-from conrod.studies.limits.recorders import ExactTorque, History, marked
+from conrod.studies.limits.recorders import ExactTorque
 from conrod.studies.limits.stream_run import stream_run
 
 TURN = 2.0 * math.pi
@@ -88,49 +88,3 @@ def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest
     for off in (0.0, 1e-9, -1e-9):
         error = extremes(stream_run(cell(PRESS, PymunkSettings.tuned(PRESS, STEPS)))).torque
         assert error == pytest.approx(abs(off), abs=1e-15)
-
-
-# -- history ---------------------------------------------------------------------------------------------------------
-
-
-def test_the_marks_are_1_2_5_and_the_last_revolution() -> None:
-    assert marked(2.0) == ()
-    assert marked(2.5) == (1, 2)
-    assert marked(5.0) == (1, 2, 5)
-    assert marked(37.9) == (1, 2, 5, 10, 20, 37)
-    assert marked(1e6)[-4:] == (100_000, 200_000, 500_000, 1_000_000)
-
-
-@pytest.mark.parametrize("length", [1, 3, 10, 17, 1000])
-def test_samples_belong_to_their_mark_wherever_a_run_is_cut(length: int) -> None:
-    steps, revolutions = 10, 12.5
-    index = np.arange(126.0)
-    history = History(revolutions, steps)
-    for begin in range(0, len(index), length):
-        part = index[begin : begin + length]
-        history.add(begin, part, 1000.0 - part, -part, 2.0 * part)
-    assert [mark.revolution for mark in history.marks] == [1, 2, 5, 10, 12]
-    assert [mark.position for mark in history.marks] == [10.0, 20.0, 50.0, 100.0, 120.0]
-    assert [mark.closure for mark in history.marks] == [1000.0, 989.0, 979.0, 949.0, 899.0]
-    assert [mark.phase for mark in history.marks] == [-10.0, -20.0, -50.0, -100.0, -120.0]
-    assert [mark.clock for mark in history.marks] == [20.0, 40.0, 100.0, 200.0, 240.0]
-
-
-@pytest.mark.parametrize("settings", [MuJoCoSettings.tuned(SAW, 50), PymunkSettings.tuned(SAW, 50)])
-def test_a_long_run_keeps_its_loops_closed_and_its_clock_drifts(settings: Any) -> None:
-    history = extremes(watched(SAW, settings, 100.0)).history
-    assert [mark.revolution for mark in history] == [1, 2, 5, 10, 20, 50, 100]
-    later = [mark.closure for mark in history[1:]]
-    assert max(later) < 1.001 * min(later)
-    assert abs(history[-1].clock) == pytest.approx(clock_drift(settings, 100), rel=1e-6)
-    assert abs(history[-1].phase) < 1e-8
-    if settings.engine == "pymunk":
-        assert abs(history[-1].phase) < 0.1 * abs(history[-1].clock), "its crank is written by counted steps"
-
-
-def clock_drift(settings: Any, revolutions: int) -> float:
-    """Of a loop that sums its steps [rad]."""
-    time = 0.0
-    for _ in range(50 * revolutions):
-        time += settings.timestep
-    return abs(SAW.speed * (time - 50 * revolutions * settings.timestep))

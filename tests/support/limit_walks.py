@@ -55,7 +55,6 @@ def probe(value: float, level: str, outcome: str, undetected: bool, error: float
         reason="" if outcome == "completed" else f"made to be {outcome}",
         errors=None if error is None else {"position": error, "velocity": 3.0 * error, "acceleration": 9.0 * error},
         torque=None,
-        key=f"{outcome}-{value:g}",
     )
     return replace(made, **others)  # type: ignore[arg-type]  # names of fields are a test's own
 
@@ -168,7 +167,6 @@ def limit_study() -> LimitStudy:
     return replace(
         study,
         walks=tuple(walks),
-        long_runs=study.long_runs[:2],
         maps=study.maps[:1],
         determinism=study.determinism[:2],
     )
@@ -177,4 +175,4 @@ def limit_study() -> LimitStudy:
 def of_axis(study: LimitStudy, axis: str) -> LimitStudy:
     """What asking for one axis alone would have given."""
     walks = tuple(walk for walk in study.walks if walk.axis == axis)
-    return replace(study, walks=walks, long_runs=(), maps=(), determinism=(), floats=())
+    return replace(study, walks=walks, maps=(), determinism=(), floats=())

@@ -85,17 +85,16 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
 
 def print_limits(studies: Sequence[LimitStudy]) -> None:
     """Print, for each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
-    from conrod.report.limits.tables import by_axis, limits_table, listed_table, refusals
+    from conrod.report.limits.tables import limits_table, refusals
     from conrod.report.numbers import lengths
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console()
     for study in studies:
-        print_table(out, limits_table(study))
-        print_table(out, listed_table(study.walks, f"{study.name}: lists of values"))
+        title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
+        print_table(out, limits_table(study.walks, title))
         print_lines(out, [f"10 % and 1 % are shares of the travel L{lengths(study.lengths)}"])
-        refused = [f"{axis}: {line}" for axis, walks in by_axis(study.walks).items() for line in refusals(walks)]
-        print_lines(out, refused)
+        print_lines(out, [f"Not walked: {line}" for line in refusals(study.walks)])
 
 
 # -- the request ------------------------------------------------------------------------------------------------------

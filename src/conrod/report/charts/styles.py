@@ -16,24 +16,22 @@ from conrod.studies.validation.results import ValidationResult
 HUES = (*(one.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
 EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
 
-# Mark of an outcome, and its shade in a map of limits, as dark as its level.
-OUTCOMES = {
-    Outcome.DIVERGED.slug: ("x", "#332f45"),
-    Outcome.EXPLODED.slug: ("*", "#1f4e79"),
-    Outcome.RESET.slug: ("P", "#5a1414"),
-    Outcome.FLIPPED.slug: (">", "#7650a8"),
-    Outcome.LOCKED.slug: ("s", "#84592f"),
-    Outcome.OPENED.slug: ("v", "#a03c5e"),
-    Outcome.LOST_CONTACT.slug: ("^", "#2b7a80"),
-    Outcome.TUNNELLED.slug: ("D", "#5c6a2c"),
-    Outcome.STALLED.slug: ("d", "#96501e"),
-    Outcome.CRASHED.slug: ("X", "#000000"),
-    Outcome.TIMED_OUT.slug: ("h", "#4a4a4a"),
-    Outcome.OUT_OF_MEMORY.slug: ("p", "#646464"),
-    Outcome.UNSUPPORTED.slug: ("+", "#7a7a7a"),
+# Mark of an outcome.
+OUTCOME_MARKS = {
+    Outcome.DIVERGED.slug: "x",
+    Outcome.EXPLODED.slug: "*",
+    Outcome.RESET.slug: "P",
+    Outcome.FLIPPED.slug: ">",
+    Outcome.LOCKED.slug: "s",
+    Outcome.OPENED.slug: "v",
+    Outcome.LOST_CONTACT.slug: "^",
+    Outcome.TUNNELLED.slug: "D",
+    Outcome.STALLED.slug: "d",
+    Outcome.CRASHED.slug: "X",
+    Outcome.TIMED_OUT.slug: "h",
+    Outcome.OUT_OF_MEMORY.slug: "p",
+    Outcome.UNSUPPORTED.slug: "+",
 }
-OUTCOME_MARKS = {slug: mark for slug, (mark, _) in OUTCOMES.items()}
-OUTCOME_COLOURS = {slug: colour for slug, (_, colour) in OUTCOMES.items()}
 
 
 def engine_title(engine: str) -> str:

@@ -12,18 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import Layout, legend_rows, on_log_grid, preset_handles, whole_decades
-from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
-from conrod.report.limits.marks import UNDETECTED_COLOUR, AxisScale, outcome_handles
+from conrod.report.charts.styles import preset_style, preset_title
+from conrod.report.limits.marks import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
 from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
-from conrod.studies.limits.scale import Scale
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
 LEGEND_COLUMNS, LEGEND_ROW = 5, 0.19
 LANE = 0.17  # of a run that did not complete [inch]
 ABOVE = 0.06  # of the panel's top [inch]
+ROOM = 0.02  # beside the ends, of the whole length
 RING: dict[str, Any] = {
     "linestyle": "none",
     "color": UNDETECTED_COLOUR,
@@ -57,7 +58,6 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     walks = [walk for walk in walks if walk.probes]
     panels = [panel for panel in (TORQUE, POSITION) if _values(walks, panel)]
     axis = AXES[walks[0].axis]
-    scale = AxisScale.of(axis.scale, walks)
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks)
     strip = ABOVE + LANE * len(lanes) if lanes else 0.0
@@ -66,14 +66,13 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     layout = Layout(WIDTH, height)
     for k, panel in enumerate(panels):
         axes = layout.axes(LEFT, height - head - (k + 1) * PANEL - k * GAP, WIDTH - LEFT - RIGHT, PANEL)
-        _draw_panel(axes, scale, walks, panel)
+        _draw_panel(axes, axis, walks, panel)
         if k == 0:
-            _draw_failed(axes, scale, walks, lanes)
+            _draw_failed(axes, axis, walks, lanes)
         if k < len(panels) - 1:
-            axes.set_xlabel("")
             axes.tick_params(axis="x", labelbottom=False)
         else:
-            axes.set_xlabel(axis.label)
+            axes.set_xlabel(label_of(axis))
     layout.legend(handles, LEGEND_COLUMNS, handlelength=3.0)
     return layout.figure
 
@@ -83,46 +82,49 @@ def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
     return [value for value in found if value is not None]
 
 
-def _draw_panel(axes: Axes, scale: AxisScale, walks: Sequence[Walk], panel: Panel) -> None:
-    drawn = [on_log_grid(np.array(_values(walks, panel)))]
-    whole_decades(axes, drawn)
+def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: Panel) -> None:
+    whole_decades(axes, [on_log_grid(np.array(_values(walks, panel)))])
     for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for walk in walks:
-        style = preset_style(walk.engine, walk.preset)
-        if scale.scale is Scale.LISTED:
-            style = style | {"linestyle": "none"}
         # A curve is broken where a run has no value: nothing is known there.
-        _plot(axes, scale, walk.probes, panel, style)
-        _plot(axes, scale, [probe for probe in walk.probes if probe.undetected], panel, RING)
-    scale.apply(axes, "")
+        _plot(axes, axis, walk.probes, panel, preset_style(walk.engine, walk.preset) | _bare(axis))
+        _plot(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, RING)
+    ends = [places_on(axis, (walk.probes[0].value, walk.probes[-1].value)) for walk in walks]
+    begin, end = float(np.min(ends)), float(np.max(ends))
+    # From the safe end to the failing one; where walks lead both ways, as the numbers do.
+    if all(last <= first for first, last in ends):
+        begin, end = end, begin
+    set_scale(axes, "x", axis, begin, end, ROOM)
     axes.set_ylabel(panel.label)
 
 
-def _plot(axes: Axes, scale: AxisScale, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
+def _bare(axis: Axis) -> dict[str, Any]:
+    """Between values of a list there is no line."""
+    return {"linestyle": "none"} if axis.listed else {}
+
+
+def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
     heights = np.array([panel.of(probe) for probe in probes], dtype=float)
     if not np.isnan(heights).all():
-        axes.plot(scale.places(probe.value for probe in probes), on_log_grid(heights), **style)
+        axes.plot(places_on(axis, (probe.value for probe in probes)), on_log_grid(heights), **style)
 
 
-def _draw_failed(axes: Axes, scale: AxisScale, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
+def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
     """A mark for each run without errors, above the panel, a lane for each engine and preset."""
     for lane, key in enumerate(lanes):
         up = 1.0 + (ABOVE + LANE * (len(lanes) - lane - 0.5)) / PANEL
         failed = [p for w in walks if (w.engine, w.preset) == key for p in w.probes if p.errors is None]
-        for outcome, undetected in dict.fromkeys((p.outcome, p.undetected) for p in failed):
-            places = scale.places(p.value for p in failed if (p.outcome, p.undetected) == (outcome, undetected))
-            hue = UNDETECTED_COLOUR if undetected else colour(key[0])
-            style: dict[str, Any] = {"linestyle": "none", "markersize": 4.0, "color": hue, "markeredgewidth": 0.9}
-            style |= {"marker": OUTCOME_MARKS.get(outcome, "o"), "clip_on": False}
-            axes.plot(places, np.full(len(places), up), transform=axes.get_xaxis_transform(), **style)
+        for end in dict.fromkeys((p.outcome, p.undetected) for p in failed):
+            places = places_on(axis, (p.value for p in failed if (p.outcome, p.undetected) == end))
+            style = mark_style(*end) | {"transform": axes.get_xaxis_transform(), "clip_on": False}
+            axes.plot(places, np.full(len(places), up), **style)
         axes.annotate(preset_title(*key), (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
 
 
 def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
-    bare: dict[str, Any] = {"linestyle": "none"} if AXES[walks[0].axis].scale is Scale.LISTED else {}
-    handles = preset_handles(names, **bare)
+    handles = preset_handles(names, **_bare(AXES[walks[0].axis]))
     probes = [probe for walk in walks for probe in walk.probes]
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))

@@ -16,7 +16,7 @@ from conrod.own.pedigree import package_hash, sha256, stated_source
 from conrod.own.sensitivity import sensitivities, shares
 from conrod.own.tables.study import TableStudy
 from conrod.report import invariances, numbers, trajectory
-from conrod.report.limits.tables import reach_table
+from conrod.report.limits.tables import limits_table
 from conrod.report.table import table
 from conrod.report.verification.page import Section
 from conrod.report.writer import environment
@@ -139,7 +139,7 @@ def validity(study: LimitStudy | None, scene: Scene | None) -> tuple[Section, li
     engines = ", ".join(f"{name} {version}" for name, version in study.engines.items())
     others = dict(study.parameters) != dict(scene.parameters)
     off = ["the domain of validity was found with other parameters"] if others else []
-    return Section((reach_table(study.walks),), (f"found with {engines}",)), off
+    return Section((limits_table(study.walks),), (f"found with {engines}",)), off
 
 
 def invariant(study: InvarianceStudy | str) -> tuple[Section, list[str]]:

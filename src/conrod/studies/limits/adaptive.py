@@ -12,10 +12,6 @@ A node that was never run then lies in an area around which all nodes were run a
 So a boundary is found, whole, if it parts two nodes of the coarse grid or joins one that does. What the rules cannot
 see is an area of a class of its own without a node of the coarse grid in it: an island, or a strip from edge to edge,
 that slips between two coarse lines.
-
-Classes may come in groups. Boundaries between groups are followed whatever they cost; those between classes of one
-group afterwards, and only as long as an allowance lasts: where the class changes from node to node, as the way does in
-which a chaotic motion ends, there is no boundary to follow, and nothing is gained by running every node.
 """
 
 from __future__ import annotations
@@ -40,8 +36,6 @@ def refine(
     shape: tuple[int, int],
     ask: Callable[[Sequence[Node]], Generator[Any, Any, Mapping[Node, Class]]],
     stride: int = STRIDE,
-    group_of: Callable[[Class], Hashable] = lambda found: found,
-    allowance: float = 1.0,
 ) -> Generator[Any, Any, dict[Node, Class]]:
     """Find the class of every node of a grid; return those of the nodes that were run, in their order.
 
@@ -49,8 +43,6 @@ def refine(
         shape: number of nodes along the two axes, at least 2 each.
         ask: study that runs some nodes and returns their classes.
         stride: of the coarse grid, in nodes. The last row and the last column are in it whatever their distance.
-        group_of: the group of a class; each is its own unless something else is said.
-        allowance: runs over nodes beyond which no boundary within a group is followed.
 
     Raises:
         ValueError: a grid or a stride without meaning.
@@ -62,11 +54,7 @@ def refine(
     wanted = list(product(rows, columns))
     while wanted:
         found |= yield from ask(wanted)
-        wanted = _wanted(codes(shape, {node: group_of(one) for node, one in found.items()}), rows, columns)
-        if not wanted:
-            wanted = _wanted(codes(shape, found), rows, columns)
-            if len(found) + len(wanted) > allowance * shape[0] * shape[1]:
-                break
+        wanted = _wanted(codes(shape, found), rows, columns)
     return found
 
 
@@ -84,18 +72,6 @@ def nearest_runs(known: Codes) -> NDArray[np.int_]:
     unknown = known == UNKNOWN
     nearest = ndimage.distance_transform_cdt(unknown, "taxicab", return_distances=False, return_indices=True)
     return np.asarray(nearest, dtype=int)
-
-
-def known_nodes(known: Codes) -> NDArray[np.bool_]:
-    """Return where the class is known: of nodes that were run, and of areas surrounded by one class; (I, J)."""
-    run: NDArray[np.bool_] = known != UNKNOWN
-    areas, count = ndimage.label(~run)
-    found = run.copy()
-    for area in range(1, count + 1):
-        around = known[ndimage.binary_dilation(areas == area) & run]
-        if around.min() == around.max():
-            found |= areas == area
-    return found
 
 
 def _wanted(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:

@@ -234,5 +234,5 @@ ROWS = (
     ),
 )  # fmt: skip
 AXES: dict[str, Axis] = {axis.name: axis for axis in ROWS}
-# One run of it shows all shorter ones, so it is not walked as the others are.
+# The axis whose failing end is asked for in revolutions.
 LENGTH_AXIS = "run-length"

@@ -66,11 +66,7 @@ def determinism_search(setup: Setup) -> Study[Determinism]:
     """Make the runs of a setup, at its usual steps, again and again."""
     case = RepeatedCase(setup.name, setup.scene, setup.settings())
     results = yield (case,)
-    return determinism(setup, results[case.key])
-
-
-def determinism(setup: Setup, measurement: Measurement) -> Determinism:
-    """Return the comparison, from the measurement of a repeated run of a setup."""
+    measurement = results[case.key]
     recorded = Extremes.of(measurement)
     prints = (recorded.fingerprint, *recorded.again)
     return Determinism(

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.optimize import bisect
+from scipy.optimize import bisect, minimize_scalar
 
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile, symmetric_cam
@@ -57,13 +57,11 @@ class ExactFlight:
     Attributes:
         start, landing: crank angles [rad].
         gap: the largest, between roller and cam along their common normal [m].
-        widest: crank angle of that [rad].
     """
 
     start: float
     landing: float
     gap: float
-    widest: float
 
 
 def float_speed(scene: CamFollower) -> float:
@@ -89,8 +87,10 @@ def exact_flight(scene: CamFollower) -> ExactFlight | None:
         return None
     angles = np.linspace(start, landing, max(WIDTHS, round(WIDTHS_PER_TURN * (landing - start) / TURN)))
     top = int(np.argmax(fall.gap(angles)[1:-1])) + 1
-    widest = bisect(fall.opening, angles[top - 1], angles[top + 1], **FINEST)
-    return ExactFlight(start, landing, float(fall.gap(np.array([widest]))[0]), widest)
+    around = angles[top - 1], angles[top + 1]
+    finely = {"bounds": around, "method": "bounded", "options": {"xatol": 1e-9}}
+    widest = minimize_scalar(lambda angle: -fall.gap(np.array([angle]))[0], **finely)
+    return ExactFlight(start, landing, -float(widest.fun))
 
 
 def separation(scene: CamFollower) -> float | None:
@@ -142,15 +142,6 @@ class Fall:
     def gap(self, angle: Array) -> Array:
         """Distance between roller and cam along their common normal [m], negative where they overlap; (T,)."""
         return np.asarray(self._profile.distance(*self._in_cam(angle)) - self.scene.roller_radius)
-
-    def opening(self, angle: float) -> float:
-        """Something of the sign of the gap's slope."""
-        theta = np.array([angle])
-        x, y = self._in_cam(theta)
-        cx, cy, _ = self._profile.arc_geometry(self._profile.active_arc(x, y))
-        slope = self._state[1] - fall_per_radian(self.scene) * (theta - self.start)
-        height, c, s = self.height(theta), np.cos(theta), np.sin(theta)
-        return float(((x - cx) * (height * s - slope * c) + (y - cy) * (height * c + slope * s))[0])
 
     def _in_cam(self, angle: Array) -> tuple[Array, Array]:
         # The nose, on the cam's +x, is up at half a turn.

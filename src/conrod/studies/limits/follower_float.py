@@ -1,4 +1,4 @@
-"""Onset of a follower's flights off its cam, measured, and its flights beside the exact ones.
+"""Onset of a follower's flights off its cam, measured, beside the theory's float speed.
 
 A flight is a gap above ten times the static penetration for a time that does not shrink with h: every speed is run with
 two steps, h and h/2, and the polygon that stands for the cam gets facets in proportion to the steps, so that all that
@@ -9,91 +9,111 @@ the float speed; the force is the same at all of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from scipy.optimize import bisect
 
 from conrod.engines.engine import with_fields
-from conrod.engines.running import run
-from conrod.exact.motion import Array
-from conrod.runs.outcome import joint_gaps
-from conrod.runs.plain import plain
 from conrod.scenes import CamFollower
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.exact_flight import ExactFlight, Fall, exact_flight, float_speed
-from conrod.studies.limits.float_results import ComparedFlight, FollowerFloat, GapCurve, OnsetProbe
+from conrod.studies.limits.exact_flight import exact_flight, float_speed
 from conrod.studies.limits.recorders import LEAST_DEPTH, TIMES
-from conrod.studies.limits.records import Extremes, Flight, Gaps
-from conrod.studies.limits.stream_run import stream_run
+from conrod.studies.limits.records import Extremes
 
-LEAST_STEPS = 20000  # a revolution
-STEPS_PER_FACET = 5
-# The flight of the fastest lands more than a turn after the start.
-COMPARED_SPEEDS, REVOLUTIONS = (1.05, 1.2, 1.5, 2.0, 3.0), 1.25
-HELD_SPEEDS = (0.9, 0.7, 0.5)  # at the first of which that makes no flight, the onset is bracketed
+STEPS, STEPS_PER_FACET = (20000, 40000), 5  # a revolution
+REVOLUTIONS = 1.25
+SPEEDS = (0.9, 1.05, 1.2, 1.5)
+SLOWER = (0.7, 0.5)  # of which the next one is run while the slowest makes a flight
 CLOSELY = 1.002  # ratio of the speeds between which the onset is found
-LENGTH_SPEED = 1.05  # whose flight's length gives the onset once more
-DRAWN_SPEED, DRAWN_POINTS = 1.5, 200
 # Excess over the float speed at which lengths of exact flights are drawn.
 EXCESSES = np.geomspace(0.001, 0.25, 24)
-# Speeds among which one with a given exact flight is looked for, and how closely.
-SLOWEST_FLIGHT, FASTEST_FLIGHT, SPEED_WIDTH = 1.0001, 4.0, 1e-5
+# A flight whose length falls with the step by this order or more shrinks with it. The order is 1 or more of a held
+# follower's rebounds, 0 of a flight which the speed makes, and one half just at the onset, with rebounds that shrink as
+# h does; see `conrod.studies.limits.exact_flight`.
+SHRINKING_ORDER = 0.5
+WITHIN = 0.02  # how near to the theory's an onset is to be
 # Of each speed the runs with the coarser step and, where that shows a flight, with the finer one.
 Runs = dict[float, tuple[Measurement, ...]]
-SPANS = 360  # of the run that is drawn, of each of which the least and the largest gap are kept
+
+
+@dataclass(frozen=True)
+class OnsetProbe:
+    """Two runs at a speed, with steps h and h/2.
+
+    Attributes:
+        speed: over the float speed.
+        lengths: of the longest flights, the coarser step's first [rad]; 0 where there is none. Without one with the
+            coarser step there is none to shrink: nothing was run with the finer one, which is None.
+        exact: length of the exact flight [rad]; 0 where the exact follower is held.
+    """
+
+    speed: float
+    lengths: tuple[float, float | None]
+    exact: float
+
+    @property
+    def flies(self) -> bool:
+        """True where there is a flight that does not shrink with h."""
+        coarse, fine = self.lengths
+        return fine is not None and fine > coarse * 0.5**SHRINKING_ORDER
+
+
+@dataclass(frozen=True)
+class FollowerFloat:
+    """Follower float in one engine with one preset; speeds are over the float speed unless said otherwise.
+
+    Attributes:
+        theory: the float speed [rad/s].
+        penetration: static, with the coarser steps, at the speed nearest below the onset [m].
+        held, flown: the fastest speed without a flight that does not shrink with h, and the slowest with one; None
+            where there is no such speed.
+        fit: whether the contact is hard enough to show the onset as near as `WITHIN`: so far above it the exact
+            flight's gap is more than ten times that penetration.
+        exact_lengths: speed and length of the exact flight [rad], around the onset.
+    """
+
+    scene: str
+    engine: str
+    preset: str
+    theory: float
+    penetration: float | None
+    held: float | None
+    flown: float | None
+    fit: bool
+    probes: tuple[OnsetProbe, ...]
+    exact_lengths: tuple[tuple[float, float], ...]
+
+    @property
+    def onset(self) -> float | None:
+        """Measured onset over the theory's; None where it was not found."""
+        return None if self.held is None or self.flown is None else (self.held * self.flown) ** 0.5
 
 
 def float_search(setup: Setup) -> Study[FollowerFloat]:
-    """Find onset and flights of a setup, at no fewer than `LEAST_STEPS` a revolution."""
-    bench = _Bench(setup)
-    found = FollowerFloat(setup.name, setup.engine, setup.preset, bench.refusal, None, bench.steps, bench.vertices)
-    if found.refusal:
-        return found
-    curve = yield from _drawn(bench)
-    runs = yield from _runs_about_the_onset(bench)
-    probes = tuple(bench.probe(speed, runs[speed]) for speed in sorted(runs))
-    held, flown = _bracket(probes)
-    # Exact flights as long as one of the finer step begin at the onset.
-    length = next(probe.lengths[1] for probe in probes if probe.speed == LENGTH_SPEED)
-    depth = visible = None
-    if held is not None:
-        depth = Extremes.of(runs[held][0]).penetration or 0.0
-        threshold = bench.threshold(depth)
-        visible = bench.speed_of(lambda exact: exact.gap - threshold)
-    return replace(
-        found,
-        theory=float_speed(bench.scene),
-        penetration=depth,
-        held=held,
-        flown=flown,
-        visible=visible,
-        from_length=LENGTH_SPEED / bench.speed_of(lambda e: e.landing - e.start - length) if length else None,
-        probes=probes,
-        flights=tuple(flight for speed in COMPARED_SPEEDS for flight in bench.compared(speed, runs[speed])),
-        curve=curve,
-        exact_lengths=tuple((speed, bench.exact_length(speed)) for speed in (1.0 + EXCESSES).tolist()),
-    )
-
-
-def _runs_about_the_onset(bench: _Bench) -> Study[Runs]:
-    """Runs at the speeds that are compared, at slower ones down to one that makes no flight, and at those between."""
-    runs = yield from _tried(bench, (*COMPARED_SPEEDS, HELD_SPEEDS[0]))
-    slower = list(HELD_SPEEDS[1:])
+    """Find the onset of a setup that has the axis `float`."""
+    runs = yield from _tried(setup, SPEEDS)
+    slower = list(SLOWER)
     while True:
-        held, flown = _bracket([bench.probe(speed, of) for speed, of in runs.items()])
+        probes = tuple(probe_of(setup, speed, runs[speed]) for speed in sorted(runs))
+        held, flown = _bracket(probes)
         if held is None and slower:
             speed = slower.pop(0)
         elif held is not None and flown is not None and flown > CLOSELY * held:
             speed = math.sqrt(held * flown)
         else:
-            return runs
-        runs |= yield from _tried(bench, (speed,))
+            break
+        runs |= yield from _tried(setup, (speed,))
+    depth = None if held is None else Extremes.of(runs[held][0]).penetration or 0.0
+    return FollowerFloat(
+        *(setup.name, setup.engine, setup.preset, float_speed(_scene(setup)), depth, held, flown),
+        fit=depth is not None and _shows(setup, 1.0 + WITHIN, depth),
+        probes=probes,
+        exact_lengths=tuple((speed, exact_length(setup, speed)) for speed in (1.0 + EXCESSES).tolist()),
+    )
 
 
 def _bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:
@@ -103,132 +123,55 @@ def _bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:
     return max(below, default=None), flown
 
 
-def _tried(bench: _Bench, speeds: Sequence[float]) -> Study[Runs]:
+def _tried(setup: Setup, speeds: Sequence[float]) -> Study[Runs]:
     """Runs with the coarser step, and with the finer one where they show a flight."""
-    coarse = {speed: bench.case(speed, 0) for speed in speeds}
+    coarse = {speed: case_at(setup, speed, 0) for speed in speeds}
     results = yield tuple(coarse.values())
     runs: Runs = {speed: (results[case.key],) for speed, case in coarse.items()}
-    fine = {speed: bench.case(speed, 1) for speed, (one,) in runs.items() if _longest(one) is not None}
+    fine = {speed: case_at(setup, speed, 1) for speed, (one,) in runs.items() if _length(one) > 0.0}
     if fine:
         results = yield tuple(fine.values())
     return runs | {speed: (*runs[speed], results[case.key]) for speed, case in fine.items()}
 
 
-def _longest(measurement: Measurement) -> Flight | None:
-    return next(iter(Extremes.of(measurement).flights), None)
+def case_at(setup: Setup, speed: float, finer: int) -> LimitCase:
+    """The run at a speed, with the coarser step (0) or the finer one (1)."""
+    case = AXES["float"].case(replace(setup, steps_per_revolution=STEPS[finer]), speed)
+    settings = with_fields(case.settings, cam_vertices=STEPS[finer] // STEPS_PER_FACET)
+    return replace(case, settings=settings, revolutions=REVOLUTIONS)
 
 
-class _Bench:
-    """The cases of a setup and the exact flights beside them."""
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup = setup
-        steps = max(setup.steps, LEAST_STEPS)
-        self.steps = (steps, 2 * steps)
-        self.vertices = (self.steps[0] // STEPS_PER_FACET, self.steps[1] // STEPS_PER_FACET)
-        self.refusal = AXES["float"].refusal(setup) or ""
-        if not self.refusal and not isinstance(setup.scene, CamFollower):
-            self.refusal = f"the exact flight of a {setup.scene.kind} is not known"
-
-    @property
-    def scene(self) -> CamFollower:
-        """The scene whose follower flies."""
-        assert isinstance(self.setup.scene, CamFollower)
-        return self.setup.scene
-
-    def case(self, speed: float, finer: int) -> LimitCase:
-        """The run at a speed, with the coarser step (0) or the finer one (1)."""
-        setup = replace(self.setup, steps_per_revolution=self.steps[finer])
-        case = AXES["float"].case(setup, speed)
-        settings = with_fields(case.settings, cam_vertices=self.vertices[finer])
-        return replace(case, settings=settings, revolutions=REVOLUTIONS)
-
-    def at(self, speed: float) -> CamFollower:
-        """The scene at a speed."""
-        return self.scene.with_parameters(speed=speed * float_speed(self.scene), preload=1.0 / speed**2)
-
-    def exact(self, speed: float) -> ExactFlight | None:
-        """The exact flight at a speed."""
-        return exact_flight(self.at(speed))
-
-    def exact_length(self, speed: float) -> float:
-        """Its length [rad], 0 where the exact follower is held."""
-        exact = self.exact(speed)
-        return 0.0 if exact is None else exact.landing - exact.start
-
-    def probe(self, speed: float, runs: Sequence[Measurement]) -> OnsetProbe:
-        """What the runs at a speed show."""
-        coarse, *fine = (0.0 if f is None else abs(f.landing - f.start) for f in map(_longest, runs))
-        return OnsetProbe(speed, (coarse, fine[0] if fine else None), self.exact_length(speed))
-
-    def compared(self, speed: float, runs: Sequence[Measurement]) -> list[ComparedFlight]:
-        """The longest flight of each of the runs at a speed beside the exact one."""
-        exact, each = self.exact(speed), zip(self.steps, runs, strict=False)
-        return [ComparedFlight(speed, steps, one.outcome, exact, _longest(one)) for steps, one in each]
-
-    def threshold(self, penetration: float) -> float:
-        """Gap [m] above which a follower that sinks in so deep [m] flies; as `Flights` has it."""
-        return TIMES * max(penetration, LEAST_DEPTH * self.scene.kinematics.travel)
-
-    def speed_of(self, excess: Callable[[ExactFlight], float]) -> float:
-        """The speed at which something that grows with the exact flight is zero; an end of the range where it is not.
-
-        The range is from `SLOWEST_FLIGHT` to `FASTEST_FLIGHT`.
-        """
-
-        def at(speed: float) -> float:
-            flight = self.exact(speed)
-            return -1.0 if flight is None else excess(flight)
-
-        for end, sign in ((SLOWEST_FLIGHT, 1.0), (FASTEST_FLIGHT, -1.0)):
-            if sign * at(end) >= 0.0:
-                return end
-        return float(bisect(at, SLOWEST_FLIGHT, FASTEST_FLIGHT, xtol=0.5 * SPEED_WIDTH))
+def probe_of(setup: Setup, speed: float, runs: Sequence[Measurement]) -> OnsetProbe:
+    """What the runs at a speed show."""
+    coarse, *fine = map(_length, runs)
+    return OnsetProbe(speed, (coarse, fine[0] if fine else None), exact_length(setup, speed))
 
 
-def _drawn(bench: _Bench) -> Study[GapCurve | None]:
-    case = bench.case(DRAWN_SPEED, 0)
-    drawn = GapCase(case.name, case.scene, case.settings, case.revolutions)
-    results = yield (drawn,)
-    recorded, exact = Extremes.of(results[drawn.key]), bench.exact(DRAWN_SPEED)
-    if recorded.penetration is None or not recorded.gaps or exact is None:
-        return None
-    angles = np.linspace(exact.start, exact.landing, DRAWN_POINTS)
-    gaps = Fall(bench.at(DRAWN_SPEED), exact.start).gap(angles)
-    return GapCurve(
-        speed=DRAWN_SPEED,
-        steps_per_revolution=bench.steps[0],
-        gaps=recorded.gaps,
-        exact=tuple(zip(angles.tolist(), gaps.tolist(), strict=True)),
-        penetration=recorded.penetration,
-        threshold=bench.threshold(recorded.penetration),
-    )
+def _length(measurement: Measurement) -> float:
+    """Length of a run's longest flight [rad], 0 where it has none."""
+    return max((flight.length for flight in Extremes.of(measurement).flights), default=0.0)
 
 
-@dataclass(frozen=True)
-class GapCase(LimitCase):
-    """A run of a cam whose measurement carries the gap over the run as well; it is made twice for that."""
-
-    def perform(self) -> Measurement:
-        measurement = stream_run(self)
-        recorded = Extremes.of(measurement)
-        if not recorded.samples or not recorded.finite:
-            return measurement
-        mechanism = self.machine.kinematics.mechanism
-        trajectory = run(self.machine, self.settings, self.revolutions, self.start_angle)
-        assert trajectory.bodies is not None
-        states = trajectory.bodies.position
-        gap = joint_gaps(mechanism, [states.poses])[mechanism.cam_contacts[0].name]
-        return replace(measurement, extremes=plain(replace(recorded, gaps=thinned(states.instants.angle, gap))))
-
-    def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
-        return super()._identity(parameters) | {"gap_spans": SPANS}
+# -- the exact flights beside them -------------------------------------------------------------------------------------
 
 
-def thinned(angle: Array, gap: Array) -> Gaps:
-    """Return the gap in the middle, the least and the largest one of each of `SPANS` equal parts of a run."""
-    angles, gaps = (np.array_split(values, min(SPANS, len(values))) for values in (angle, gap))
-    return tuple(
-        (float(a[len(a) // 2]), float(g[len(g) // 2]), float(g.min()), float(g.max()))
-        for a, g in zip(angles, gaps, strict=True)
-    )
+def _scene(setup: Setup) -> CamFollower:
+    assert isinstance(setup.scene, CamFollower)
+    return setup.scene
+
+
+def at(scene: CamFollower, speed: float) -> CamFollower:
+    """The scene at a speed over the float speed."""
+    return scene.with_parameters(speed=speed * float_speed(scene), preload=1.0 / speed**2)
+
+
+def exact_length(setup: Setup, speed: float) -> float:
+    """Length of the exact flight at a speed [rad], 0 where the exact follower is held."""
+    exact = exact_flight(at(_scene(setup), speed))
+    return 0.0 if exact is None else exact.landing - exact.start
+
+
+def _shows(setup: Setup, speed: float, penetration: float) -> bool:
+    """Whether `Flights` would see the exact flight at a speed, of a follower that sinks in so deep [m]."""
+    exact = exact_flight(at(_scene(setup), speed))
+    return exact is not None and exact.gap > TIMES * max(penetration, LEAST_DEPTH * setup.scene.kinematics.travel)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.adaptive import STRIDE, Codes, Node, codes, known_nodes, nearest_runs, refine
+from conrod.studies.limits.adaptive import STRIDE, Node, codes, nearest_runs, refine
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
@@ -24,8 +23,6 @@ STEPS = AXES["steps"]
 FEWER = 250.0
 # Columns and rows. A boundary costs runs in proportion to its length, so a finer map needs a smaller share of them.
 RESOLUTION = (65, 65)
-# Runs over nodes of the full grid.
-ALLOWANCE = 0.25
 IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
 FAILED = "failed"
 A_REVOLUTION = None
@@ -129,40 +126,20 @@ class LimitMap:
     @cached_property
     def shown(self) -> dict[Node, MapRun]:
         """Of every node the run that it stands for, or inherits from; it is the node's own if its i and j are."""
-        nearest = nearest_runs(self._codes(lambda run: None))
+        nearest = nearest_runs(codes(self.shape, {(run.i, run.j): None for run in self.runs}))
         run_at = {(run.i, run.j): run for run in self.runs}
         return {node: run_at[tuple(nearest[:, *node].tolist())] for node in np.ndindex(self.shape)}
 
-    @cached_property
-    def known(self) -> NDArray[np.bool_]:
-        """True where a node has the level and the outcome that its own run would show, islands apart; (X, Y).
-
-        It may lack them where ways of failing alternate from node to node, and were only sampled. Whether it is safe,
-        rough, wrong or fails is known of all.
-        """
-        return known_nodes(self._codes(lambda run: (run.level, run.outcome)))
-
-    @cached_property
-    def undetected(self) -> NDArray[np.bool_]:
-        """True where a node was run and is undetected, or lies in an area around which all runs are; (X, Y)."""
-        shown = np.array([run.undetected for run in self.shown.values()]).reshape(self.shape)
-        return shown & known_nodes(self._codes(lambda run: run.undetected))
-
-    def _codes(self, label: Callable[[MapRun], Hashable]) -> Codes:
-        return codes(self.shape, {(run.i, run.j): label(run) for run in self.runs})
-
 
 def standing(level: str) -> str:
-    """Return the class that divides a map first: safe, rough, wrong, or failed in whatever way."""
+    """Return the class that divides a map: safe, rough, wrong, or failed in whatever way."""
     return level if level in IN_ONE_PIECE else FAILED
 
 
 def map_search(
     setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
 ) -> Study[LimitMap]:
-    """Map a pair, running along its boundaries alone; see `conrod.studies.limits.adaptive`.
-
-    Boundaries between safe, rough, wrong and failed come first, those between ways of failing within the allowance.
+    """Map a pair, running along the boundaries of safe, rough, wrong and failed; see `conrod.studies.limits.adaptive`.
 
     Raises:
         InvalidInput: as `Pair.case`.
@@ -170,14 +147,14 @@ def map_search(
     x, y = pair.values(setup, resolution)
     runs: dict[Node, MapRun] = {}
 
-    def ask(nodes: Sequence[Node]) -> Study[Mapping[Node, tuple[str, str]]]:
+    def ask(nodes: Sequence[Node]) -> Study[Mapping[Node, str]]:
         # By rows, each of which is one machine: what is computed from it is then still at hand.
         cases = {node: pair.case(setup, x[node[0]], y[node[1]]) for node in sorted(nodes, key=lambda n: (n[1], n[0]))}
         results = yield tuple(cases.values())
         runs.update({node: _run(node, results[case.key]) for node, case in cases.items()})
-        return {node: (runs[node].level, runs[node].outcome) for node in nodes}
+        return {node: standing(runs[node].level) for node in nodes}
 
-    yield from refine((len(x), len(y)), ask, stride, lambda end: standing(end[0]), ALLOWANCE)
+    yield from refine((len(x), len(y)), ask, stride)
     names = setup.name, setup.engine, setup.preset, STEPS.name, pair.other.name
     return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
 

@@ -13,13 +13,13 @@ from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study, pursue
 from conrod.studies.limits.axes import AXES, LENGTH_AXIS
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, Spans
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search
 from conrod.studies.limits.maps import PAIRS, Pair, map_search
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
-from conrod.studies.limits.walk import length_search, walk_search
+from conrod.studies.limits.walk import walk_search
 
 REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
 Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study or several
@@ -57,10 +57,9 @@ class Item:
 def _axis(axis: Axis) -> Item:
     def searches(setup: Setup, asked: Request) -> list[Search]:
         if axis.name == LENGTH_AXIS:
-            last = asked.revolutions if asked.span is None else max(asked.span)
-            axis.case(setup, last)
-            return [partial(length_search, axis, setup, last)]
-        spans = (asked.span,) if asked.span else axis.spans(setup)
+            spans: Spans = (asked.span or (axis.safe_end, asked.revolutions),)
+        else:
+            spans = (asked.span,) if asked.span else axis.spans(setup)
         for end in (end for span in spans for end in span):
             axis.case(setup, end)
         return [partial(walk_search, axis, setup, *span) for span in spans]
@@ -72,19 +71,13 @@ def _pair(pair: Pair) -> Item:
     return Item(pair.name, pair.refusal, lambda setup, _: [partial(map_search, setup, pair)])
 
 
-def _no_follower(setup: Setup) -> str | None:
-    if setup.contact and not setup.scene.closed_form:
-        return AXES["float"].refusal(setup)
-    return None if setup.contact else f"the {setup.scene.kind} has no cam: there is no follower to fly"
-
-
 ITEMS = {
     item.name: item
     for item in (
         *map(_axis, AXES.values()),
         *map(_pair, PAIRS),
         Item("determinism", lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
-        Item("flight", _no_follower, lambda setup, _: [partial(float_search, setup)]),
+        Item("flight", AXES["float"].refusal, lambda setup, _: [partial(float_search, setup)]),
     )
 }
 

@@ -1,9 +1,9 @@
-"""Recorders of a run that comes in pieces: fingerprint, marks, drive torque, flights."""
+"""Recorders of a run that comes in pieces: fingerprint, drive torque, flights."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
@@ -15,7 +15,7 @@ from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Trajectory
-from conrod.studies.limits.records import Flight, Mark
+from conrod.studies.limits.records import Flight
 
 
 class Fingerprint:
@@ -54,43 +54,6 @@ def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
         yield f"{name} position", tracks.position.values
         yield f"{name} velocity", tracks.velocity.values
         yield f"{name} acceleration", tracks.acceleration.values
-
-
-SHORT = 2.0  # revolutions of a run that needs no history
-DECADE = (1, 2, 5)
-
-
-def marked(revolutions: float) -> tuple[int, ...]:
-    """Return the revolutions that are marked: 1, 2, 5, 10, 20, .. and the last completed one; none of a short run."""
-    if revolutions <= SHORT:
-        return ()
-    last = int(revolutions)
-    series = (digit * 10**power for power in range(len(str(last))) for digit in DECADE)
-    return (*(mark for mark in series if mark < last), last)
-
-
-class History:
-    """Marks of a run whose samples come in order, however many at a time."""
-
-    def __init__(self, revolutions: float, steps_per_revolution: int) -> None:
-        self.marks: list[Mark] = []
-        self._steps = steps_per_revolution
-        self._due = list(marked(revolutions))
-        self._position = self._closure = 0.0
-
-    def add(self, first: int, position: Array, closure: Array, phase: Array, clock: Array) -> None:
-        """Take in the samples from the one of an index on; each argument (T,), as `Mark` has them."""
-        begin, end = 0, len(position)
-        while self._due and begin < end:
-            at = self._due[0] * self._steps - first  # place of the mark's sample
-            rows = slice(begin, min(at + 1, end))
-            self._position = max(self._position, float(position[rows].max()))
-            self._closure = max(self._closure, float(closure[rows].max()))
-            if at < end:
-                mark = Mark(self._due.pop(0), self._position, self._closure, float(phase[at]), float(clock[at]))
-                self.marks.append(mark)
-                self._position = self._closure = 0.0
-            begin = rows.stop
 
 
 PEAK_SAMPLES = 3600  # of a turn
@@ -147,7 +110,6 @@ class ExactTorque:
 HELD = 0.1  # of a revolution from the start on, in which the follower is looked at for how deep it sinks
 TIMES = 10.0  # so many times that depth is off the cam
 LEAST_DEPTH = 1e-7  # of the travel: a contact that sinks less is taken not to sink at all
-KEPT = 10
 
 
 class Flights:
@@ -166,8 +128,8 @@ class Flights:
         self._held, self._least = max(held, 2), LEAST_DEPTH * travel
         self._angle, self._gap = np.empty(0), np.empty(0)  # samples that are not looked at yet, after the one before
         self._depth: float | None = None
-        self._open: Flight | None = None  # one that is not over, so far
-        self._over: list[Flight] = []
+        self._start: float | None = None  # of a flight that is not over, so far
+        self._longest: Flight | None = None
 
     @property
     def penetration(self) -> float:
@@ -185,10 +147,12 @@ class Flights:
         if self._depth is not None or len(self._gap) > self._held:
             self._follow()
 
-    def found(self) -> tuple[Flight, ...]:
-        """The longest ones, the longest first; one that is not over is taken to land at the last sample."""
+    def longest(self) -> Flight | None:
+        """The longest one, of equally long ones the first; one that is not over is taken to land at the last sample."""
         self._follow()
-        return longest(self._over if self._open is None else [*self._over, self._open])
+        if self._start is not None:
+            self._land(float(self._angle[-1]))
+        return self._longest
 
     def _follow(self) -> None:
         """Split into what is on the cam and what is off it."""
@@ -198,33 +162,21 @@ class Flights:
         if self._depth is None:
             self._depth = max(0.0, -float(gap[: self._held].min()))
             if gap[0] > self.threshold:
-                self._open = Flight(float(angle[0]), float(angle[0]), 0.0)
+                self._start = float(angle[0])
         off = gap > self.threshold
         borders = np.flatnonzero(off[1:] != off[:-1])
         before, after = gap[borders], gap[borders + 1]
         # The gap passes the threshold between the samples before and after.
         share = (self.threshold - before) / (after - before)
-        crossings = angle[borders] + share * (angle[borders + 1] - angle[borders])
-        begin = 0
-        for border, crossing in zip(borders.tolist(), crossings.tolist(), strict=True):
-            if self._open is None:
-                self._open = Flight(crossing, crossing, 0.0)
+        for crossing in (angle[borders] + share * (angle[borders + 1] - angle[borders])).tolist():
+            if self._start is None:
+                self._start = crossing
             else:
-                self._over.append(_on(self._open, crossing, gap[begin : border + 1]))
-                self._open = None
-            begin = border + 1
-        if self._open is not None:
-            self._open = _on(self._open, float(angle[-1]), gap[begin:])
-        if len(self._over) > 10 * KEPT:
-            self._over = list(longest(self._over))
+                self._land(crossing)
         self._angle, self._gap = angle[-1:], gap[-1:]
 
-
-def _on(flight: Flight, angle: float, gaps: Array) -> Flight:
-    """A flight up to an angle, with the gaps (T,) since."""
-    return Flight(flight.start, angle, max(flight.gap, float(gaps.max())))
-
-
-def longest(flights: Sequence[Flight]) -> tuple[Flight, ...]:
-    """The longest of flights, the longest first; of equally long ones those that came first."""
-    return tuple(sorted(flights, key=lambda flight: -abs(flight.landing - flight.start))[:KEPT])
+    def _land(self, angle: float) -> None:
+        assert self._start is not None
+        flight, self._start = Flight(self._start, angle), None
+        if self._longest is None or flight.length > self._longest.length:
+            self._longest = flight

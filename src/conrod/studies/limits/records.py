@@ -15,40 +15,20 @@ from conrod.studies.frame.measurement import Measurement
 
 
 @dataclass(frozen=True)
-class Mark:
-    """A long run at the end of one of its revolutions; errors are the largest since the mark before.
-
-    Attributes:
-        revolution: how many have passed.
-        position: largest position error, normalised.
-        closure: largest gap of a joint, normalised.
-        phase: crank angle by the engine's account minus speed x (steps x step length) [rad].
-        clock: speed x (the clock that sums its steps, minus the one that counts them) [rad].
-    """
-
-    revolution: int
-    position: float
-    closure: float
-    phase: float
-    clock: float
-
-
-@dataclass(frozen=True)
 class Flight:
     """A stretch in which a follower is off its cam.
 
     Attributes:
         start, landing: crank angles [rad].
-        gap: the largest [m].
     """
 
     start: float
     landing: float
-    gap: float
 
-
-# Crank angle [rad], gap there, least and largest gap around it [m].
-Gaps = tuple[tuple[float, float, float, float], ...]
+    @property
+    def length(self) -> float:
+        """Angle that the crank turns through [rad]."""
+        return abs(self.landing - self.start)
 
 
 @dataclass(frozen=True)
@@ -62,12 +42,9 @@ class Extremes:
         torque: largest error of the drive torque over its exact peak, from the second sample on: at the first one an
             iterative solver has nothing to start from; None where the engine does not report it.
         penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
-        flights: of a follower off its cam, the longest first.
-        history: marks of a long run, at 1, 2, 5, 10 .. revolutions.
+        flights: of each follower off its cam, the longest.
         fingerprint: of the same numbers, to the last bit.
         again: the same of further runs, see `conrod.studies.limits.determinism`.
-        gaps: crank angle [rad], gap of a follower there, least and largest one around it [m], see
-            `conrod.studies.limits.follower_float`.
     """
 
     samples: int
@@ -76,15 +53,13 @@ class Extremes:
     torque: float | None
     penetration: float | None
     flights: tuple[Flight, ...]
-    history: tuple[Mark, ...]
     fingerprint: str
     again: tuple[str, ...] = ()
-    gaps: Gaps = ()
 
     @classmethod
     def of(cls, measurement: Measurement) -> Extremes:
         """Return what was recorded of a measured run; no sample where it ended before anything could be."""
-        nothing = cls(0, True, {}, None, None, (), (), "")
+        nothing = cls(0, True, {}, None, None, (), "")
         return nothing if measurement.extremes is None else restore(cls, measurement.extremes)
 
 

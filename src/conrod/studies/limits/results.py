@@ -8,9 +8,9 @@ from itertools import groupby
 from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
-from conrod.studies.limits.float_results import FollowerFloat
+from conrod.studies.limits.follower_float import FollowerFloat
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.records import GOOD, Mark
+from conrod.studies.limits.records import GOOD
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,6 @@ class Probe:
         reason: details of an outcome other than completed.
         errors: largest of position, velocity and acceleration, normalised; None unless the run completed.
         torque: largest error of the drive torque over its exact peak; None where there is none.
-        key: of the run in the ledger.
     """
 
     value: float
@@ -34,7 +33,6 @@ class Probe:
     reason: str
     errors: Mapping[str, float] | None
     torque: float | None
-    key: str
 
     @property
     def good(self) -> bool:
@@ -105,20 +103,6 @@ def stretches(walk: Walk) -> list[tuple[Probe, ...]]:
 
 
 @dataclass(frozen=True)
-class LongRun:
-    """One run over many revolutions, with marks on the way."""
-
-    scene: str
-    engine: str
-    preset: str
-    steps_per_revolution: int
-    revolutions: float
-    outcome: str
-    reason: str
-    marks: tuple[Mark, ...]
-
-
-@dataclass(frozen=True)
 class LimitStudy:
     """All that `conrod limits` finds on one scene; parts that were not asked for are empty.
 
@@ -135,7 +119,6 @@ class LimitStudy:
     parameters: Mapping[str, float]
     engines: Mapping[str, str]
     walks: tuple[Walk, ...]
-    long_runs: tuple[LongRun, ...]
     maps: tuple[LimitMap, ...]
     determinism: tuple[Determinism, ...]
     floats: tuple[FollowerFloat, ...]
@@ -145,7 +128,6 @@ class LimitStudy:
 # Of a study, and what each is made of.
 PARTS: dict[str, type[Any]] = {
     "walks": Walk,
-    "long_runs": LongRun,
     "maps": LimitMap,
     "determinism": Determinism,
     "floats": FollowerFloat,

@@ -23,8 +23,6 @@ from conrod.studies.limits.recorders import (
     ExactTorque,
     Fingerprint,
     Flights,
-    History,
-    longest,
     recorded,
 )
 from conrod.studies.limits.records import Extremes
@@ -90,10 +88,10 @@ class RunStatistics:
         machine, settings, given = case.machine, case.settings, case.settings.as_dict()
         kinematics, steps = machine.kinematics, settings.steps_per_revolution
         contacts = kinematics.mechanism.cam_contacts
-        self._machine, self._timestep = machine, settings.timestep
-        self._samples, self._finite, self._start_of_clock = 0, True, 0.0
+        self._machine = machine
+        self._samples, self._finite = 0, True
         self._warnings: dict[str, int] = {}
-        self._fingerprint, self._history = Fingerprint(), History(case.revolutions, steps)
+        self._fingerprint = Fingerprint()
         self._errors, self._steps = RunErrors(), round(steps * case.revolutions)
         self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
         # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
@@ -107,8 +105,6 @@ class RunStatistics:
         """Record a piece, whatever became of it."""
         bodies = piece.trajectory.bodies
         assert bodies is not None
-        if piece.first_step == 0:
-            self._start_of_clock = float(piece.clock[0])
         self._samples += len(bodies.position.poses)
         self._warnings = dict(piece.warnings)
         self._finite = self._finite and all(bool(np.all(np.isfinite(v))) for _, v in recorded(piece.trajectory))
@@ -131,12 +127,6 @@ class RunStatistics:
         left = self._steps + 1 - piece.first_step - len(piece.clock)
         run = Stretch(piece.trajectory, self._machine, left)
         self._errors.add(run)
-        at, speed, first = run.bodies.position.instants, self._machine.speed, piece.first_step
-        counted = self._timestep * np.arange(first, first + len(at.times))
-        # How far the crank, and a clock that sums its steps, are ahead of counted steps [rad].
-        phase, clock = at.angle - speed * at.times, speed * (piece.clock - self._start_of_clock - counted)
-        position = np.max([errors.position.error for errors in run.points.values()], axis=0)
-        self._history.add(first, position, run.closure["position"], phase, clock)
         if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
             # At the very first sample an iterative solver has nothing to start from.
             rows = slice(int(piece.first_step == 0), None)
@@ -159,7 +149,6 @@ class RunStatistics:
             warnings=self._warnings,
             torque=self._torque,
             penetration=max((flights.penetration for flights in self._flights.values()), default=None),
-            flights=longest([flight for flights in self._flights.values() for flight in flights.found()]),
-            history=tuple(self._history.marks),
+            flights=tuple(flight for one in self._flights.values() if (flight := one.longest()) is not None),
             fingerprint=self._fingerprint.text(),
         )

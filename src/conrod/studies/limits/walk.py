@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.limits.axis import Axis
-from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.records import LEVELS, Extremes, Level, Mark, is_undetected, level_of
-from conrod.studies.limits.results import Boundary, LongRun, Probe, Walk
+from conrod.studies.limits.case import Setup
+from conrod.studies.limits.records import LEVELS, Extremes, Level, is_undetected, level_of
+from conrod.studies.limits.results import Boundary, Probe, Walk
 from conrod.studies.limits.scale import between, spaced
 
 # Three runs in each of four decades: what fails and holds again between two of them is missed.
@@ -31,7 +30,7 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
     while asked:
         cases = {value: axis.case(setup, value) for value in asked}
         results = yield tuple(cases.values())
-        probes |= {value: probe_of(axis, setup, value, case, results[case.key]) for value, case in cases.items()}
+        probes |= {value: probe_of(axis, setup, value, results[case.key]) for value, case in cases.items()}
         if axis.listed:
             break
         probes = {value: probes[value] for value in sorted(probes, reverse=last < first)}
@@ -54,7 +53,7 @@ def _middle(axis: Axis, good: float, bad: float) -> float | None:
     return None if nearest in (good, bad) else nearest
 
 
-def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measurement: Measurement) -> Probe:
+def probe_of(axis: Axis, setup: Setup, value: float, measurement: Measurement) -> Probe:
     """Return what a run on an axis showed."""
     errors = {q: measurement.largest(q) for q in QUANTITIES}
     return Probe(
@@ -66,7 +65,6 @@ def probe_of(axis: Axis, setup: Setup, value: float, case: LimitCase, measuremen
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
         torque=Extremes.of(measurement).torque,
-        key=case.key,
     )
 
 
@@ -79,35 +77,3 @@ def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
     again = tuple(probe.value for probe, good in zip(probes[k:], held[k:], strict=True) if good)
     last_good, bad = probes[k - 1].value if k else None, probes[k]
     return Boundary(criterion.slug, last_good, bad.value, bad.outcome, bad.undetected, again)
-
-
-# -- long runs -------------------------------------------------------------------------------------------------------
-
-
-def length_search(axis: Axis, setup: Setup, revolutions: float) -> Study[tuple[Walk, LongRun]]:
-    """Make the longest run: its marks show all shorter ones. Where something changes on the way, shorter runs find it.
-
-    Raises:
-        InvalidInput: the number of revolutions is out of range.
-    """
-    case = axis.case(setup, revolutions)
-    measurement = (yield (case,))[case.key]
-    recorded = Extremes.of(measurement)
-    probes = [_marked(axis, setup, mark, case.key) for mark in recorded.history]
-    reached = min(case.revolutions, (recorded.samples or math.inf) / case.settings.steps_per_revolution)
-    if not probes or probes[-1].value < reached:
-        probes.append(probe_of(axis, setup, reached, case, measurement))
-    of = setup.name, setup.engine, setup.preset
-    if len({probe.level for probe in probes}) == 1 and measurement.errors is not None:
-        boundaries = tuple(boundary_of(probes, level) for level in CRITERIA)
-        walk = Walk(axis.name, *of, "", tuple(probes), boundaries)
-    else:
-        walk = yield from walk_search(axis, setup, axis.safe_end, revolutions)
-    ended = measurement.outcome, measurement.reason
-    return walk, LongRun(*of, case.settings.steps_per_revolution, case.revolutions, *ended, recorded.history)
-
-
-def _marked(axis: Axis, setup: Setup, mark: Mark, key: str) -> Probe:
-    level, value = Level.of_error(mark.position), float(mark.revolution)
-    text, undetected, errors = axis.readable(setup, value), level is Level.WRONG, {"position": mark.position}
-    return Probe(value, text, level.slug, "completed", undetected, "", errors, None, key)
