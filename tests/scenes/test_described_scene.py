@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 import pickle
 import re
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
-from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
-from jsonschema import Draft202012Validator
+from described import FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
 
 import conrod
 from conrod import MuJoCoSettings
@@ -22,8 +19,6 @@ from conrod.scenes import SCENES
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
 from conrod.studies.frame.run import RunCase
 
-SCHEMA = json.loads((Path(conrod.__file__).parent / "mechanism" / "files" / "schema.json").read_text(encoding="utf-8"))
-VALIDATOR = Draft202012Validator(SCHEMA)
 DOCUMENT = Path(conrod.__file__).parents[2] / "docs" / "mechanism-files.md"
 
 
@@ -42,52 +37,6 @@ def test_the_documented_example_is_a_mechanism() -> None:
     assert scene.speed == pytest.approx(4.0 * math.pi)
     assert scene.mechanism().body("rocker").inertia == pytest.approx(0.9 * 0.2**2 / 12.0)
     assert scene.kinematics.turns_fully
-
-
-@pytest.mark.parametrize("whole", [example(), *map(tables, SHIPPED)], ids=["documented", *(p.stem for p in SHIPPED)])
-def test_files_fit_the_schema(whole: Mapping[str, Any]) -> None:
-    Draft202012Validator.check_schema(SCHEMA)
-    VALIDATOR.validate(whole)
-
-
-@pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        ("bodies.rod.mas", 1),
-        ("bodies.rod.mass", True),
-        ("bodies.rod.inertia", 1),
-        ("bodies.rod.uniform", "cube"),
-        ("bodies.rod.points.B", [0, 0, 0]),
-        ("bodies.rod.points.turn", [0, 0]),
-        ("bodies.rod.points.origin", [0, 0]),
-        ("bodies.rod.mass", "<heavy>"),
-        ("bodies.world", {"mass": 1, "inertia": 1}),
-        ("joints.slide.offset", 0.1),
-        ("joints.shaft.offset", "1 mm"),
-        ("joints.slide.direction", None),
-        ("joints.slide.kind", "revolute"),
-        ("joints.shaft.kind", "spherical"),
-        ("driver.speed", None),
-        ("driver.from", 0),
-        ("driver.sense", "left"),
-        ("observed", {}),
-        ("name", "../saw"),
-        ("profile", "cam.csv"),
-    ],
-)
-def test_what_the_schema_refuses_the_reader_refuses(place: str, value: Any) -> None:
-    whole = changed(SLIDER_CRANK, place, value)
-    assert not VALIDATOR.is_valid(whole)
-    with pytest.raises(InvalidInput):
-        scene_of(whole)
-
-
-def test_every_field_of_the_schema_is_documented() -> None:
-    text = DOCUMENT.read_text(encoding="utf-8")
-    names = {*SCHEMA["properties"], *SCHEMA["properties"]["driver"]["properties"]}
-    names |= {name for kind in SCHEMA["$defs"]["joint"]["oneOf"] for name in kind["properties"]}
-    names |= {name for kind in SCHEMA["$defs"]["body"]["oneOf"] for name in kind["properties"]}
-    assert {name for name in names if not re.search(rf"[`\[ ]{name}[`.\] ]", text)} == set()
 
 
 # -- scene -----------------------------------------------------------------------------------------------------------

@@ -194,8 +194,6 @@ def _observed(fields: Fields, places: Places) -> tuple[ObservedPoint, ...]:
     table = fields.table("observed")
     found = []
     for name in table.names():
-        if name == "output" and name not in fields and table.raw(name) in table.names():
-            raise InvalidInput(f"{table.at(name)}: as a field of the file it stands before the first [table]")
         place = places.field(table, name)
         if place.body == GROUND:
             raise InvalidInput(f"{table.at(name)}: a point of the ground does not move")

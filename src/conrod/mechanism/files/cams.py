@@ -1,20 +1,17 @@
-"""Cam profiles of a file: one of a named shape, arc by arc, or from a motion law."""
+"""Cam profiles of a file: a symmetric one of arcs, or one from a motion law."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.cam import DWELL, LAWS, Arc, CamProfile, Segment, symmetric_cam
+from conrod.mechanism.cam import DWELL, LAWS, CamProfile, Segment, symmetric_cam
 from conrod.mechanism.cam_law import TURN, LawProfile, Profile, check_cut
 from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, Fields
 from conrod.mechanism.units import Parameter
 
-MOST_ARCS, MOST_SEGMENTS = 2000, 100
-# Of the largest radius: what written digits may leave between the end of an arc and the start of the next.
-JOINED = 1e-6
-# What they may leave of a turn, and of the largest lift.
+MOST_SEGMENTS = 100
+# What written digits may leave of a turn, and of the largest lift.
 CLOSED = 1e-6
 # A motion is sampled every half degree where its joints are looked for.
 SHORTEST = math.radians(1.0)
@@ -28,13 +25,10 @@ def read_profile(fields: Fields, roller_radius: float) -> Profile:
         InvalidInput: it is not closed, not convex, the roller would cut into it, or something cannot be used.
     """
     profile: Profile
-    match fields.choice("kind", ("symmetric", "arcs", "law")):
-        case "symmetric":
-            profile = _symmetric(fields)
-        case "arcs":
-            profile = _arcs(fields)
-        case _:
-            profile = _law(fields, roller_radius)
+    if fields.choice("kind", ("symmetric", "law")) == "symmetric":
+        profile = _symmetric(fields)
+    else:
+        profile = _law(fields, roller_radius)
     fields.end()
     return profile
 
@@ -56,40 +50,6 @@ def _symmetric(fields: Fields) -> CamProfile:
             f"centre_distance) / 2 = {least:g} m"
         )
     return symmetric_cam(base, flank, nose, distance)
-
-
-def _arcs(fields: Fields) -> CamProfile:
-    place = fields.at("arcs")
-    arcs = tuple(_arc(some) for some in fields.tables("arcs", "arcs", MOST_ARCS))
-    turn = arcs[-1].stop - arcs[0].start
-    if not math.isclose(turn, TURN, abs_tol=JOINED):
-        raise InvalidInput(
-            f"{place}: their normals turn by {math.degrees(turn):.9g} deg from the first start to the last stop; a "
-            "closed profile has 360 deg"
-        )
-    largest = max(arc.radius for arc in arcs)
-    for k, (arc, following) in enumerate(pairwise([*arcs, arcs[0]])):
-        after = following.start if k + 1 < len(arcs) else following.start + TURN
-        gap = math.dist(arc.point(arc.stop), following.point(following.start))
-        if abs(after - arc.stop) > JOINED or gap > JOINED * largest:
-            raise InvalidInput(
-                f"{place}[{k}]: it is not tangent to the next one: a gap of {gap:.3g} m and "
-                f"{math.degrees(after - arc.stop):.3g} deg between them"
-            )
-    return CamProfile(arcs)
-
-
-def _arc(fields: Fields) -> Arc:
-    arc = Arc(
-        fields.pair("centre", COORDINATE, "centre of an arc of the cam"),
-        fields.number("radius", LENGTH, "radius of an arc of the cam"),
-        fields.number("start", ANGLE, "direction of the normal where an arc of the cam begins"),
-        fields.number("stop", ANGLE, "direction of the normal where an arc of the cam ends"),
-    )
-    fields.end()
-    if not 0.0 < arc.extent <= TURN + JOINED:
-        raise InvalidInput(f"{fields.place}: stop must be after start, by 360 deg at most: arcs go counter-clockwise")
-    return arc
 
 
 def _law(fields: Fields, roller_radius: float) -> LawProfile:

@@ -12,15 +12,6 @@ from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHO
 from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Rack, Revolute, Rolling
 
 MOST_JOINTS = 200
-# What others call the kinds, and what is none.
-SYNONYMS = {
-    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "revolve", "turning"), "revolute"),
-    **dict.fromkeys(("slide", "slider", "sliding", "translational", "linear"), "prismatic"),
-    **dict.fromkeys(("gears", "mesh"), "gear"),
-    "rack-and-pinion": "rack",
-}
-RIGID = {"fixed", "rigid", "weld", "welded"}
-SPATIAL = {"spherical", "ball", "cylindrical", "universal", "helical", "screw", "planar"}
 
 
 def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], frozenset[str]]:
@@ -34,26 +25,10 @@ def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], froz
         raise InvalidInput(f"there are {len(tables)} joints: at most {MOST_JOINTS} are read")
     joints = []
     for name, table in tables.items():
-        if (kind := table.text("kind")) not in _READERS:
-            raise _unknown_kind(table.at("kind"), kind)
-        joints.append(_READERS[kind](table, name, places))
+        joints.append(_READERS[table.choice("kind", _READERS)](table, name, places))
         table.end()
     rolling = {joint.name for joint in joints if isinstance(joint, Rolling | Rack)}
     return tuple(joints), frozenset(name for name in rolling if "offset" not in tables[name])
-
-
-def _unknown_kind(place: str, kind: str) -> InvalidInput:
-    known, plain = ", ".join(sorted(_READERS)), kind.lower()
-    if plain in RIGID:
-        return InvalidInput(f"unknown {place} {kind!r}: bodies that do not move against each other are one body")
-    if plain in SPATIAL:
-        return InvalidInput(
-            f"{place} = {kind!r}: a joint of space; those of the plane are {known}. A machine in space is judged as a "
-            "MuJoCo model: conrod validate MODEL.xml --drive JOINT=LAW"
-        )
-    if plain in SYNONYMS:
-        return InvalidInput(f"unknown {place} {kind!r}: choose from {known}; did you mean {SYNONYMS[plain]!r}?")
-    return unknown_choice(place, kind[:SHOWN], _READERS)
 
 
 def _revolute(fields: Fields, name: str, places: Places) -> Revolute:

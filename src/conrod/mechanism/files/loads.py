@@ -30,7 +30,6 @@ CREEP = Parameter("m/s", 1e-9, 1e6), Parameter("rad/s", 1e-9, 1e6)
 RESTING = Parameter("m", 0.0, 1e6)
 TIME = Parameter("s", 0.0, 1e6)
 AGAINST = {"forward": 1, "backward": -1}
-MOST_LOADS = 100
 LAWS = {
     "force": ("constant", "stroke-pulse", "time-pulse", "friction"),
     "torque": ("constant", "speed-line", "time-pulse", "friction"),
@@ -53,10 +52,6 @@ def read_loads(
             loads.append(_force(table, name, places))
     for name, table in fields.named("torques").items():
         loads.append(_made(table, _turn(table, places), _law(table, "torque", name)))
-    if len(loads) > MOST_LOADS:
-        raise InvalidInput(
-            f"there are {len(loads)} springs, dampers, forces and torques: at most {MOST_LOADS} are read"
-        )
     return tuple(constant), tuple(loads)
 
 
