@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import pyarrow
 import pytest
-from command_line import conrod, kept_workers
+from command_line import conrod, kept_worker
 from described import FOUR_BAR
 from table_files import csv_text, exact_table
 
@@ -79,7 +79,7 @@ def test_a_frame_of_any_library_is_a_table() -> None:
 def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conrod.studies.execution.local.WorkerProcesses", kept_workers)
+    monkeypatch.setattr("conrod.studies.execution.local.WorkerProcess", kept_worker)
     file, asked = tmp_path / "saw.json", {"engine": "mujoco", "preset": "hardened", "steps_per_rev": 50}
     typed = ("validate", "saw-500rpm", *(f"--{n.replace('_', '-')}={v}" for n, v in asked.items()))
     done = conrod(*typed, "--baseline", str(file))

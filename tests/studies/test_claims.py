@@ -12,14 +12,10 @@ from contextlib import ExitStack, contextmanager
 from itertools import islice
 from pathlib import Path
 
-import cell_tasks as tasks
 import pytest
-from cell_tasks import Here
 from command_line import conrod_process
 
 from conrod.studies.execution import dispatch
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.ledger_file import Claims
 
 COUNT, CLAIMED = 24, 4  # of them, by a process of one job whose runs take long
@@ -138,16 +134,6 @@ def test_where_no_claim_can_be_made_all_are_granted(tmp_path: Path) -> None:
     assert claims.take("one")
     claims.give_back("one")
     claims.close()
-
-
-def test_a_process_that_finishes_nothing_for_long_is_waited_for_no_more(
-    ledger: Ledger, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    cells, here = tasks.assigned(tasks.cells(3), tasks.echo), Here()
-    monkeypatch.setattr(dispatch, "STALE", 0.0)
-    with held(path, cells[1].key):
-        assert len(run_cases(cells, ledger, here)) == 3
-    assert sorted(here.ran) == [0, 1, 2]
 
 
 @pytest.mark.slow

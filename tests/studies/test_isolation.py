@@ -63,8 +63,8 @@ def test_an_isolated_run_is_the_run_itself() -> None:
         ((os._exit, 3), {}, Outcome.CRASHED, "ended with status 3"),
         ((leave_as_python_does,), {}, Outcome.CRASHED, "ended with status 3"),
         ((time.sleep, 1000.0), {"timeout": 1.0}, Outcome.TIMED_OUT, "no result after 1 s"),
-        ((planted.hoard,), {"headroom": MEMORY}, Outcome.OUT_OF_MEMORY, BEYOND.format(MEMORY)),
-        ((take, 200_000_000), {"headroom": 100_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(100_000_000)),
+        ((planted.hoard,), {"memory": MEMORY}, Outcome.OUT_OF_MEMORY, BEYOND.format(MEMORY)),
+        ((take, 200_000_000), {"memory": 100_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(100_000_000)),
     ],
 )
 def test_a_fault_ends_as_its_outcome(
@@ -74,7 +74,7 @@ def test_a_fault_ends_as_its_outcome(
 
 
 def test_what_fits_into_the_memory_that_is_allowed_is_no_fault() -> None:
-    assert isolated(take, 10_000_000, headroom=100_000_000) == 10_000_000
+    assert isolated(take, 10_000_000, memory=100_000_000) == 10_000_000
 
 
 class Unportable(Exception):

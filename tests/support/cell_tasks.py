@@ -88,9 +88,9 @@ class Here(RepeatingExecutor):
             future.set_exception(error)
         return future
 
-    def _call(self, alone: bool, function, *arguments, **named): ...  # type: ignore[no-untyped-def]
+    def call(self, function, *arguments, **named): ...  # type: ignore[no-untyped-def]
 
-    def _stop(self) -> None: ...
+    def stop(self) -> None: ...
 
 
 def echo(cell: RunCase) -> Measurement:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import atexit
 import io
+import itertools
 import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Hashable
+from collections import defaultdict
 from contextlib import redirect_stderr, redirect_stdout
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from conrod.cli import main
-from conrod.studies.execution.worker_process import Limits, WorkerProcesses
+from conrod.studies.execution.worker_process import Limits, WorkerProcess
 from conrod.working_folder import SAFE_PATH
 
 # What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
@@ -25,26 +25,38 @@ _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
 os.environ.setdefault("CONROD_LEDGER", str(Path(_FOLDER.name) / "ledger.sqlite"))
 
 
-class Kept(WorkerProcesses):
-    """Workers that serve one command after another: to start them takes longer than most commands."""
+class Kept(WorkerProcess):
+    """A worker that serves one command after another: to start one takes longer than most commands."""
 
-    def stop(self) -> None:
-        """Kill those that are busy, as after an interrupt."""
-        with self._lock:
-            for worker in self._all.difference(self._idle):
-                worker.kill()
+    def kill(self) -> None:
+        if not self.ready:
+            super().kill()
 
-
-@lru_cache
-def _kept(limits: Limits, _: Hashable) -> Kept:
-    workers = Kept(limits)
-    atexit.register(WorkerProcesses.stop, workers)
-    return workers
+    def end(self) -> None:
+        if self.ready:
+            _idle[self._limits, tuple(sys.path)].append(self)
+        else:
+            super().end()
 
 
-def kept_workers(limits: Limits, interpreter: str | None = None) -> WorkerProcesses:
-    """Workers of these limits that import from where this process does now; new ones of another interpreter."""
-    return _kept(limits, tuple(sys.path)) if interpreter is None else WorkerProcesses(limits, interpreter)
+_idle: defaultdict[tuple[Limits, tuple[str, ...]], list[Kept]] = defaultdict(list)
+
+
+@atexit.register
+def _end_all() -> None:
+    for worker in itertools.chain.from_iterable(_idle.values()):
+        WorkerProcess.kill(worker)
+
+
+def kept_worker(limits: Limits, interpreter: str | None = None) -> WorkerProcess:
+    """A worker of these limits that imports from where this process does now; a new one of another interpreter."""
+    if interpreter is not None:
+        return WorkerProcess(limits, interpreter)
+    idle = _idle[limits, tuple(sys.path)]
+    while idle:
+        if (worker := idle.pop()).ready:
+            return worker
+    return Kept(limits)
 
 
 def conrod(
@@ -64,7 +76,7 @@ def conrod(
             patch.setenv(name, value)  # as the command does, and it is taken back
         patch.setattr("conrod.cli.say.SAID_AFTER", 1e6)  # however slow the machine is
         if not own_workers:
-            patch.setattr("conrod.studies.execution.local.WorkerProcesses", kept_workers)
+            patch.setattr("conrod.studies.execution.local.WorkerProcess", kept_worker)
         if cwd is not None:
             patch.chdir(cwd)
         if ledger is not None:

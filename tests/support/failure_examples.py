@@ -15,7 +15,7 @@ from conrod.engines import engine_named
 from conrod.engines.running import run
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
-from conrod.studies.execution.isolation import Ended, isolated_once
+from conrod.studies.execution.isolation import Ended, isolated
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
@@ -41,7 +41,7 @@ class BoundedCase(LimitCase):
         return super()._identity(parameters) | {"bounds": bounds}
 
     def perform(self) -> Measurement:
-        answer = isolated_once(_run, self, timeout=self.timeout, headroom=self.headroom)
+        answer = isolated(_run, self, timeout=self.timeout, memory=self.headroom)
         return Measurement(answer.outcome.slug, answer.reason) if isinstance(answer, Ended) else answer
 
 

@@ -87,7 +87,7 @@ ENDS = {
     ABORT: ("crashed", "ended by signal SIGABRT"),
     "segfault": ("crashed", "ended by signal SIGSEGV"),
     "hang": ("timed-out", "no result after 10 s"),
-    "hoard": ("out-of-memory", "the limit was 3000000000 bytes"),
+    "hoard": ("out-of-memory", "the limit was 3000000000 bytes more than it began with"),
 }
 
 

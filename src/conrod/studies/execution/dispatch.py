@@ -11,7 +11,7 @@ from typing import Protocol, TypeVar
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.studies.execution.isolation import outcome_of
+from conrod.studies.execution.isolation import Ended
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker import on_known_scene, perform
 from conrod.studies.execution.worker_process import Limits, WorkerDied
@@ -48,7 +48,6 @@ def run_cases(
     *,
     fresh: bool = False,
     watcher: Watcher | None = None,
-    again: bool = False,
 ) -> dict[str, Measurement]:
     """Run those cases that the ledger does not have, and give the results of all.
 
@@ -59,7 +58,6 @@ def run_cases(
 
     Args:
         fresh: run them all.
-        again: whether these are the ones that could not be read.
 
     Raises:
         InvalidInput: as `Case.perform`, `Ledger.keep` and the executor.
@@ -72,24 +70,37 @@ def run_cases(
     waiting = by_key if fresh else _unfinished(by_key, ledger, executor.limits)
     if watcher is not None:
         watcher.started(len(by_key), len(by_key) - len(waiting))
+    _run(waiting, ledger, executor, fresh, watcher)
+    found = ledger.measurements(by_key)
+    lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
+    if lost:
+        if watcher is not None:
+            watcher.unreadable(len(lost))
+            watcher.started(len(lost), 0)
+        ledger.forget(list(lost))
+        _run(lost, ledger, executor, False, watcher)
+        found |= ledger.measurements(lost)
+    if by_key.keys() - found:
+        raise InvalidInput(f"the ledger {ledger.path} is damaged: what it keeps cannot be read; name another")
+    return {key: found[key] for key in by_key}
+
+
+def _run(
+    waiting: Mapping[str, Case], ledger: Ledger, executor: RepeatingExecutor, fresh: bool, watcher: Watcher | None
+) -> None:
+    """Run cases, those that take long first, and keep what comes of each; all but those that others run meanwhile."""
 
     def left(case: Case) -> bool:
         return fresh or bool(_unfinished({case.key: case}, ledger, executor.limits))
 
-    # Long ones first; else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
+    # Else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
     ordered = sorted(waiting.values(), key=lambda case: (-case.effort, case.key))
-    stale = STALE + (executor.limits.timeout or STALE)
+    claimed = _claimed(ordered, ledger, lambda case: case.key, left, watcher)
     try:
-        claimed = _claimed(ordered, ledger, lambda case: case.key, left, watcher, stale)
-        _run(claimed, executor, partial(_keep, ledger, executor.limits, fresh, watcher))
+        _fly(claimed, executor, partial(_keep, ledger, executor.limits, fresh, watcher))
     except BaseException:  # Ctrl-C, too: nobody is to wait for what is claimed here
         ledger.claims.close()
         raise
-    found = ledger.measurements(by_key)
-    lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
-    if lost:
-        found |= _made_again(lost, ledger, executor, watcher, again)
-    return {key: found[key] for key in by_key}
 
 
 def _keep(
@@ -103,18 +114,6 @@ def _keep(
         watcher.advanced(case, measurement.outcome)
 
 
-def _made_again(
-    lost: Mapping[str, Case], ledger: Ledger, executor: RepeatingExecutor, watcher: Watcher | None, again: bool
-) -> dict[str, Measurement]:
-    """Results of cases whose rows cannot be read, which are dropped and run once more."""
-    if again:
-        raise InvalidInput(f"the ledger {ledger.path} is damaged: what it keeps cannot be read; name another")
-    if watcher is not None:
-        watcher.unreadable(len(lost))
-    ledger.forget(list(lost))
-    return run_cases(list(lost.values()), ledger, executor, watcher=watcher, again=True)
-
-
 def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
     finished = ledger.finished(by_key)
     again = {key for key, stop in ledger.stopped(by_key).items() if limits.allow_more(*stop)}
@@ -122,8 +121,6 @@ def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> d
 
 
 POLL = 0.1  # [s] between two looks at what other processes have claimed
-# [s] beyond the limit of a run, or without one, in which others finish nothing: they are suspended, and not waited for.
-STALE = 600.0
 
 
 def _claimed(
@@ -132,20 +129,17 @@ def _claimed(
     name: Callable[[AnyCase], str],
     left: Callable[[AnyCase], bool],
     watcher: Watcher | None,
-    stale: float = STALE,
 ) -> Iterator[AnyCase | None]:
     """Yield those that this process has claimed and that are left to do, and None where others have all the rest.
 
     Args:
         name: by which a case is claimed.
-        stale: time [s] in which others finish nothing before their claims count no more.
     """
-    held, since = list(cases), time.monotonic()
+    held = list(cases)
     while held:
-        before, expired = len(held), time.monotonic() - since > stale
         waiting, held = held, []
         for case in waiting:
-            if not (ledger.claims.take(name(case)) or expired):
+            if not ledger.claims.take(name(case)):
                 held.append(case)
             elif left(case):
                 yield case
@@ -153,13 +147,11 @@ def _claimed(
                 ledger.claims.give_back(name(case))
                 if watcher is not None:
                     watcher.advanced(case, "by another process")
-        if len(held) < before:
-            since = time.monotonic()
         if held:
             yield None
 
 
-def _run(
+def _fly(
     cases: Iterator[Case | None], executor: RepeatingExecutor, keep: Callable[[Case, Future[Measurement]], None]
 ) -> None:
     """Run all of them, a bounded number at a time, and keep each as it finishes."""
@@ -197,7 +189,8 @@ def _outcome(future: Future[Measurement]) -> Measurement:
     try:
         return future.result()
     except (WorkerDied, TimeoutError, MemoryError) as error:
-        return Measurement(outcome_of(error).slug, str(error) or "there was no more")
+        ended = Ended.of(error)
+        return Measurement(ended.outcome.slug, ended.reason)
 
 
 # -- costs ------------------------------------------------------------------------------------------------------------

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.worker_process import KilledFromOutside, Limits, WorkerDied, WorkerProcess
+from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.worker_process import WorkerDied
 
 Result = TypeVar("Result")
 
 # What work on a file of a user's may take.
 FILE_TIMEOUT = 600.0  # [s]
-FILE_HEADROOM = 4 << 30  # [bytes]
+FILE_MEMORY = 4 << 30  # [bytes]
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,15 @@ class Ended:
     outcome: Outcome
     reason: str
 
+    @classmethod
+    def of(cls, error: TimeoutError | MemoryError | WorkerDied) -> Ended:
+        """The end that an error of an executor tells."""
+        outcomes = {TimeoutError: Outcome.TIMED_OUT, MemoryError: Outcome.OUT_OF_MEMORY}
+        return cls(outcomes.get(type(error), Outcome.CRASHED), str(error) or "there was no more")
+
 
 def isolated(
-    task: Callable[..., Result], *arguments: Any, timeout: float | None = None, headroom: int | None = None
+    task: Callable[..., Result], *arguments: Any, timeout: float | None = None, memory: int | None = None
 ) -> Result | Ended:
     """Call a function in a fresh process; return its result, or how that process ended.
 
@@ -38,43 +44,17 @@ def isolated(
     Args:
         task: what to do there; a function that can be pickled, as its arguments.
         timeout: longest time that the call may take there [s]; None for no limit.
-        headroom: address space that the process may take beyond what it has when the call begins [bytes], None for no
+        memory: address space that the process may take beyond what it has when the call begins [bytes], None for no
             limit.
 
     Raises:
         Exception: what the task raised there, other than MemoryError.
     """
-    with suppress(KilledFromOutside):
-        return isolated_once(task, *arguments, timeout=timeout, headroom=headroom)
-    try:
-        return isolated_once(task, *arguments, timeout=timeout, headroom=headroom)
-    except KilledFromOutside as error:
-        return Ended(Outcome.CRASHED, f"{error.how}, and again when it was repeated")
-
-
-def isolated_once(
-    task: Callable[..., Result], *arguments: Any, timeout: float | None = None, headroom: int | None = None
-) -> Result | Ended:
-    """As `isolated`, for a part of a case, which its executor repeats as a whole and with nothing beside it.
-
-    Raises:
-        KilledFromOutside: the process was killed, and not by conrod.
-    """
-    worker = WorkerProcess(Limits(timeout, headroom=headroom))
-    try:
-        return worker.call(task, *arguments)
-    except (TimeoutError, MemoryError, WorkerDied) as error:
-        return Ended(outcome_of(error), str(error))
-    finally:
-        # Also where the wait was interrupted.
-        worker.end()
-
-
-def outcome_of(error: TimeoutError | MemoryError | WorkerDied) -> Outcome:
-    """The outcome of a run that ended without a result."""
-    if isinstance(error, TimeoutError):
-        return Outcome.TIMED_OUT
-    return Outcome.OUT_OF_MEMORY if isinstance(error, MemoryError) else Outcome.CRASHED
+    with LocalProcesses(1, cell_timeout=timeout, cell_memory=memory) as process:
+        try:
+            return process.submit(task, *arguments).result()
+        except (TimeoutError, MemoryError, WorkerDied) as error:
+            return Ended.of(error)
 
 
 def confined(task: Callable[..., Result], path: Path, *arguments: Any, timeout: float = FILE_TIMEOUT) -> Result:
@@ -87,7 +67,7 @@ def confined(task: Callable[..., Result], path: Path, *arguments: Any, timeout: 
     Raises:
         InvalidInput: what the task raised, or that it crashed, took too long or too much memory.
     """
-    answer = isolated(task, path, *arguments, timeout=timeout, headroom=FILE_HEADROOM)
+    answer = isolated(task, path, *arguments, timeout=timeout, memory=FILE_MEMORY)
     if isinstance(answer, Ended):
         raise InvalidInput(f"{path}: it cannot be used: {answer.outcome.meaning} ({answer.reason})")
     return answer

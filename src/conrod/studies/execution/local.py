@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from conrod.errors import InvalidInput
-from conrod.studies.execution.worker_process import KilledFromOutside, Limits, WorkerProcesses
+from conrod.studies.execution.worker_process import KilledFromOutside, Limits, WorkerDied, WorkerProcess, cannot_start
 
 MOST_JOBS = 1024
 Arguments = ParamSpec("Arguments")
@@ -33,15 +33,12 @@ class RepeatingExecutor(Executor):
         self.limits, self.in_flight = limits, in_flight
         # A thread does nothing but wait for its call's answer.
         self._threads = ThreadPoolExecutor(threads, thread_name_prefix="conrod-call")
-        # Each call passes the turnstile; one that must be alone stays in it, until the others have ended and it has.
-        self._turnstile, self._under_way, self._ended = threading.Lock(), 0, threading.Condition()
+        # Each call takes a place; one that must be alone takes all of them.
+        self._count, self._places, self._lone = threads, threading.Semaphore(threads), threading.Lock()
 
     @abstractmethod
-    def _call(self, alone: bool, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        """The result of a call.
-
-        Args:
-            alone: whether nothing is to be beside it.
+    def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
+        """The result of a call, made once.
 
         Raises:
             WorkerDied, TimeoutError, MemoryError: what the call did to its process.
@@ -49,58 +46,57 @@ class RepeatingExecutor(Executor):
         """
 
     @abstractmethod
-    def _stop(self) -> None:
+    def stop(self) -> None:
         """End all calls, and let none begin."""
 
     def submit(
         self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Future[Result]:
-        """The future of a call; see `_call` for what it may raise."""
+        """The future of a call; see `call` for what it may raise."""
         return self._threads.submit(self._called, fn, args, kwargs)
 
     def _called(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
         try:
-            with self._beside_others():
-                return self._call(False, function, *arguments, **named)
+            with self._places:
+                return self.call(function, *arguments, **named)
         except KilledFromOutside:
             pass
-        with self._turnstile:
-            with self._ended:
-                self._ended.wait_for(lambda: self._under_way == 0)
+        with self._alone():
             try:
-                return self._call(True, function, *arguments, **named)
+                return self.call(function, *arguments, **named)
             except KilledFromOutside as error:
-                raise error.again from None
+                how, begun = error.args
+                again = WorkerDied(f"{how}, and again with nothing beside it")
+                raise again if begun else InvalidInput(cannot_start(how)) from None
 
     @contextmanager
-    def _beside_others(self) -> Iterator[None]:
-        with self._turnstile, self._ended:
-            self._under_way += 1
+    def _alone(self) -> Iterator[None]:
+        with self._lone:
+            for _ in range(self._count):
+                self._places.acquire()
         try:
             yield
         finally:
-            with self._ended:
-                self._under_way -= 1
-                self._ended.notify_all()
+            self._places.release(self._count)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let the calls under way finish, and, unless they are cancelled, those that wait; then end the processes."""
         self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
         if wait:
-            self._stop()
+            self.stop()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
     ) -> bool | None:
         if error is not None:
             # An interrupt must not wait for calls that take minutes.
-            self._stop()
+            self.stop()
         self.shutdown(cancel_futures=error is not None)
         return None
 
 
 class LocalProcesses(RepeatingExecutor):
-    """An executor of which every job has a worker process; a call that kills, hangs or fills one ends by itself."""
+    """An executor with as many worker processes as it has calls at a time, each used again until it dies."""
 
     def __init__(
         self,
@@ -115,7 +111,7 @@ class LocalProcesses(RepeatingExecutor):
         Args:
             jobs: how many calls run at a time.
             cell_timeout: longest wall time of a call [s], from when its process begins with it.
-            cell_memory: largest address space of a process [bytes], the libraries it has loaded included; POSIX only.
+            cell_memory: address space that a process may take beyond what it has then [bytes]; POSIX only.
             interpreter: of the processes, see `WorkerProcess`.
 
         Raises:
@@ -124,12 +120,45 @@ class LocalProcesses(RepeatingExecutor):
         if not 1 <= jobs <= MOST_JOBS:
             raise InvalidInput(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
         super().__init__(Limits(cell_timeout, cell_memory), 4 * jobs, jobs)
-        self._workers = WorkerProcesses(self.limits, interpreter)
+        self._interpreter = interpreter
+        self._lock, self._stopped = threading.Lock(), False
+        self._all: set[WorkerProcess] = set()
+        self._idle: list[WorkerProcess] = []
 
-    def _call(self, alone: bool, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        if alone:
-            self._workers.rest()
-        return self._workers.call(function, *arguments, **named)
+    def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
+        worker = self._taken()
+        try:
+            return worker.call(function, *arguments, **named)
+        finally:
+            self._give_back(worker)
 
-    def _stop(self) -> None:
-        self._workers.stop()
+    def stop(self) -> None:
+        with self._lock:
+            self._stopped = True
+            idle, self._idle = self._idle, []
+            for worker in self._all:
+                worker.kill()
+        for worker in idle:
+            worker.end()
+
+    def _taken(self) -> WorkerProcess:
+        with self._lock:
+            if self._stopped:
+                raise WorkerDied("ended before it began")
+            while self._idle:
+                # One may have been killed from outside while it had nothing to do.
+                if (worker := self._idle.pop()).ready:
+                    return worker
+                self._all.discard(worker)
+                worker.end()
+            worker = WorkerProcess(self.limits, interpreter=self._interpreter)
+            self._all.add(worker)
+            return worker
+
+    def _give_back(self, worker: WorkerProcess) -> None:
+        with self._lock:
+            if worker.ready and not self._stopped:
+                self._idle.append(worker)
+                return
+            self._all.discard(worker)
+        worker.end()

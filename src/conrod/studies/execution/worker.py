@@ -61,13 +61,12 @@ def _known(scene: Scene) -> Scene:
 # -- the process ------------------------------------------------------------------------------------------------------
 
 
-def main(pipe: int, memory: int | None, headroom: int | None) -> None:
+def main(pipe: int, memory: int | None) -> None:
     """Serve calls until their owner ends.
 
     Args:
         pipe: descriptor of the owner's connection.
-        memory: largest address space of this process [bytes], None for no limit.
-        headroom: the same, counted from what it has when a call begins [bytes].
+        memory: address space that a call may take beyond what this process has when it begins [bytes].
     """
     os.set_inheritable(pipe, False)
     owner, calls = Connection(pipe), SimpleQueue[bytes]()
@@ -76,13 +75,12 @@ def main(pipe: int, memory: int | None, headroom: int | None) -> None:
     except RuntimeError as error:
         owner.send(InvalidInput(f"a worker process cannot start: {error}, see `ulimit -u`"))
         return
-    reserve = bytearray(0 if memory is headroom is None else RESERVE)
-    refusal = _refusal(memory)
+    reserve = bytearray(0 if memory is None else RESERVE)
     while True:
         call = calls.get()
         # Before the call is looked at: to unpickle it may take the process down.
-        owner.send(refusal)
-        owner.send_bytes(_answer(call, reserve, headroom))
+        owner.send(None)
+        owner.send_bytes(_answer(call, reserve, memory))
 
 
 def _listen(owner: Connection, calls: SimpleQueue[bytes]) -> None:
@@ -94,12 +92,12 @@ def _listen(owner: Connection, calls: SimpleQueue[bytes]) -> None:
             os._exit(0)
 
 
-def _answer(call: bytes, reserve: bytearray, headroom: int | None) -> bytes:
+def _answer(call: bytes, reserve: bytearray, memory: int | None) -> bytes:
     """The pickled pair of whether the call returned, and what it returned or raised."""
     try:
         function, arguments, named = pickle.loads(call)
-        if headroom is not None:
-            _limit(address_space() + headroom)
+        if memory is not None:
+            _limit(address_space() + memory)
         # Within the limits too: a result that there is no memory to send is none.
         return pickle.dumps((True, function(*arguments, **named)))
     except Exception as error:  # the caller's, whatever it is: it is raised again there
@@ -130,28 +128,13 @@ def address_space() -> int:
         return 0
 
 
-def _refusal(memory: int | None) -> InvalidInput | None:
-    """Limit this process; the answer says why it cannot be."""
-    if memory is None:
-        return None
-    import conrod.studies.frame.run  # noqa: F401  what every case loads is loaded before the limit is compared
-
-    used = address_space()
-    if memory <= used:
-        return InvalidInput(
-            f"--cell-memory: {memory} bytes for a run are less than the {used} that a process starts with"
-        )
-    _limit(memory)
-    return None
-
-
 def _limit(memory: int) -> None:
     """Limit the address space [bytes] of this process, within what it was itself started with."""
     import resource  # POSIX only; without a limit the rest works anywhere
 
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     least = memory if most == resource.RLIM_INFINITY else min(memory, most)
-    resource.setrlimit(resource.RLIMIT_AS, (least, least))
+    resource.setrlimit(resource.RLIMIT_AS, (least, most))
 
 
 def _out_of_memory(error: Exception) -> bool:

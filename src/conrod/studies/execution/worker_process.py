@@ -1,4 +1,4 @@
-"""Worker processes as their owner sees them: started, called, limited, replaced when they die.
+"""A worker process as its owner sees it: started, called, limited, killed.
 
 Nothing is imported from the working folder there: files beside a user's model are data, whatever their names. A worker
 has a connection of its own: what is printed there is no message, and no other worker's death can leave it waiting.
@@ -11,8 +11,8 @@ import pickle
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from pathlib import Path
@@ -37,13 +37,11 @@ class Limits:
 
     Attributes:
         timeout: wall time [s], from the moment a process begins with it.
-        memory: address space of the process that runs it [bytes], the libraries it has loaded included.
-        headroom: the same, counted from what the process has when the call begins [bytes].
+        memory: address space that its process may take beyond what it has then [bytes].
     """
 
     timeout: float | None = None
     memory: int | None = None
-    headroom: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse limits that no run could keep.
@@ -72,29 +70,11 @@ class WorkerDied(RuntimeError):
     """The process that a call ran in ended before the call did; says how."""
 
 
-class NotBegun(RuntimeError):
-    """The process ended before it began with the call, which is not what it died of."""
-
-
-class KilledFromOutside(InvalidInput):
+class KilledFromOutside(Exception):
     """A process was killed, and not by conrod: nothing is known of the call that it was busy with.
 
-    Attributes:
-        how: the signal.
-        begun: whether the process had begun with the call.
+    Its arguments are how, and whether the process had begun with any call.
     """
-
-    def __init__(self, how: str, begun: bool = True) -> None:
-        super().__init__(how, begun)
-        self.how, self.begun = how, begun
-
-    def __str__(self) -> str:
-        return f"a process was killed from outside{'' if self.begun else ' before it began'}: {self.how}"
-
-    @property
-    def again(self) -> Exception:
-        """Error of a second kill, with nothing beside the call: the call's own doing, if it had begun."""
-        return WorkerDied(f"{self.how}, and again with nothing beside it") if self.begun else self
 
 
 class WorkerProcess:
@@ -121,7 +101,7 @@ class WorkerProcess:
         try:
             self._process = subprocess.Popen(
                 # -P: not from the working folder, which Python would put in front of its own library.
-                [interpreter, "-P", "-c", code.format(behind, (theirs.fileno(), limits.memory, limits.headroom))],
+                [interpreter, "-P", "-c", code.format(behind, (theirs.fileno(), limits.memory))],
                 stdin=subprocess.DEVNULL,
                 # What an engine prints is not what the command has to say.
                 stdout=2,
@@ -144,29 +124,30 @@ class WorkerProcess:
             KilledFromOutside: the process was killed, and not by conrod.
             TimeoutError: it took longer than the limit; the process was killed.
             MemoryError: it needed more than the limit; the process was killed.
-            NotBegun: the process died before, of something else.
-            InvalidInput: also where the process cannot start at all, or not within the memory limit.
+            InvalidInput: also where the process cannot start at all.
         """
         call = pickle.dumps((function, arguments, named))
         self._busy = True
-        self._begin(call)
-        # A new process's start is not its first call's time.
+        with suppress(OSError):  # of a process that has ended: what it answers says so
+            self._pipe.send_bytes(call)
+        # It says when it begins: a new process's start is not its first call's time.
+        if refusal := self._received():
+            raise refusal
+        self._served = True
         if not self._pipe.poll(self._limits.timeout):
             self.kill()
             raise TimeoutError(f"no result after {self._limits.timeout:g} s")
-        try:
-            returned, content = self._pipe.recv()
-        except (EOFError, OSError):
-            raise self._ended() from None
-        self._busy = False
-        if returned:
-            result: Result = content
-            return result
-        if isinstance(content, MemoryError):
+        returned, content = self._received()
+        if not returned and isinstance(content, MemoryError):
             # What the process still holds would be missing to the next call.
             self.kill()
-            raise self._out_of_memory(content)
-        raise content
+            memory = self._limits.memory
+            raise content if memory is None else MemoryError(f"the limit was {memory} bytes more than it began with")
+        self._busy = False
+        if not returned:
+            raise content
+        result: Result = content
+        return result
 
     @property
     def ready(self) -> bool:
@@ -184,36 +165,20 @@ class WorkerProcess:
         self._process.wait()
         self._pipe.close()
 
-    def _begin(self, call: bytes) -> None:
-        """Send the call, and wait until the process begins with it."""
-        try:
-            self._pipe.send_bytes(call)
-            refusal: InvalidInput | None = self._pipe.recv()
-        except (EOFError, OSError):
-            raise NotBegun if self._served else self._ended() from None
-        if refusal is not None:
-            raise refusal
-        self._served = True
-
-    def _ended(self) -> Exception:
-        """The error of a process that has ended; waits for its end."""
+    def _received(self) -> Any:
+        """What it sends next; the error of its end, which is waited for, where that is nothing."""
+        with suppress(EOFError, OSError):
+            return self._pipe.recv()
         status = self._process.wait()
         how = f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
         if status in FROM_OUTSIDE and not self._killed:
-            return KilledFromOutside(how, begun=self._served)
-        if not self._served:
-            return InvalidInput(f"a worker process cannot start: it {how} before its first cell")
-        return WorkerDied(how)
+            raise KilledFromOutside(how, self._served)
+        raise WorkerDied(how) if self._served else InvalidInput(cannot_start(how))
 
-    def _out_of_memory(self, error: MemoryError) -> MemoryError:
-        memory, headroom = self._limits.memory, self._limits.headroom
-        if memory is headroom is None:
-            return error
-        return MemoryError(
-            f"the limit was {headroom} bytes more than it began with"
-            if memory is None
-            else f"the limit was {memory} bytes"
-        )
+
+def cannot_start(how: str) -> str:
+    """The message where nothing can be said of a call."""
+    return f"a worker process cannot start: it {how} before its first cell"
 
 
 def import_path() -> list[str]:
@@ -221,59 +186,3 @@ def import_path() -> list[str]:
     # An empty entry stands for the working folder, where an interpreter begins that was given no script.
     path = [entry for entry in sys.path if entry]
     return path if HOME in path else [HOME, *path]
-
-
-class WorkerProcesses:
-    """As many worker processes as are called at a time, used again and again until one dies."""
-
-    def __init__(self, limits: Limits, interpreter: str | None = None) -> None:
-        self.limits, self._interpreter = limits, interpreter
-        self._lock = threading.Lock()
-        self._all: set[WorkerProcess] = set()
-        self._idle: list[WorkerProcess] = []
-        self._stopped = False
-
-    def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        """As `WorkerProcess.call`, in an idle worker or a new one; for any number of threads at once."""
-        while True:
-            worker = self._taken()
-            try:
-                return worker.call(function, *arguments, **named)
-            except NotBegun:
-                pass  # killed from outside while it had nothing to do: the call is for the next one
-            finally:
-                self._give_back(worker)
-
-    def rest(self) -> None:
-        """End those that have nothing to do, which hold memory all the same."""
-        with self._lock:
-            idle, self._idle = self._idle, []
-            self._all.difference_update(idle)
-        for worker in idle:
-            worker.end()
-
-    def stop(self) -> None:
-        """Kill all of them; calls under way end as died, and no new ones begin."""
-        with self._lock:
-            self._stopped = True
-            for worker in self._all:
-                worker.kill()
-        self.rest()
-
-    def _taken(self) -> WorkerProcess:
-        with self._lock:
-            if self._stopped:
-                raise WorkerDied("ended before it began")
-            if self._idle:
-                return self._idle.pop()
-            worker = WorkerProcess(self.limits, interpreter=self._interpreter)
-            self._all.add(worker)
-            return worker
-
-    def _give_back(self, worker: WorkerProcess) -> None:
-        with self._lock:
-            if worker.ready and not self._stopped:
-                self._idle.append(worker)
-                return
-            self._all.discard(worker)
-        worker.end()

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, several of them together."""
+"""Files that are written whole or not at all, those of a folder together."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 STAGING, PLANNED = ".conrod-", "planned.json"
+Plan = dict[str, str | None]  # files that are there now, in the order of what is put in place: their digests
 
 
 def real_path(path: Path) -> Path:
@@ -42,50 +43,30 @@ def single(path: Path, content: str | bytes) -> Batch:
     return Batch(real.parent, {real.name: content})
 
 
-@dataclass(frozen=True)
-class Plan:
-    """Plan in a staging, a hidden folder with each file to be put in place as `0.new`, and what is there as `0.old`.
-
-    Attributes:
-        together: stagings of one write. While the first has its plan, what was put in place is put back by whoever
-            looks at one; its removal is the moment at which everything is written.
-        files: digest by name of each file; None for one to be removed.
-    """
-
-    together: list[str]
-    files: dict[str, str | None]
-
-
 def write_together(batches: Sequence[Batch]) -> None:
-    """Write all files of all batches, or none: an error, an interrupt or a kill leaves what was there before.
+    """Write all files of all batches; an error or an interrupt before they are put in place leaves what was there.
 
-    After a kill it is put back when one of the folders is looked at next, see `recover`. What has the content that it
-    is to have is left as it is.
+    Of each folder a kill leaves all or nothing: from the moment at which its plan is there, the rest of its files is
+    put in place when it is looked at next, see `recover`. What has the content that it is to have is left as it is.
 
     Raises:
         OSError: names the file that could not be written.
     """
     with ExitStack() as folders, ExitStack() as stagings:
         staged = [_staged(batch, folders, stagings) for batch in batches]
-        for staging, files in staged:
+        for staging, plan in staged:
             with naming(staging.parent):
-                plan = Plan([str(one) for one, _ in staged], files)
-                (staging / PLANNED).write_bytes(msgspec.json.encode(plan))
-        for staging, files in staged:
-            for k, (name, digest) in enumerate(files.items()):
-                target = staging.parent / name
-                with naming(target):
-                    if digest is None:
-                        target.unlink()
-                    else:
-                        os.replace(staging / f"{k}.new", target)
-        for staging, _ in staged[:1]:
-            (staging / PLANNED).unlink()
+                (staging / "plan").write_bytes(msgspec.json.encode(plan))
+        for staging, _ in staged:
+            os.replace(staging / "plan", staging / PLANNED)
 
 
-def _staged(batch: Batch, folders: ExitStack, stagings: ExitStack) -> tuple[Path, dict[str, str | None]]:
-    """Fill a staging, inside the batch's folder, where it is sure to be on the same device; its files as of `Plan`."""
-    folder, files = real_path(batch.folder), dict[str, str | None]()
+def _staged(batch: Batch, folders: ExitStack, stagings: ExitStack) -> tuple[Path, Plan]:
+    """Fill a staging, a hidden folder inside the batch's, where it is sure to be on the same device.
+
+    It has the k-th file of the plan as `k`, or nothing where that is to be removed.
+    """
+    folder, plan = real_path(batch.folder), Plan()
     _make_folder(folder, folders)
     with naming(folder):
         staging = stagings.enter_context(staging_in(folder))
@@ -93,16 +74,16 @@ def _staged(batch: Batch, folders: ExitStack, stagings: ExitStack) -> tuple[Path
     for name, content in (*contents.items(), *((name, None) for name in batch.obsolete)):
         target = folder / name
         with naming(target):
+            if target.is_dir():
+                raise IsADirectoryError(None, "Is a directory")
             old = target.read_bytes() if target.exists() else None
             if content == old:
                 continue
-            if old is not None:
-                shutil.copy2(target, staging / f"{len(files)}.old")
             if content is not None:
                 _make_folder(target.parent, folders)
-                (staging / f"{len(files)}.new").write_bytes(content)
-        files[name] = None if content is None else hashlib.sha256(content).hexdigest()
-    return staging, files
+                (staging / f"{len(plan)}").write_bytes(content)
+        plan[name] = None if old is None else hashlib.sha256(old).hexdigest()
+    return staging, plan
 
 
 def _make_folder(folder: Path, undo: ExitStack) -> None:
@@ -120,7 +101,7 @@ def _remove(folder: Path) -> None:
 
 @contextmanager
 def staging_in(folder: Path) -> Iterator[Path]:
-    """A hidden folder inside another one, after what is there of killed processes is settled."""
+    """A hidden folder inside another one, after what is there of killed processes is settled; in the end it is, too."""
     recover(folder)
     made = Path(tempfile.mkdtemp(dir=folder, prefix=STAGING))
     with ExitStack() as lock:
@@ -147,48 +128,42 @@ def _locked(staging: Path) -> Iterator[None]:
 
 
 def recover(folder: Path) -> None:
-    """Put back what killed processes have replaced in a folder, and remove their stagings."""
+    """Settle the stagings that killed processes have left in a folder."""
     for left in real_path(folder).glob(f"{STAGING}*"):
-        with suppress(OSError, ImportError), ExitStack() as locks:
-            together = _plan(left).together
-            # Those in other folders say so themselves: what somebody put into this one reaches no further.
-            others = [one for one in map(Path, together) if one != left and _plan(one).together == together]
-            group = sorted([left, *others], key=lambda one: str(one) in together[:1])
-            for one in group:
-                locks.enter_context(_locked(one))
-            for one in group:
-                _settle(one)
+        with suppress(OSError, ImportError), _locked(left):
+            _settle(left, found=True)
+
+
+def _settle(staging: Path, found: bool = False) -> None:
+    """Put in place what is not yet there of a staging that has its plan, and remove it.
+
+    Args:
+        found: whether it was left by another process, or is said to be: then a file is touched only where it is inside
+            the folder, and the very one that was there when the plan was made.
+    """
+    folder = staging.parent
+    for k, (name, digest) in enumerate(_plan(staging).items()):
+        target, new = folder / name, staging / f"{k}"
+        with naming(target):
+            if found and not (_digest(target) == digest and real_path(target).is_relative_to(folder)):
+                continue
+            if new.exists():
+                os.replace(new, target)
+            else:
+                target.unlink(missing_ok=True)
+    shutil.rmtree(staging, ignore_errors=True)
+
+
+def _digest(file: Path) -> str | None:
+    return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else None
 
 
 def _plan(staging: Path) -> Plan:
     """The plan in a staging; an empty one where none can be read."""
     with suppress(OSError, msgspec.MsgspecError):
-        if staging.name.startswith(STAGING) and (staging / PLANNED).is_file():
+        if (staging / PLANNED).is_file():
             return msgspec.json.decode((staging / PLANNED).read_bytes(), type=Plan)
-    return Plan([], {})
-
-
-def _settle(staging: Path) -> None:
-    """Put back what was put in place of a staging, unless all was, and remove it; that with the decision comes last.
-
-    A file is touched only where it is the very one that was put there.
-    """
-    plan, folder, lost = _plan(staging), staging.parent, False
-    first = [staging if Path(one).name == staging.name else Path(one) for one in plan.together[:1]]
-    if any((one / PLANNED).is_file() for one in first):
-        for k, (name, digest) in enumerate(plan.files.items()):
-            target, old = folder / name, staging / f"{k}.old"
-            try:
-                inside = real_path(target.parent).is_relative_to(folder)
-                found = hashlib.sha256(target.read_bytes()).hexdigest() if target.is_file() else None
-                if inside and found == digest and old.exists():
-                    os.replace(old, target)
-                elif inside and found == digest is not None:
-                    target.unlink()
-            except OSError:  # one file that cannot be restored must not keep the others from it
-                lost = True
-    if not lost:
-        shutil.rmtree(staging, ignore_errors=True)
+    return {}
 
 
 @contextmanager

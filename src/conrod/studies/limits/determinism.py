@@ -9,7 +9,7 @@ from typing import Any
 from conrod.engines import engine_named
 from conrod.runs.plain import plain
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.studies.execution.isolation import Ended, isolated_once
+from conrod.studies.execution.isolation import Ended, isolated
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
@@ -89,7 +89,7 @@ def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
     first, again = task(once), task(once)
     task(_another(once))
     after = task(once)
-    elsewhere = isolated_once(task, once)
+    elsewhere = isolated(task, once)
     if isinstance(elsewhere, Ended):
         return Measurement(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
     if first.extremes is None:
