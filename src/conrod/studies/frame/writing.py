@@ -111,7 +111,11 @@ def staging_in(folder: Path) -> Iterator[Path]:
         try:
             yield made
         finally:
-            _settle(made)
+            try:
+                _settle(made)
+            except KeyboardInterrupt:
+                _settle(made, found=True)
+                raise
 
 
 @contextmanager
