@@ -96,7 +96,7 @@ MISTAKES = {
     "ablate saw-500rpm --steps-per-rev 1000000": ("samples are too many",),
     "ablate saw-500rpm --rounds 1": ("--rounds = 1 is out of range",),
     # Names of outputs, and what is there already.
-    "sweep saw-500rpm --ledger file": ("file is not a ledger of conrod",),
+    "sweep saw-500rpm --ledger file": ("cannot use the ledger file: file is not a database",),
     "show --svg x.svg": ("SCENE",),
     "show saw-40rpm --svg a.png": ("a.png", ".svg"),
     "export saw-40rpm --format csv -o ''": ("-o ''", "name of a file"),

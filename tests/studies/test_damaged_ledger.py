@@ -8,8 +8,6 @@ import math
 import random
 import shutil
 import sqlite3
-import tracemalloc
-import zlib
 from contextlib import closing
 from pathlib import Path
 
@@ -57,22 +55,8 @@ def test_sixty_overwritten_places_of_the_file_end_in_no_traceback(whole: Path, t
             resumed(path)
         except InvalidInput as error:
             refused.append(str(error))
-    assert all("damaged" in message and "\n" not in message for message in refused)
+    assert all("the ledger" in message and "\n" not in message for message in refused)
     assert len(refused) < 20  # what holds the rows together is a small part of the file
-
-
-def test_what_would_inflate_to_gigabytes_is_not_inflated(whole: Path, tmp_path: Path) -> None:
-    path = tmp_path / "ledger.sqlite"
-    shutil.copy(whole, path)
-    packer = zlib.compressobj(9)
-    bomb = b"".join(packer.compress(bytes(1 << 20)) for _ in range(100)) + packer.flush()
-    with closing(sqlite3.connect(path)) as raw, raw:
-        raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (bomb, KEYS[0]))
-    tracemalloc.start()
-    seen = resumed(path)
-    assert tracemalloc.get_traced_memory()[1] < 60e6
-    tracemalloc.stop()
-    assert (seen.ran, seen.lost) == ([KEYS[0]], 1)
 
 
 def test_a_force_result_of_an_older_conrod_is_not_run(tmp_path: Path) -> None:

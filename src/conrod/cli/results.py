@@ -41,7 +41,7 @@ def results(
         raise InvalidInput(
             f"there is no ledger {path}: `conrod validate` and the studies make one; --ledger names another"
         )
-    with Ledger.reading(path) as opened:
+    with Ledger.open(path) as opened:
         table = results_table(opened.rows(), where)
     if opened.damaged:
         words = f"{opened.damaged} runs in {path} cannot be read and are left out; the next study makes them again"

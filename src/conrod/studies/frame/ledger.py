@@ -8,7 +8,7 @@ import sqlite3
 import zlib
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 # Keys asked for in one statement; SQLite takes at least 999 values.
 AT_ONCE = 500
 LABEL = "label"  # kept with the identity, and no part of it: the preset that the settings are
-# What is damaged may inflate to anything; the text [bytes] of the largest result takes a hundredth of this.
-MOST_TEXT = 1 << 24
 TIMING = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
 
 
@@ -52,10 +50,9 @@ class Ledger:
         damaged: how many runs `rows` has left out.
     """
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, patience: float) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
-        self._patience = patience
         self.claims = Claims(real_path(path))
         self.damaged = 0
 
@@ -69,12 +66,7 @@ class Ledger:
         Raises:
             InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
         """
-        return cls(path, connected(path, patience), patience)
-
-    @classmethod
-    def reading(cls, path: Path, patience: float = PATIENCE) -> Ledger:
-        """The ledger in a file that is there, to be read alone; raises InvalidInput as `open`."""
-        return cls(path, connected(path, patience, reading=True), patience)
+        return cls(path, connected(path, patience))
 
     def close(self) -> None:
         """Give the file back; closing twice does nothing."""
@@ -91,18 +83,12 @@ class Ledger:
 
     def finished(self, keys: Iterable[str]) -> set[str]:
         """Those of the keys of which the ledger has a run, however it ended."""
-        wanted = set(keys)
-        with naming_ledger(self.path, self._patience):
-            ((rows,),) = self._connection.execute("SELECT ifnull(max(rowid), 0) FROM runs").fetchall()
-            # To read a key costs a third of looking one up.
-            if rows < 3 * len(wanted):
-                return wanted.intersection(chain.from_iterable(self._connection.execute("SELECT key FROM runs")))
-        return {key for (key,) in self._select("SELECT key FROM runs WHERE key IN", wanted)}
+        return {key for (key,) in self._select("SELECT key FROM runs WHERE key IN", set(keys))}
 
     def stopped(self, keys: Iterable[str]) -> dict[str, tuple[str, float]]:
         """Those of the keys whose run ended at a limit: outcome, and what it was allowed [s] or [bytes]."""
         # They are few, and have an index of their own: all are read, whatever is asked for.
-        with naming_ledger(self.path, self._patience):
+        with naming_ledger(self.path):
             found = self._connection.execute(
                 "SELECT key, outcome, allowed FROM runs WHERE allowed IS NOT NULL"
             ).fetchall()
@@ -134,7 +120,7 @@ class Ledger:
             replace: let such a run take the place even of one that ended by itself, which may be another process's.
         """
         key = case.key
-        with naming_ledger(self.path, self._patience), self._writing():
+        with naming_ledger(self.path), self._writing():
             self._note(key, case)
             self._connection.execute(
                 "INSERT INTO runs VALUES (?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET outcome = excluded.outcome, "
@@ -145,7 +131,7 @@ class Ledger:
 
     def forget(self, keys: Collection[str]) -> None:
         """Drop what there is of runs that cannot be read, so that they can be kept anew."""
-        with naming_ledger(self.path, self._patience), self._writing():
+        with naming_ledger(self.path), self._writing():
             for table in ("runs", "cells"):
                 self._connection.executemany(f"DELETE FROM {table} WHERE key = ?", ((key,) for key in keys))
             # Rows and their index may have been damaged apart from each other.
@@ -158,7 +144,7 @@ class Ledger:
     def keep_timing(self, case: Case, timing: Timing) -> None:
         """Keep what a run cost, in the place of what it cost on the same machine before."""
         key = case.key
-        with naming_ledger(self.path, self._patience), self._writing():
+        with naming_ledger(self.path), self._writing():
             self._note(key, case)
             self._connection.execute(
                 f"INSERT OR REPLACE INTO timings (key, {TIMING}) VALUES (:key, :machine, :seconds_per_revolution, "
@@ -193,7 +179,7 @@ class Ledger:
             after = (piece[-1][0], piece[-1][4] or "")
 
     def _piece(self, key: str, machine: str) -> list[Any]:
-        with naming_ledger(self.path, self._patience):
+        with naming_ledger(self.path):
             return self._connection.execute(
                 f"SELECT cells.key, name, identity, measurement, {TIMING} FROM cells "
                 "LEFT JOIN runs ON runs.key = cells.key LEFT JOIN timings ON timings.key = cells.key "
@@ -207,7 +193,7 @@ class Ledger:
     def _select(self, statement: str, keys: Iterable[str], *first: str) -> Iterator[Any]:
         remaining = iter(keys)
         while chunk := tuple(islice(remaining, AT_ONCE)):
-            with naming_ledger(self.path, self._patience):
+            with naming_ledger(self.path):
                 marks = ", ".join("?" * len(chunk))
                 yield from self._connection.execute(f"{statement} ({marks})", (*first, *chunk)).fetchall()
 
@@ -235,10 +221,8 @@ def _packed(measurement: Measurement) -> bytes:
 def _unpacked(blob: bytes) -> Measurement | None:
     """The measurement, None if the row is damaged."""
     try:
-        inflating = zlib.decompressobj()
-        text = inflating.decompress(blob, MOST_TEXT)
         # Not msgspec's decoder: Python's own wrote and reads a NaN.
-        return Measurement(**json.loads(text)) if inflating.eof else None
+        return Measurement(**json.loads(zlib.decompress(blob)))
     except (zlib.error, ValueError, TypeError, RecursionError):
         return None
 

@@ -1,4 +1,4 @@
-"""The SQLite file of a ledger, made, recognised and refused in one line each; and what processes on it claim."""
+"""The SQLite file of a ledger, made, recognised and refused in one line; and what processes on it claim."""
 
 from __future__ import annotations
 
@@ -52,38 +52,29 @@ PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """
 
-_LOCKED = {sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED}
-_READ_ONLY = {sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM}
-_DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
 
-
-def connected(path: Path, patience: float = PATIENCE, *, reading: bool = False) -> sqlite3.Connection:
+def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
     """A connection to the ledger at a path; makes the file and its folders where there are none.
 
     Args:
         patience: how long to wait for another process that writes [s].
-        reading: write nothing, on a full disk or in a read-only place too. There it sees what SQLite has moved from the
-            journal into the file: all, unless a process was killed as it wrote.
 
     Raises:
         InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod, or locked for long.
     """
-    _check_place(path)
-    address = f"{real_path(path).as_uri()}?mode={'ro' if reading else 'rwc'}"
-    with naming_ledger(path, patience):
-        connection = sqlite3.connect(address, uri=True, timeout=patience, isolation_level=None)
+    real = real_path(path)
+    if real.exists() and not real.is_file():
+        raise InvalidInput(f"{path} is not a ledger: it is no regular file; give the name of a file")
+    with naming_ledger(path):
+        real.parent.mkdir(parents=True, exist_ok=True)
+        connection = sqlite3.connect(real, timeout=patience, isolation_level=None)
         try:
-            try:
-                if not reading and _is_blank(connection):
-                    _make(connection, patience)
-                _check(connection, path)
-            except sqlite3.OperationalError as error:
-                if not reading or _code(error) not in _READ_ONLY | {sqlite3.SQLITE_IOERR, sqlite3.SQLITE_FULL}:
-                    raise
-                connection.close()
-                # A journal's index cannot be made there.
-                connection = sqlite3.connect(f"{address}&immutable=1", uri=True, isolation_level=None)
-                _check(connection, path)
+            if _is_blank(connection):
+                _make(connection, patience)
+            if _pragma(connection, "application_id") != APPLICATION_ID:
+                raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
+            if _pragma(connection, "user_version") > SCHEMA_VERSION:
+                raise InvalidInput(f"the ledger {path} is from a newer conrod: update conrod or name another ledger")
             # Safe against a killed process; only a power cut may undo the last runs, and never more than them.
             connection.execute("PRAGMA synchronous = NORMAL")
         except BaseException:  # Ctrl-C, too
@@ -94,18 +85,6 @@ def connected(path: Path, patience: float = PATIENCE, *, reading: bool = False) 
     return connection
 
 
-def _check_place(path: Path) -> None:
-    """Make the parent folder, and refuse what is there already unless it is a file."""
-    real = real_path(path)
-    try:
-        real.parent.mkdir(parents=True, exist_ok=True)
-        if real.exists() and not real.is_file():
-            what = "a folder" if real.is_dir() else "not a regular file"
-            raise InvalidInput(f"{path} is not a ledger: it is {what}; give the name of a file")
-    except OSError as error:
-        raise InvalidInput(f"cannot use the ledger {path}: {error.strerror or error}") from None
-
-
 def _make(connection: sqlite3.Connection, patience: float) -> None:
     give_up = time.monotonic() + patience
     while True:
@@ -113,8 +92,8 @@ def _make(connection: sqlite3.Connection, patience: float) -> None:
             # Readers and a writer do not wait for each other. SQLite itself does not wait here.
             connection.execute("PRAGMA journal_mode = WAL")
             break
-        except sqlite3.OperationalError as error:
-            if _code(error) not in _LOCKED or time.monotonic() > give_up:
+        except sqlite3.OperationalError:
+            if time.monotonic() > give_up:
                 raise
             time.sleep(0.01)
     # Looked at again with the file locked: two processes may make one ledger at the same time.
@@ -125,64 +104,30 @@ def _make(connection: sqlite3.Connection, patience: float) -> None:
                 connection.execute(statement)
 
 
-def _check(connection: sqlite3.Connection, path: Path) -> None:
-    if _pragma(connection, "application_id") != APPLICATION_ID:
-        raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
-    version = _pragma(connection, "user_version")
-    if version > SCHEMA_VERSION:
-        known = f"(format {version}, this one knows {SCHEMA_VERSION})"
-        raise InvalidInput(f"the ledger {path} is from a newer conrod {known}: update conrod or name another ledger")
-
-
 def _is_blank(connection: sqlite3.Connection) -> bool:
     """A file that nobody has put anything into, such as one left by a process killed while it made it."""
     tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-    return not tables and not _pragma(connection, "application_id") and not _pragma(connection, "user_version")
+    return not tables and not _pragma(connection, "application_id")
 
 
 def _pragma(connection: sqlite3.Connection, name: str) -> int:
     return int(connection.execute(f"PRAGMA {name}").fetchone()[0])
 
 
-def _code(error: sqlite3.Error) -> int:
-    """SQLite's primary result code; the rest of the bits say where in SQLite it arose."""
-    return getattr(error, "sqlite_errorcode", 0) & 0xFF
-
-
 @contextmanager
-def naming_ledger(path: Path, patience: float) -> Iterator[None]:
-    """Say in one line what SQLite met, if it lies with the file and not with conrod.
+def naming_ledger(path: Path) -> Iterator[None]:
+    """Say in one line what SQLite met, if it lies with the file and not with a statement of conrod's.
 
     Raises:
         InvalidInput: locked, read-only, damaged, full or otherwise out of reach.
     """
     try:
         yield
-    except sqlite3.Error as error:
-        code = _code(error)
-        if code in _LOCKED:
-            why = f"the ledger {path} is locked: another process wrote for over {patience:g} s"
-        elif code == sqlite3.SQLITE_FULL or (code == sqlite3.SQLITE_IOERR and _is_full(path)):
-            why = f"cannot write the ledger {path}: the disk is full; what was kept is kept"
-        elif code in _READ_ONLY:
-            why = f"cannot write the ledger {path}: the place is read-only"
-        elif code in _DAMAGED:
-            why = f"{path} is not a ledger of conrod, or a damaged one: {error}"
-        elif code == sqlite3.SQLITE_IOERR:
-            why = f"cannot use the ledger {path}: {error}"
-        else:
+    except (sqlite3.Error, OSError, UnicodeDecodeError) as error:  # the last of a message that quotes what it met
+        if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_ERROR:
             raise
-        raise InvalidInput(why) from None
-    except UnicodeDecodeError:  # of a message of SQLite's that quotes what it met
-        raise InvalidInput(f"{path} is not a ledger of conrod, or a damaged one") from None
-
-
-def _is_full(path: Path) -> bool:
-    # SQLite reports a full disk as an input/output error where it meets it in its shared index.
-    if not hasattr(os, "statvfs"):
-        return False
-    place = os.statvfs(real_path(path).parent)
-    return place.f_bavail * place.f_frsize < 64 * 1024
+        said = "it is damaged" if isinstance(error, UnicodeDecodeError) else getattr(error, "strerror", None) or error
+        raise InvalidInput(f"cannot use the ledger {path}: {said}") from None
 
 
 # -- claims ------------------------------------------------------------------------------------------------------------
