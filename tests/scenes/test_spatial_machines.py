@@ -61,13 +61,6 @@ def double_cardan(p: Mapping[str, Array]) -> list[Array]:
             *off(p, "output_arm", far, 0.04, X), across]  # fmt: skip
 
 
-def spherical(p: Mapping[str, Array]) -> list[Array]:
-    out = np.array([math.sin(80 * DEGREE), 0.0, math.cos(80 * DEGREE)])
-    return [*off(p, "crank_pin", 0 * X, 0.2, Z, 0.2 * math.cos(30 * DEGREE)),
-            *off(p, "rocker_pin", 0 * X, 0.2, out, 0.2 * math.cos(70 * DEGREE)),
-            norm(p["crank_pin"] - p["rocker_pin"]) - 0.4 * math.sin(30 * DEGREE)]  # fmt: skip
-
-
 def rssr(p: Mapping[str, Array]) -> list[Array]:
     return [*off(p, "crank_pin", 0 * X, 0.08, Z), *off(p, "rocker_pin", np.array([0.3, 0.15, 0.05]), 0.25, X),
             norm(p["rocker_pin"] - p["crank_pin"]) - 0.42]  # fmt: skip
@@ -82,11 +75,6 @@ def bennett(p: Mapping[str, Array]) -> list[Array]:
     rod = p["rocker_pin"] - crank
     return [*off(p, "crank_pin", 0 * X, 0.2, Z), *off(p, "rocker_pin", -other * X, 0.2, out),
             norm(rod) - other, np.sum(axis * rod, axis=-1)]  # fmt: skip
-
-
-def sarrus(p: Mapping[str, Array]) -> list[Array]:
-    return [*off(p, "knee", 0.1 * X, 0.15, Y), norm(p["plate"] + 0.1 * X - p["knee"]) - 0.2, p["plate"][:, :2],
-            *off(p, "other_knee", 0.1 * Y, 0.18, X), norm(p["plate"] + 0.1 * Y - p["other_knee"]) - 0.16]  # fmt: skip
 
 
 def delta(p: Mapping[str, Array]) -> list[Array]:
@@ -122,16 +110,14 @@ KNOWN = {
     "cardan": (cardan, 1, {"bend": 30.1}),
     "double-cardan": (double_cardan, 1, {"phasing": 0.1}),
     "double-cardan-misphased": (double_cardan, 1, {"bend": 30.1}),
-    "spherical-four-bar": (spherical, 1, {"coupler": 60.1}),
     "rssr": (rssr, 1, {"rod": 0.42 * 1.001}),
     "rssr-idle-spin": (rssr, 2, {"rod": 0.42 * 1.001}),
     "bennett": (bennett, 1, {"other_twist": 75.1}),
-    "sarrus": (sarrus, 1, {"upper": 0.2 * 1.001}),
     "delta": (delta, 3, {"rod": 1.244 * 1.001}),
     "stewart": (stewart, 6, {"platform": 0.3 * 1.001}),
     "tilted-slider-crank": (slider_crank, 1, {"rod": 0.3 * 1.001}),
 }
-ANGLES = ("bend", "phasing", "coupler", "other_twist")
+ANGLES = ("bend", "phasing", "other_twist")
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -165,9 +151,7 @@ def test_the_delta_stands_where_williams_says(angles: tuple[float, ...], place: 
     assert MACHINES["delta"]().points(drives)["platform"][0, 0] == pytest.approx(place, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("name", "size"), [("rssr", {"rod": 1.0}), ("sarrus", {"other_lower": 0.5}), ("delta", {"rod": 0.3})]
-)
+@pytest.mark.parametrize(("name", "size"), [("rssr", {"rod": 1.0}), ("delta", {"rod": 0.3})])
 def test_a_machine_whose_links_do_not_reach_is_refused(name: str, size: dict[str, float]) -> None:
     with pytest.raises(InvalidInput, match="cannot be assembled in the reference pose"):
         MACHINES[name](**size)

@@ -20,6 +20,7 @@ from conrod.exact.space.laws import FORMS
 from conrod.mechanism.units import check_number, in_prose, parse_quantity
 from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable
+from conrod.own.models.request import controls_of
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes.space import MACHINES, SPATIAL
@@ -117,15 +118,12 @@ def question_of(asked: Request) -> Question:
         raise InvalidInput(f"{other} does not go with --drive, which takes {', '.join(TAKEN[1:])}")
     if asked.seconds is not None:
         check_number("--seconds", asked.seconds, 1e-6, 1e6, "s")
-    controls = named_values(
-        asked.controls, "--ctrl", f"an actuator and a number, or a law of time: motor=4.19; {FORMS}"
-    )
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
     if not drives and asked.scene is not None and is_spatial(asked.scene):
         drives = dict(MACHINES[asked.scene]().drives)
     points = tuple(place.removeprefix("site:").removeprefix("body:") for place in asked.points)
     allowed = tolerance_of(asked.tolerance)
-    return Question(drives, asked.keyframe, controls, asked.seconds, points, allowed, asked.scene)
+    return Question(drives, asked.keyframe, controls_of(asked.controls), asked.seconds, points, allowed, asked.scene)
 
 
 def tolerance_of(text: str | None) -> dict[str, float]:

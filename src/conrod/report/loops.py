@@ -63,10 +63,8 @@ def _judgement(study: LoopStudy) -> str:
 
 
 def _differences_words(other: Comparison) -> str:
-    """What is otherwise, that with the largest effect first."""
-    named = [
-        one.words + ("" if one.effect is None else f" (by itself {in_mm(one.effect)})") for one in other.differences
-    ]
+    """What is otherwise."""
+    named = list(other.differences)
     if other.other_branch:
         named = ["it is assembled on another branch"]
     return "; ".join(named[:TOLD]) or "no length, axis, anchor or loop differs"

@@ -1,9 +1,9 @@
-"""What a model has otherwise than the machine that it is to be: lengths, axes, anchors, loops, and what each does."""
+"""What a model has otherwise than the machine that it is to be: lengths, axes, anchors and loops."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,21 +17,7 @@ from conrod.exact.space.tree import Closure, SpatialBody, SpatialTree
 
 # Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
 SAME = 1e-6
-MOST_TRIED = 12
 STARTS = 60  # random poses, from which other branches are looked for
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A number or a loop that a model has otherwise.
-
-    Attributes:
-        words: what it is: "upper_1 is 0.1 % longer: 200.2 mm instead of 200 mm".
-        effect: how far it alone moves a judged point [m]; None where it was not tried, or nothing moves any more.
-    """
-
-    words: str
-    effect: float | None = None
 
 
 @dataclass(frozen=True)
@@ -42,6 +28,7 @@ class Comparison:
         machine: its name, or the file that it is in.
         off: largest distance between the points of both [m]; None where the machine could not be moved so.
         point: that is so far off.
+        differences: numbers and loops that the model has otherwise, in words.
         closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where
             it has none.
         other_branch: whether it is the machine, assembled the other way.
@@ -50,12 +37,9 @@ class Comparison:
     machine: str
     off: float | None
     point: str
-    differences: tuple[Difference, ...]
+    differences: tuple[str, ...]
     other_branch: bool = False
     closed_form: float | None = None
-
-
-Change = Callable[[SpatialTree], SpatialTree]
 
 
 def compared(
@@ -80,12 +64,7 @@ def compared(
     worst = max(off, key=lambda point: off[point])
     if off[worst] > SAME * machine.extent and _on_other_branch(machine, laws, held, motion, exact):
         return Comparison(name, off[worst], worst, (), True)
-    found = []
-    for k, (words, change) in enumerate(changes(model, machine)):
-        alone = _moved(change(machine), laws, held, motion.times) if change and k < MOST_TRIED else None
-        found.append(Difference(words, None if alone is None else max(_apart(alone, exact, p) for p in points)))
-    found.sort(key=lambda one: -(one.effect or 0.0))
-    return Comparison(name, off[worst], worst, tuple(found))
+    return Comparison(name, off[worst], worst, tuple(changes(model, machine)))
 
 
 def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], times: Array) -> SpatialMotion | None:
@@ -131,33 +110,28 @@ def _apart(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 
-def changes(model: SpatialTree, machine: SpatialTree) -> Iterator[tuple[str, Change | None]]:
-    """What is otherwise, in words, with what makes it so of the machine; None where nothing can."""
+def changes(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
+    """What is otherwise, in words."""
     own, theirs = ({body.name: body for body in tree.bodies} for tree in (model, machine))
-    for name in theirs:
-        if name not in own:
-            yield f"{name} is missing", None
+    yield from (f"{name} is missing" for name in theirs if name not in own)
+    yield from (f"{name} is a body more" for name in own if name not in theirs)
     for name, body in own.items():
         if name in theirs:
-            parent = model.bodies[body.parent].name
-            yield from _of_body(body, theirs[name], parent, machine.extent)
-        else:
-            yield f"{name} is a body more", None
+            yield from _of_body(body, theirs[name], model.bodies[body.parent].name, machine.extent)
     closures = {closure.name: closure for closure in machine.closures}
     for closure in model.closures:
         if closure.name in closures:
             yield from _of_closure(closure, closures.pop(closure.name), machine)
         elif (twin := next((c for c in machine.closures if _same(closure, c, machine.extent)), None)) is not None:
-            yield f"{closure.name} closes what {twin.name} closes: the loop is there twice", None
+            yield f"{closure.name} closes what {twin.name} closes: the loop is there twice"
         else:
-            yield f"{closure.name} is a loop more", None
-    for name in closures:
-        yield f"loop {name} is missing", None
+            yield f"{closure.name} is a loop more"
+    yield from (f"loop {name} is missing" for name in closures)
 
 
-def _of_body(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float) -> Iterator[tuple[str, Change]]:
+def _of_body(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float) -> Iterator[str]:
     if np.abs(body.place - theirs.place).max() > SAME * extent:
-        yield _length(parent, body.name, body.place, theirs.place), _with_body(replace(theirs, place=body.place))
+        yield _length(parent, body.name, body.place, theirs.place)
     joints = {joint.name: joint for joint in body.joints}
     for joint in theirs.joints:
         mine = joints.get(joint.name)
@@ -165,26 +139,17 @@ def _of_body(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float)
             continue
         one, two = body.turn @ mine.axis, theirs.turn @ joint.axis
         if (tilt := float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))) > SAME:
-            turned = replace(joint, axis=theirs.turn.T @ one)
-            rest = tuple(turned if j is joint else j for j in theirs.joints)
-            yield (
-                f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off",
-                _with_body(replace(theirs, joints=rest)),
-            )
+            yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off"
         if (off := float(np.linalg.norm(mine.anchor - joint.anchor))) > SAME * extent:
-            turned = replace(joint, anchor=mine.anchor)
-            rest = tuple(turned if j is joint else j for j in theirs.joints)
-            yield f"{joint.name} is anchored {1e3 * off:.3g} mm off", _with_body(replace(theirs, joints=rest))
+            yield f"{joint.name} is anchored {1e3 * off:.3g} mm off"
 
 
-def _of_closure(closure: Closure, theirs: Closure, machine: SpatialTree) -> Iterator[tuple[str, Change]]:
-    for k, (one, two) in enumerate(zip(closure.points, theirs.points, strict=True)):
+def _of_closure(closure: Closure, theirs: Closure, machine: SpatialTree) -> Iterator[str]:
+    for one, two in zip(closure.points, theirs.points, strict=True):
         if np.abs(one.offset - two.offset).max() > SAME * machine.extent:
-            points = tuple(replace(p, offset=one.offset) if i == k else p for i, p in enumerate(theirs.points))
-            words = _length(machine.bodies[two.body].name, closure.name, one.offset, two.offset)
-            yield words, _with_closure(replace(theirs, points=points))
+            yield _length(machine.bodies[two.body].name, closure.name, one.offset, two.offset)
     if (closure.polynomial, closure.references) != (theirs.polynomial, theirs.references):
-        yield f"{closure.name} has another polynomial", _with_closure(replace(theirs, polynomial=closure.polynomial))
+        yield f"{closure.name} has another polynomial"
 
 
 def _length(parent: str, name: str, place: Array, theirs: Array) -> str:
@@ -203,11 +168,3 @@ def _same(one: Closure, other: Closure, extent: float) -> bool:
         p.body == q.body and np.abs(p.offset - q.offset).max() <= SAME * extent
         for p, q in zip(one.points, other.points, strict=True)
     )  # fmt: skip
-
-
-def _with_body(body: SpatialBody) -> Change:
-    return lambda tree: replace(tree, bodies=tuple(body if b.name == body.name else b for b in tree.bodies))
-
-
-def _with_closure(closure: Closure) -> Change:
-    return lambda tree: replace(tree, closures=tuple(closure if c.name == closure.name else c for c in tree.closures))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
@@ -82,12 +82,6 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
 def duration(laws: Mapping[str, Law]) -> float:
     """Time [s] after which the slowest drive has been through its law."""
     return max(law.duration for law in laws.values() if law.duration < math.inf)
-
-
-def control_law(text: str, actuator: str) -> Callable[[float], float]:
-    """An actuator's control over time, in its own units; raises InvalidInput for a text that is no law."""
-    law = law_of(text, "rad", 0.0, actuator)
-    return lambda now: float(law.derivatives(np.array([now]))[0, 0])
 
 
 def judged_points(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.loops.differences import SAME, Comparison
+from conrod.own.models.request import Controls
 from conrod.runs.trajectory import Outcome
 
 OWN = "as it is"
@@ -23,7 +24,7 @@ class Question:
     Attributes:
         drives: law of each driven joint, as given (`conrod.exact.space.laws`).
         keyframe: to assemble it from; None for its reference pose.
-        controls: input of actuators, a number or a law, where it is run as its file has it.
+        controls: inputs of actuators where it is run as its file has it.
         seconds: length of the runs; None for that of the slowest drive.
         points: sites that are judged; all where none is given.
         tolerance: allowed errors by quantity [SI]; empty where none are asked for.
@@ -32,7 +33,7 @@ class Question:
 
     drives: Mapping[str, str]
     keyframe: str | None = None
-    controls: Mapping[str, str] = field(default_factory=dict)
+    controls: Controls = ()
     seconds: float | None = None
     points: tuple[str, ...] = ()
     tolerance: Mapping[str, float] = field(default_factory=dict)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
 import mujoco
 import numpy as np
 
@@ -23,19 +21,13 @@ TURNS_BACK, SWING = 0.6, 1e-3
 
 
 def shipped_run(
-    tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, controls: Mapping[int, Callable[[float], float]],
-    seconds: float, start: str, travel: float,
+    tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, seconds: float, start: str, travel: float
 ) -> ShippedRun:  # fmt: skip
-    """The file run as it is, its controls those of the start or of laws in time, by actuator."""
+    """The file run as it is, with the controls of its start."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
     rates, gaps = list[Array](), dict[str, float]()
 
-    def control() -> None:
-        for actuator, law in controls.items():
-            data.ctrl[actuator] = law(float(data.time))
-
     def look(done: int) -> None:
-        control()  # of the next step
         rates.append(data.qvel.copy())
         if (done - 1) % max(1, steps // 400) == 0:
             state = np.empty(mujoco.mj_stateSize(model, STATE))
@@ -46,7 +38,6 @@ def shipped_run(
                 gaps[name] = max(gap, gaps.get(name, 0.0))
 
     with warnings_kept_quiet():
-        control()
         reason = advanced(model, data, range(steps), look)
     outcome = Outcome.COMPLETED
     if reason:

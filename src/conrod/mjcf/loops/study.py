@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput
 from conrod.exact.space.forces import forces
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
-from conrod.mechanism.units import NUMBER
 from conrod.mjcf.equalities import closure_name
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.reading import check_rigid, tree_of
-from conrod.mjcf.loops.request import control_law, duration, judged_points, laws_of, machine_tree
+from conrod.mjcf.loops.request import duration, judged_points, laws_of, machine_tree
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.mjcf.loops.runs import errors_of, pasted, with_settings
 from conrod.mjcf.loops.shipped import shipped_run
@@ -34,8 +32,6 @@ from conrod.own.models.loading import (
     data_at_start,
     listed,
     load_model,
-    names_of,
-    numbered,
     start_words,
 )
 from conrod.runs.convergence import claimed_order
@@ -61,7 +57,7 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         machine = None if question.machine is None else machine_tree(question.machine)
         if machine is not None:
             found = changes(tree_of(model, data_at_start(model, question.keyframe or OWN_POSE)[0].qpos), machine)
-            against = f"; against {question.machine}: {'; '.join(words for words, _ in found)}"
+            against = f"; against {question.machine}: {'; '.join(found)}"
         return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {str(error).removeprefix(f'{path}: ')}{against}") from None
@@ -199,16 +195,7 @@ class _Bench:
 
     def _shipped(self, travel: float, label: str = OWN) -> ShippedRun:
         """The file as it is, with the controls that are asked for; or with a preset's settings at its own step."""
-        numbers, laws = dict[str, float](), dict[int, Callable[[float], float]]()
-        names = numbered(names_of(self.model, "actuator"))
-        for actuator, text in self.question.controls.items():
-            if actuator not in names:
-                raise unknown_choice("actuator", actuator, names)
-            if NUMBER.fullmatch(text):
-                numbers[actuator] = float(text)
-            else:
-                laws[names.index(actuator)] = control_law(text, actuator)
-        data, key = data_at_start(self.model, self.question.keyframe, tuple(numbers.items()))
+        data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         words = start_words(self.model, key, data.ctrl.tolist())
         model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
-        return shipped_run(self.machine.tree, model, data, laws, self.seconds, words, travel)
+        return shipped_run(self.machine.tree, model, data, self.seconds, words, travel)
