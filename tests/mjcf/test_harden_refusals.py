@@ -14,7 +14,8 @@ import pytest
 from legged import LEGGED, legged, opening_of
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.harden.closures import active_closures, compliance, openings
+from conrod.mjcf.equalities import openings
+from conrod.mjcf.harden.closures import active_closures, compliance
 from conrod.mjcf.harden.recipe import Recipe, edited, nothing_to_do, recipe_for, soft_on_purpose, to_know
 from conrod.mjcf.harden.results import Request
 from conrod.mjcf.harden.runs import Pace, start_of
@@ -65,7 +66,7 @@ def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 5000)
     mujoco.mj_forward(model, data)
-    (opening,) = openings(model, data, active_closures(model))
+    (opening,) = openings(model, data, 0.0)
     assert opening == pytest.approx(9.81 * compliance(solref, solimp, 0.0), rel=1e-6)
 
 
@@ -89,7 +90,7 @@ def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not()
     mujoco.mj_setConst(model, mujoco.MjData(model))
     np.testing.assert_allclose(recipe.weights.values(model), recipe.weights.values(legged()), rtol=1e-9)
     assert nothing_to_do(model, closures) == ""
-    state = start_of(legged(), Request("swing"), closures).state
+    state = start_of(legged(), Request("swing")).state
     pace = Pace(50, 2, 0.001)
     undone, hard = opening_of(model, state, pace), opening_of(edited(legged(), recipe), state, pace)
     assert hard < 1e-5 * undone
@@ -149,7 +150,7 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
     assert any("cam" in note and "velocity" in note for note in to_know(model, active_closures(model)))
     assert to_know(straight, active_closures(straight)) == ()
     recipe = recipe_for(model, active_closures(model))
-    state = start_of(model, Request(), active_closures(model)).state
+    state = start_of(model, Request()).state
     wide = [
         opening_of(edited(model, replace(recipe, time_constants=((0, constant),))), state, Pace(100, 4, 0.002))
         for constant in (0.01, 0.02)

@@ -123,14 +123,12 @@ def print_hardened(found: HardenedModel, file: Path | None) -> None:
 
 def _run_words(found: HardenedModel) -> Iterator[str]:
     """The runs, and how far the loops are open at their start."""
-    shown = {numbers.SHOWN_UNITS[unit]: value for unit, value in (found.start_opening or {}).items()}
-    opened = ", ".join(f"{_figure(factor * value)} {unit}" for (unit, factor), value in shown.items())
     begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
     yield (
         f"{found.path}: MuJoCo {found.mujoco}, {found.seconds:.4g} s in steps of {found.timestep:g} s from "
         f"{found.start}; size {MM * found.size:.4g} mm"
     )
-    yield from (f"its loops are open by {opened} there; {begin}", "")
+    yield from (f"its loops are open by {_figure(MM * found.start_opening)} mm there; {begin}", "")
 
 
 def _figures(found: HardenedModel) -> Table:
@@ -143,10 +141,10 @@ def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
     variants = found.variants
     yield ["steps completed", *(_completed(v) for v in variants)]
     for k, loop in enumerate(found.loops):
-        unit, factor = numbers.SHOWN_UNITS[loop.unit]
-        values = (None if v.openings is None else factor * v.openings[k] for v in variants)
-        yield [f"opening of {loop.kind} {loop.name} [{unit}]", *map(_figure, values)]
-    yield ["largest opening over size", *(_figure(v.opening_over_size) for v in variants)]
+        values = (None if v.openings is None else MM * v.openings[k] for v in variants)
+        yield [f"opening of {loop} [mm]", *map(_figure, values)]
+    widest = (None if v.openings is None else max(v.openings) / found.size for v in variants)
+    yield ["largest opening over size", *map(_figure, widest)]
     yield ["drift from the reference [mm]", *(_drift(found, v.drift) for v in variants)]
 
 

@@ -26,11 +26,27 @@ def owners(data: mujoco.MjData) -> NDArray[np.int_]:
     return np.array(data.efc_id[: data.ne], dtype=int)
 
 
-def openings(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Opening (neq,) [m] of each connect or weld, 0 for others and those that are off."""
-    ids, gaps = owners(data), data.efc_pos[: data.ne]
-    tied = [ties_bodies(model, index) for index in range(model.neq)]
-    return np.array([tied[i] * np.linalg.norm(gaps[ids == i][:3]) for i in range(model.neq)], dtype=float)
+def openings(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
+    """How far (neq,) each equality is open [m], a turn by what it is at an extent [m]; 0 for those that are off."""
+    found, ids, gaps = np.zeros(model.neq), owners(data), data.efc_pos[: data.ne]
+    for index in dict.fromkeys(ids.tolist()):
+        left = gaps[ids == index]
+        found[index] = float(np.linalg.norm(left[:3])) * (extent if of_angles(model, index) else 1.0)
+        if kind_of(model, index) == "weld" and (scale := float(model.eq_data[index, 10])):
+            # MuJoCo has half of the turn's sine, times this scale.
+            found[index] = max(found[index], 2.0 * extent / scale * float(np.linalg.norm(left[3:])))
+    return found
+
+
+def of_angles(model: mujoco.MjModel, index: int) -> bool:
+    """Return True for an equality of angles: of a hinge, or of a fixed tendon without a slide."""
+    first, kind = int(model.eq_obj1id[index]), kind_of(model, index)
+    if kind == "tendon":
+        wraps = slice(int(model.tendon_adr[first]), int(model.tendon_adr[first] + model.tendon_num[first]))
+        if np.any(model.wrap_type[wraps] != mujoco.mjtWrap.mjWRAP_JOINT):
+            return False
+        return not np.any(model.jnt_type[model.wrap_objid[wraps]] == mujoco.mjtJoint.mjJNT_SLIDE)
+    return bool(kind == "joint" and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bool:

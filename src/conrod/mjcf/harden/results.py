@@ -28,23 +28,13 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Loop:
-    """One measure of one closure."""
-
-    name: str  # of the equality constraint, or its number
-    kind: str  # connect, weld, joint, tendon
-    unit: str  # "m" or "rad"
-
-
-@dataclass(frozen=True)
 class Variant:
     """The model as it is, or hardened; where its run broke off, nothing but the first three is known."""
 
     name: str
     steps: int  # that it completed at the model's own step, of those asked for
     broke: str = ""  # the engine's warning that ended it
-    openings: tuple[float, ...] | None = None  # largest of each loop, in the order and units of the study's loops
-    opening_over_size: float | None = None  # the largest in metres, over the model's size
+    openings: tuple[float, ...] | None = None  # largest [m] of each loop; an angle by what it is at the model's size
     drift: float | None = None  # largest distance of a body from where the reference has it [m]
 
 
@@ -66,9 +56,9 @@ class HardenedModel:
     timestep: float = 0.0
     seconds: float = 0.0
     start: str = ""  # what they started from
-    start_opening: dict[str, float] | None = None  # largest opening of the start pose as given, by unit
+    start_opening: float = 0.0  # largest opening of the start pose as given [m]
     start_closed: bool = True  # whether the runs start with the loops closed; where no near pose closes them, as given
-    loops: tuple[Loop, ...] = ()  # what is measured of the closures
+    loops: tuple[str, ...] = ()  # kinds and names of the closures
     factor: float | None = None  # on the inverse weights
     scaled: tuple[str, ...] = ()  # what has these weights: names of bodies, joints, tendons
     lines: str = ""  # Python that does it

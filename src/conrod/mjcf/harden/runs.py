@@ -13,9 +13,9 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import REDUNDANT, close_loops
-from conrod.mjcf.harden.closures import Closure, loops_of, openings
-from conrod.mjcf.harden.results import Loop, Request, Variant
+from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
+from conrod.mjcf.harden.closures import Closure
+from conrod.mjcf.harden.results import Request, Variant
 from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
 from conrod.own.models.loading import data_at_start, start_words
 from conrod.studies.frame.paired_timing import PairedTiming, paired_cost
@@ -31,12 +31,12 @@ class Start:
 
     state: Array
     name: str  # what a user calls it
-    given: dict[str, float]  # largest opening of the pose as given, by unit
+    given: float  # largest opening of the pose as given [m]
     closed: bool  # whether the loops could be closed; the state is as given where they could not
     rates_changed: float = 0.0  # largest change that this made to a rate, over the largest rate
 
 
-def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure]) -> Start:
+def start_of(model: mujoco.MjModel, request: Request) -> Start:
     """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
 
     Raises:
@@ -44,7 +44,7 @@ def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure
     """
     data, index = data_at_start(model, request.keyframe, request.controls)
     mujoco.mj_fwdPosition(model, data)
-    given = largest_by_unit(loops_of(closures), openings(model, data, closures))
+    given = float(openings(model, data, float(model.stat.extent)).max(initial=0.0))
     before, name = state_of(model, data), start_words(model, index, data.ctrl)
     if not close_loops(model, data, CLOSED * float(model.stat.extent)):
         return Start(before, name, given, closed=False)
@@ -53,14 +53,6 @@ def start_of(model: mujoco.MjModel, request: Request, closures: Sequence[Closure
     data.qvel[:] -= parting
     changed = float(np.abs(parting).max()) / fastest if fastest else 0.0
     return Start(state_of(model, data), name, given, True, changed)
-
-
-def largest_by_unit(loops: Sequence[Loop], found: Sequence[float] | Array) -> dict[str, float]:
-    """The largest opening in m and in rad, of those that there are."""
-    largest: dict[str, float] = {}
-    for loop, value in zip(loops, found, strict=False):
-        largest[loop.unit] = max(largest.get(loop.unit, 0.0), float(value))
-    return largest
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
@@ -84,7 +76,7 @@ class Swing:
     """A run at its S + 1 samples, the start among them."""
 
     points: Array  # (S + 1, bodies, 3) centres of gravity of all that can move [m]
-    openings: Array  # (S + 1, loops) as `openings` has them
+    openings: Array  # (S + 1, closures) [m]
     steps: int  # that were completed
     broke: str  # the engine's warning that ended it, empty where it completed; the samples end before it
 
@@ -113,7 +105,7 @@ def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Cl
             mujoco.mj_setState(run, aside, state_of(run, data), STATE)
             mujoco.mj_fwdPosition(run, aside)
             points.append(aside.xipos[model.body_weldid > 0].copy())
-            gaps.append(openings(model, aside, closures))
+            gaps.append(openings(model, aside, float(model.stat.extent))[[one.index for one in closures]])
     return Swing(np.array(points), np.array(gaps), pace.stride * (len(points) - 1), broke)
 
 
@@ -157,11 +149,8 @@ class Reference:
         run = swing(model, state, pace, closures)
         if run.broke:
             return Variant(name, run.steps, run.broke)
-        widest = run.openings.max(axis=0)
-        in_metres = largest_by_unit(loops_of(closures), widest).get("m")
-        over_size = None if in_metres is None else in_metres / float(model.stat.extent)
         drift = None if self.known_to is None else run.drift(self.swing)
-        return Variant(name, run.steps, "", tuple(widest.tolist()), over_size, drift)
+        return Variant(name, run.steps, "", tuple(run.openings.max(axis=0).tolist()), drift)
 
 
 def cost(own: mujoco.MjModel, hardened: mujoco.MjModel, state: Array, pace: Pace) -> PairedTiming:

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.harden.closures import active_closures, loops_of
+from conrod.mjcf.harden.closures import active_closures
 from conrod.mjcf.harden.recipe import edited, nothing_to_do, python_lines, recipe_for, soft_on_purpose, to_know
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
-from conrod.mjcf.harden.runs import Pace, Reference, Start, cost, largest_by_unit, start_of
+from conrod.mjcf.harden.runs import Pace, Reference, Start, cost, start_of
 from conrod.own.models.loading import check_finite, controls_at_start, load_model
 
 AS_IT_IS, HARDENED = "as it is", "hardened"
@@ -22,7 +22,7 @@ SAMPLES = 500
 LEAST_STEPS, MOST_STEPS = 20, 200_000
 # A machine whose bodies move by less than this share of its size stands.
 STANDS = 1e-9
-# Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size, rad].
+# Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size].
 WORSE, ROUNDING = 2.0, 1e-9
 # A change of the rates at the start of more than this share is worth a word.
 RATES = 1e-6
@@ -64,7 +64,7 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
     soft = soft_on_purpose(model, closures)
     if soft and not request.force:
         return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-    recipe, start = recipe_for(model, closures), start_of(model, request, closures)
+    recipe, start = recipe_for(model, closures), start_of(model, request)
     hard = edited(model, recipe)
     reference = Reference.of(hard, start.state, pace, closures)
     before, after = (
@@ -78,7 +78,7 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
         start=start.name,
         start_opening=start.given,
         start_closed=start.closed,
-        loops=loops_of(closures),
+        loops=tuple(f"{one.kind} {one.name}" for one in closures),
         factor=recipe.factor,
         scaled=recipe.weights.names(model),
         lines=python_lines(model, recipe, path.absolute()),
@@ -123,10 +123,9 @@ def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
         if before.broke:
             return f"{hardened} after {before.steps} ({before.broke}): nothing shows what hardening does"
         return f"{hardened} it does not: {ADVICE}"
-    for unit, least in (("m", ROUNDING * found.size), ("rad", ROUNDING)):
-        then, now = (largest_by_unit(found.loops, one.openings or ()).get(unit, 0.0) for one in (before, after))
-        if not before.broke and now > max(WORSE * then, least):
-            return f"its loops open more, {now:.1e} {unit} and as it is {then:.1e}: {ADVICE}"
+    then, now = (max(one.openings or (), default=0.0) for one in (before, after))
+    if not before.broke and now > max(WORSE * then, ROUNDING * found.size):
+        return f"its loops open more, {1e3 * now:.1e} mm and as it is {1e3 * then:.1e} mm: {ADVICE}"
     return ""
 
 

@@ -57,12 +57,12 @@ class Bench:
 
     @cached_property
     def openings(self) -> Array:
-        """Opening (samples, neq) [m] of each connect or weld; 0 for other equalities and those that are off."""
+        """Opening (samples, neq) [m] of each equality."""
         data, found = data_at(self.model, self.start), list[Array]()
         for state in self.run.states:
             mujoco.mj_setState(self.model, data, state, STATE)
             mujoco.mj_forward(self.model, data)
-            found.append(openings(self.model, data))
+            found.append(openings(self.model, data, self.size))
         return np.reshape(found, (len(found), self.model.neq))
 
     # -- measures ----------------------------------------------------------------------------------------------------

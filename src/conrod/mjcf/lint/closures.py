@@ -34,7 +34,7 @@ LEAST_STEPS = 2.0  # MuJoCo admits no less
     "the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step helps",
 )
 def soft_closure(bench: Bench) -> Iterator[Finding]:
-    """Connects and welds that give way, stock softness above all."""
+    """Closures that give way, stock softness above all."""
     opened, finer = _worst(bench), bench
     wide = [index for index in range(bench.model.neq) if opened[index] > PLAY * bench.size]
     # With few steps a turn a stiff closure opens as well, by what the step leaves: looked at again with finer ones.
@@ -105,7 +105,7 @@ def open_start(bench: Bench) -> Iterator[Finding]:
     """A start pose that leaves a loop open."""
     model, data = bench.model, data_at(bench.model, bench.start)
     mujoco.mj_forward(model, data)
-    opened = openings(model, data)
+    opened = openings(model, data, bench.size)
     ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
     if not ajar:
         return

@@ -16,10 +16,9 @@ from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
-from conrod.exact.space.closing import weight
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.tree import SpatialTree
-from conrod.mjcf.equalities import closure_name
+from conrod.mjcf.equalities import closure_name, openings, owners
 from conrod.own.models.driving import look_at
 from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.runs.trajectory import Outcome
@@ -170,22 +169,14 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
 
 def gaps_of(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
     """How far each acting closure is open [m], an angle by what it is at the machine's extent."""
-    gaps, closures = dict[str, float](), {closure.name: closure for closure in tree.closures}
-    for name, rows in closure_rows(model, data).items():
-        left, closure = data.efc_pos[rows], closures[name]
-        gaps[name] = float(np.linalg.norm(left[:3])) * weight(tree, closure)
-        if closure.kind == "weld" and (scale := float(model.eq_data[data.efc_id[rows[0]], 10])):
-            # MuJoCo has half of the turn's sine, times this scale.
-            gaps[name] = max(gaps[name], 2.0 * tree.extent / scale * float(np.linalg.norm(left[3:])))
-    return gaps
+    found = openings(model, data, tree.extent)
+    return {closure_name(model, k): float(found[k]) for k in dict.fromkeys(owners(data).tolist())}
 
 
-def opens(tree: SpatialTree, gaps: Mapping[str, float]) -> str:
+def opens(gaps: Mapping[str, float]) -> str:
     """The closure that is furthest open, in words."""
     worst = max(gaps, key=lambda name: gaps[name])
-    of_angles = weight(tree, next(closure for closure in tree.closures if closure.name == worst)) != 1.0
-    off = np.degrees(gaps[worst] / tree.extent)
-    return f"{worst} is {off:.3g} deg off" if of_angles else f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
+    return f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
 
 
 def carried_forces(

@@ -79,7 +79,7 @@ def errors_of(
     if run.outcome is not Outcome.COMPLETED:
         return LoopRun(label, step, run.outcome, run.reason, gap=gap)
     if gap > OPEN_GAP * travel:
-        return LoopRun(label, step, Outcome.OPENED, opens(machine.tree, gaps), gap=gap)
+        return LoopRun(label, step, Outcome.OPENED, opens(gaps), gap=gap)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
         for name, found in run.points.items()

@@ -43,7 +43,7 @@ def shipped_run(
     if reason:
         outcome = Outcome.RESET if reason.startswith("MuJoCo reset") else Outcome.DIVERGED
     elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
-        outcome, reason = Outcome.OPENED, opens(tree, gaps)
+        outcome, reason = Outcome.OPENED, opens(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
     return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter)
 
