@@ -213,8 +213,7 @@ def finding(severity: Severity, what: str = "found", subject: str = "", *edits: 
 @pytest.mark.parametrize(("worst", "fails"), [
     ((), ()),
     ((Severity.NOTE,), ("note",)),
-    ((Severity.WARNING, Severity.NOTE), ("note", "warning")),
-    ((Severity.ERROR,), ("note", "warning", "error")),
+    ((Severity.ERROR, Severity.NOTE), ("note", "error")),
 ])  # fmt: skip
 def test_the_severity_that_fails_can_be_chosen(
     worst: tuple[Severity, ...], fails: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -223,9 +222,9 @@ def test_the_severity_that_fails_can_be_chosen(
     monkeypatch.chdir(tmp_path)
     report = Report("saw.xml", "a free run", tuple(map(finding, worst)), ())
     monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given: report)
-    for severity in ("note", "warning", "error"):
+    for severity in ("note", "error"):
         assert conrod("lint", "saw.xml", "--fail-on", severity).returncode == int(severity in fails)
-    assert conrod("lint", "saw.xml").returncode == int("warning" in fails)
+    assert conrod("lint", "saw.xml").returncode == int("error" in fails)
 
 
 def test_sarif_gives_each_finding_its_line_and_no_text_breaks_out(
@@ -237,13 +236,13 @@ def test_sarif_gives_each_finding_its_line_and_no_text_breaks_out(
     Path(name).write_text("\n".join((*lines, " </equality></mujoco>")), encoding="utf-8")
     found = (
         finding(Severity.ERROR, "opens", "pin"),
-        finding(Severity.WARNING, hostile, "elsewhere"),
+        finding(Severity.ERROR, hostile, "elsewhere"),
         finding(Severity.NOTE, "resets", "", '<option><flag autoreset="disable"/></option>'),
     )
     report = Report(name, "a free run", found, ())
     (run,) = json.loads(sarif(report))["runs"]
     places = [one["locations"][0]["physicalLocation"] for one in run["results"]]
-    assert [one["level"] for one in run["results"]] == ["error", "warning", "note"]
+    assert [one["level"] for one in run["results"]] == ["error", "error", "note"]
     assert [one["region"]["startLine"] for one in places] == [5, 1, 2]
     assert {unquote(one["artifactLocation"]["uri"]) for one in places} == {name}
     assert {one["ruleId"] for one in run["results"]} == {one["id"] for one in run["tool"]["driver"]["rules"]}

@@ -67,13 +67,6 @@ PLANTED = {
     "a soft closure": plant(replaced(f" {CLOSURE}", ""), "soft-closure"),
     "a void tolerance": plant(replaced('tolerance="0" ', ""), "solver-stops-early"),
     "a silent reset": plant(replaced('autoreset="disable" ', ""), "silent-reset"),
-    "masses brought to a sum": plant(replaced("<compiler ", '<compiler settotalmass="20" '), "changed-inertia"),
-    "inertias that are balanced": plant(
-        lambda text: replaced("<compiler ", '<compiler balanceinertia="true" ')(
-            replaced('diaginertia="0.01125 0.01125 0.01125"', 'diaginertia="0.001 0.01125 0.01125"')(text)
-        ).replace('diaginertia="0.02 0.02 0.02"', 'diaginertia="0.02 0.02 0.06"'),
-        "changed-inertia",
-    ),
     "a step that is too long": plant(replaced('timestep="0.00012"', 'timestep="0.05"'), "step-too-long", seconds=10.0),
     "an open start": plant(replaced('euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
 }

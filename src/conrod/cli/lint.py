@@ -22,7 +22,7 @@ from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import naming, real_path, single, write_together
 
-COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "cyan"}
+COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Asked:
     fail_on: str = option(
         "--fail-on",
         type=click.Choice([one.value for one in Severity]),
-        default=Severity.WARNING.value,
+        default=Severity.ERROR.value,
         show_default=True,
-        help="Exit status 1 for findings of this severity and worse.",
+        help="Exit status 1 for errors alone, or for notes too.",
     )
     form: str = option(
         "--format",
@@ -60,9 +60,9 @@ def lint(model: str, asked: Asked) -> None:
 
     The model is run, and run again without each suspect; the file is only read.
 
-    Findings are errors (they make this motion wrong), warnings (they will cause trouble) or notes.
+    Findings are errors (they make this motion wrong) or notes.
 
-    Exit status 0: no errors and warnings, or what --fail-on says; 1: some; 2: bad usage.
+    Exit status 0: no errors, or what --fail-on says; 1: some; 2: bad usage.
     """
     path = Path(model)
     check_readable(path)
@@ -87,7 +87,7 @@ def lint(model: str, asked: Asked) -> None:
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
-    if any(finding.severity in Severity(asked.fail_on).and_worse for finding in report.findings):
+    if any(finding.severity.value in (Severity.ERROR.value, asked.fail_on) for finding in report.findings):
         sys.exit(FAILED)
 
 

@@ -37,17 +37,10 @@ Value = float | int | str
 
 
 class Severity(Enum):
-    """Severities of findings, the worst first: it makes this motion wrong, will cause trouble, costs or hides."""
+    """Severities of findings, the worst first: it makes this motion wrong; or it costs, or would hide a failure."""
 
     ERROR = "error"
-    WARNING = "warning"
     NOTE = "note"
-
-    @property
-    def and_worse(self) -> tuple[Severity, ...]:
-        """It and all that are worse."""
-        every = tuple(Severity)
-        return every[: every.index(self) + 1]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import mujoco
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mjcf.lint import bodies, closures, stepping
+from conrod.mjcf.lint import closures, collisions, stepping
 from conrod.mjcf.lint.bench import Bench, Rule
 from conrod.mjcf.lint.document import Document, differing
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity
@@ -22,8 +22,7 @@ RULES: tuple[Rule, ...] = (
     SOLVER,
     closures.soft_closure,
     closures.open_start,
-    bodies.joined_links_collide,
-    bodies.changed_inertia,
+    collisions.joined_links_collide,
     stepping.silent_reset,
 )
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one

@@ -1,4 +1,4 @@
-"""Rules on bodies: links that collide where they are joined, and inertias."""
+"""The rule on links that collide where they are joined."""
 
 from __future__ import annotations
 
@@ -7,15 +7,11 @@ from dataclasses import replace
 from xml.sax.saxutils import quoteattr
 
 import mujoco
-import numpy as np
 
-from conrod.exact.motion import Array
 from conrod.mjcf.equalities import closure_name, ties
 from conrod.mjcf.lint.bench import UNCHANGED, Bench, rule
 from conrod.mjcf.lint.findings import Finding, Severity
-from conrod.own.models.loading import listed, name_or_number
-
-# -- links that collide ----------------------------------------------------------------------------------------------
+from conrod.own.models.loading import name_or_number
 
 # Links that a pin holds together and that touch in nearly every step overlap whatever the pin does: a mechanical stop,
 # or a foot on the ground, lets go.
@@ -72,58 +68,3 @@ def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
                 return f"joint {name_or_number(model, 'joint', joints[0])}"
     parts = {int(model.body_weldid[one]), int(model.body_weldid[other])}
     return next((closure_name(model, index) for index, ends in ties(model) if set(ends) == parts), "")
-
-
-# -- inertias --------------------------------------------------------------------------------------------------------
-
-# Everything by which the compiler changes what is written, turned off.
-AS_WRITTEN = (
-    '<compiler balanceinertia="false" boundmass="0" boundinertia="0" settotalmass="-1" inertiafromgeom="auto"/>',
-)
-SAME = 1e-9  # the sums are the same, their order may not be
-# Of the travel: a driven machine's motion knows of masses only by what is soft in it.
-SAME_MOTION = 1e-6
-WRITE = (
-    "write every mass and inertia as it is, and take balanceinertia, boundmass, boundinertia, settotalmass and "
-    "inertiafromgeom out of <compiler>"
-)
-
-
-@rule("drive torques, reactions and free motion are those of another machine", needs_motion=False)
-def changed_inertia(bench: Bench) -> Iterator[Finding]:
-    """Masses or inertias that the compiler made others than those written."""
-    model = bench.model
-    try:
-        written = bench.edited(AS_WRITTEN)
-    except ValueError as error:
-        yield Finding(
-            what="the compiler makes masses or inertias up, without which the model does not compile",
-            severity=Severity.ERROR,
-            evidence={"compiled as written": " ".join(str(error).split())},
-            fix=WRITE,
-        )
-        return
-    # Principal moments come in an order of their own.
-    compiled, meant = (np.column_stack([m.body_mass, np.sort(m.body_inertia, axis=1)]) for m in (model, written.model))
-    changed = np.flatnonzero(~np.isclose(compiled, meant, rtol=SAME, atol=0.0).all(axis=1)).tolist()
-    if not changed:
-        return
-    names = tuple(name_or_number(model, "body", body) for body in changed)
-    change = None if bench.run.broke else bench.change_to(written.run)
-    yield Finding(
-        subjects=names,
-        what=f"masses or inertias of {listed(names)} are not those that are written",
-        severity=Severity.WARNING if change is not None and change <= SAME_MOTION else Severity.ERROR,
-        evidence={
-            "bodies changed": len(changed),
-            f"mass [kg] and moments [kg m²] of {names[0]} as written": _digits(meant[changed[0]]),
-            "as compiled": _digits(compiled[changed[0]]),
-        },
-        fix=WRITE,
-        edits=AS_WRITTEN,
-        change=change,
-    )
-
-
-def _digits(values: Array) -> str:
-    return " ".join(f"{value:.6g}" for value in values)
