@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 import pytest
 import rolling_machines
-from free_machines import chain
 from linkages import (
     crank_shaper,
     example_5_6,
@@ -19,7 +18,6 @@ from linkages import (
     slider_crank,
 )
 
-from conrod.exact import joint_equations
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import instant_quantities, turn_quantities
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
@@ -270,22 +268,6 @@ def test_the_worst_angle_is_no_better_than_the_least_of_samples(name: str) -> No
     (push,) = pushes(kinematics, kinematics.poses(kinematics.angles(3600)))
     sampled = math.asin(push.share.min())
     assert sampled - 1e-6 <= found.worst.value <= sampled + 1e-14
-
-
-def work(monkeypatch: pytest.MonkeyPatch, four_bars: int) -> int:
-    """Poses of single bodies that the transmission angles of a chain take, which are as many as its bars."""
-    mechanism = chain(four_bars)
-    span = replace(mechanism, name=f"chain {four_bars}", driver=replace(mechanism.driver, span=(-1.3, 1.3)))
-    calls, sine_cosine = [], joint_equations.sine_cosine
-    with monkeypatch.context() as patch:
-        patch.setattr(joint_equations, "sine_cosine", lambda turn: calls.append(None) or sine_cosine(turn))
-        assert len(transmission_angles(course(span))) == four_bars
-    return len(calls)
-
-
-def test_the_work_grows_with_the_loops_and_not_with_their_square(monkeypatch: pytest.MonkeyPatch) -> None:
-    # With all bodies placed anew for every push it was seven times as much.
-    assert work(monkeypatch, 8) < 2.0 * work(monkeypatch, 4)
 
 
 # -- together -------------------------------------------------------------------------------------------------------

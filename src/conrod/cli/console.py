@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 
-from conrod.engines import engine_names
-from conrod.engines.registry import OPTIONAL, presets_of
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, TurnQuantities
 from conrod.report import numbers
@@ -43,9 +41,7 @@ def show_catalogue() -> None:
         _listed(out, title, ("name", "title", "moving links"), machines)
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     _listed(out, "machines in space (in MuJoCo: validate, export --format mjcf)", ("name", "title"), spatial)
-    engines = [(name, ", ".join(presets_of(name))) for name in (*engine_names(), *OPTIONAL)]
-    _listed(out, "engines (`conrod engines` says what they can do)", ("name", "presets"), engines)
-    print_lines(out, ["`conrod show SCENE` has its source and all about it"])
+    print_lines(out, ["`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them"])
 
 
 def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -8,9 +8,8 @@ minus the pressure angle). At zero the mechanism is locked.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -58,15 +57,8 @@ class Push:
 
 def pushes(kinematics: Kinematics, poses: Array) -> list[Push]:
     """Every driven link that is guided by the ground, and pushed by a cam, a rod or a block, at poses (T, 3 n)."""
-    return [push(poses) for push in _pushes(kinematics)]
-
-
-def _pushes(kinematics: Kinematics) -> list[PushAt]:
-    """Each push by itself, so that one can be had without the others."""
-    return [*_cam_pushes(kinematics), *_rod_pushes(kinematics.mechanism)]
-
-
-PushAt: TypeAlias = Callable[[Array], Push]  # of poses (T, 3 n)
+    found = [*_cam_pushes(kinematics, poses), *_rod_pushes(kinematics.mechanism, poses)]
+    return sorted(found, key=lambda push: (push.driven, push.through))
 
 
 @dataclass(frozen=True)
@@ -105,23 +97,21 @@ class TransmissionAngle:
 
 def transmission_angles(course: Course) -> tuple[TransmissionAngle, ...]:
     """Of every driven link that is guided by the ground; empty where none is pushed by a rod, a block or a cam."""
-    at = _pushes(course.kinematics)
-    samples = [push(course.samples) for push in at]
-    extremes = _least(course, np.array([sign * push.angle for push in samples for sign in SIGNS]), at)
-    found = [
+    samples = pushes(course.kinematics, course.samples)
+    if not samples:
+        return ()
+    extremes = _least(course, np.array([sign * push.angle for push in samples for sign in SIGNS]))
+    return tuple(
         TransmissionAngle(push.driven, push.through, least, Extreme(-greatest.value, greatest.angle))
         for push, least, greatest in zip(samples, extremes[::2], extremes[1::2], strict=True)
-    ]
-    return tuple(sorted(found, key=lambda angle: (angle.driven, angle.through)))
+    )
 
 
-def _least(course: Course, values: Array, at: list[PushAt]) -> list[Extreme]:
+def _least(course: Course, values: Array) -> list[Extreme]:
     """The least of each row of values (E, T) at the samples, and between them; a push has a row for each sign.
 
     All are closed in upon together: what takes time in solving for poses is not how many they are.
     """
-    if not at:
-        return []
     parameter, rows, last = course.parameter, np.arange(len(values)), values.shape[1] - 1
     k = values.argmin(axis=1)
     low, high = parameter[np.maximum(k - 1, 0)], parameter[np.minimum(k + 1, last)]
@@ -131,8 +121,8 @@ def _least(course: Course, values: Array, at: list[PushAt]) -> list[Extreme]:
     value, place = values[rows, k], parameter[k]
     for _ in range(TIMES):
         some = np.linspace(low, high, PARTS + 1, axis=1)
-        poses = np.split(course.poses(some.ravel()), len(rows))
-        here = np.array([SIGNS[e % 2] * at[e // 2](some_poses).angle for e, some_poses in enumerate(poses)])
+        found = [push.angle.reshape(some.shape) for push in pushes(course.kinematics, course.poses(some.ravel()))]
+        here = np.array([SIGNS[e % 2] * found[e // 2][e] for e in rows])
         j = here.argmin(axis=1)
         less = here[rows, j] < value
         value, place = np.where(less, here[rows, j], value), np.where(less, some[rows, j], place)
@@ -142,56 +132,43 @@ def _least(course: Course, values: Array, at: list[PushAt]) -> list[Extreme]:
     return [Extreme(*extreme) for extreme in zip(value.tolist(), angles.tolist(), strict=True)]
 
 
-def _cam_pushes(kinematics: Kinematics) -> Iterator[PushAt]:
+def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
     mechanism = kinematics.mechanism
     row = 0
     for joint in mechanism.joints:
-        if joint in mechanism.cam_contacts and mechanism.guide(joint.b) is not None:
-            yield partial(_cam_push, kinematics, joint, row)
+        if isinstance(joint, CamContact) and mechanism.guide(joint.b) is not None:
+            column = 3 * mechanism.body_index[joint.b]
+            line = kinematics.jacobian(poses)[:, row, column : column + 2]
+            yield Push(joint.b, joint.a, line, _path(mechanism, poses, joint.b, joint.b, joint.roller_centre))
         row += kinematics.equations_of(joint)
 
 
-def _cam_push(kinematics: Kinematics, joint: CamContact, row: int, poses: Array) -> Push:
-    mechanism, column = kinematics.mechanism, 3 * kinematics.mechanism.body_index[joint.b]
-    path = _path(mechanism, poses, joint.b, _place(mechanism, poses, joint.b, joint.roller_centre))
-    return Push(joint.b, joint.a, kinematics.jacobian(poses)[:, row, column : column + 2], path)
-
-
-def _rod_pushes(mechanism: Mechanism) -> Iterator[PushAt]:
+def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
     away = _joints_from_crank(mechanism)
     for rod in mechanism.bodies:
         ends = _rod_ends(mechanism, rod.name)
         # Of two rockers on a rod, the one farther from the crank is driven.
         farthest = max((away[driven] for driven, *_ in ends), default=0)
-        for end in ends:
+        for driven, point, own, other in ends:
             # A rod that is reached by way of a link does not push that one: it is itself moved by it.
-            if away[end[0]] >= max(farthest, away[rod.name]) and mechanism.guide(end[0]) is not None:
-                yield partial(_rod_push, mechanism, rod.name, end)
-        yield from _block_pushes(mechanism, rod.name, away)
+            if away[driven] >= max(farthest, away[rod.name]) and mechanism.guide(driven) is not None:
+                line = _place(mechanism, poses, rod.name, own) - _place(mechanism, poses, rod.name, other)
+                yield Push(driven, rod.name, line, _path(mechanism, poses, driven, driven, point))
+        yield from _block_pushes(mechanism, rod.name, away, poses)
 
 
-def _rod_push(mechanism: Mechanism, rod: str, end: RodEnd, poses: Array) -> Push:
-    driven, point, own, other = end
-    path = _path(mechanism, poses, driven, _place(mechanism, poses, driven, point))
-    return Push(driven, rod, _place(mechanism, poses, rod, own) - _place(mechanism, poses, rod, other), path)
-
-
-def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int]) -> Iterator[PushAt]:
+def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int], poses: Array) -> Iterator[Push]:
     """A block on a pin of one link that slides in another: it pushes at right angles to the slide, through its pin."""
-    joints = [j for j in mechanism.joints_on(block) if GROUND not in (j.a, j.b)]
-    slide = next((j for j in joints if isinstance(j, Prismatic)), None)
-    pin = next((j for j in joints if isinstance(j, Revolute)), None)
-    if slide is None or pin is None or len(joints) != 2 or len(mechanism.joints_on(block)) != 2:
+    joints = mechanism.joints_on(block)
+    slide = next((j for j in joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)), None)
+    pin = next((j for j in joints if isinstance(j, Revolute) and GROUND not in (j.a, j.b)), None)
+    if slide is None or pin is None or len(joints) != 2:
         return
     driven = max(beside(slide, block)[0], beside(pin, block)[0], key=away.__getitem__)
     if driven != mechanism.crank and mechanism.guide(driven) is not None:
-        yield partial(_block_push, mechanism, block, slide, beside(pin, block)[2], driven)
-
-
-def _block_push(mechanism: Mechanism, block: str, slide: Prismatic, point: Point, driven: str, poses: Array) -> Push:
-    path = _path(mechanism, poses, driven, _place(mechanism, poses, block, point))
-    turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + (slide.direction + 0.5 * math.pi)
-    return Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
+        turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + (slide.direction + 0.5 * math.pi)
+        path = _path(mechanism, poses, driven, block, beside(pin, block)[2])
+        yield Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
 
 
 def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
@@ -219,14 +196,14 @@ def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
     ]
 
 
-def _path(mechanism: Mechanism, poses: Array, name: str, place: Array) -> Array:
-    """Direction (T, 2) in which the point of a guided body at a place (T, 2) [m] moves."""
-    joint = mechanism.guide(name)
+def _path(mechanism: Mechanism, poses: Array, driven: str, body: str, point: Point) -> Array:
+    """Direction (T, 2) in which a guided body moves where a point of a body is."""
+    joint = mechanism.guide(driven)
     if isinstance(joint, Prismatic):
         direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
         return np.broadcast_to(direction, (len(poses), 2))
     assert joint is not None
-    arm = place - np.asarray(beside(joint, name)[1])
+    arm = _place(mechanism, poses, body, point) - np.asarray(beside(joint, driven)[1])
     return np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
