@@ -25,19 +25,16 @@ PARAMETER = ("parameter", "value", "unit", "meaning")
 
 
 def show_catalogue() -> None:
-    """One line for each scene, each machine of the catalogue, and each engine."""
+    """One line for each scene and each machine."""
     out = console()
     scenes = [(name, scene.title) for name, scene in SCENES.items()]
     _listed(out, "scenes with a closed form", ("name", "title"), scenes)
-    # What swings freely makes no pass.
-    for title, names, driven in (
-        ("catalogue (machines from files)", catalogue_names(), True),
-        ("dynamics (under loads, or in free motion)", dynamics_names(), False),
+    for title, names in (
+        ("catalogue (machines from files)", catalogue_names()),
+        ("dynamics (under loads, or in free motion)", dynamics_names()),
     ):
-        machines = []
-        for name, heading in ((name, catalogue_heading(name)) for name in names):
-            links = f"{heading.links}, one pass" if driven and heading.one_pass else str(heading.links)
-            machines.append((name, heading.title, links))
+        headings = {name: catalogue_heading(name) for name in names}
+        machines = [(name, heading.title, str(heading.links)) for name, heading in headings.items()]
         _listed(out, title, ("name", "title", "moving links"), machines)
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     _listed(out, "machines in space (in MuJoCo: validate, export --format mjcf)", ("name", "title"), spatial)

@@ -125,43 +125,14 @@ def _clean(value: float, beside: list[float]) -> str:
 
 def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: InstantQuantities | None) -> str:
     """The JSON document of a scene; m, m/s, m/s^2, rad, rad/s, rad/s^2."""
-    of_turn = {
-        "mobility": scene.kinematics.mechanism.mobility,
-        "looked_at": list(scene.kinematics.span),
-        "crank": {"turns_fully": turn.crank_range.full, **plain(turn.crank_range)},
-        "outputs": [{**plain(output), "time_ratio": output.time_ratio} for output in turn.outputs],
-        "transmission": [
-            {
-                **plain(angle),
-                "worst": plain(angle.worst),
-                "greatest_pressure_angle": plain(angle.greatest_pressure_angle),
-            }
-            for angle in turn.transmission
-        ],
-    }
     document = {
         "schema": SCHEMA,
         "conrod": version("conrod"),
         "scene": name,
         "parameters": scene.parameters,
-        "turn": of_turn,
-        "instant": None if instant is None else _instant(instant),
+        "mobility": scene.kinematics.mechanism.mobility,
+        "looked_at": scene.kinematics.span,
+        "turn": plain(turn),
+        "instant": plain(instant),
     }
     return json_text(document)
-
-
-def _instant(instant: InstantQuantities) -> dict[str, object]:
-    return {
-        "angle": instant.angle,
-        "speed": instant.speed,
-        "links": plain(instant.links),
-        "points": [
-            {
-                "point": name,
-                "place": point.position[0].tolist(),
-                "velocity": point.velocity[0].tolist(),
-                "acceleration": point.acceleration[0].tolist(),
-            }
-            for name, point in instant.points.points.items()
-        ],
-    }

@@ -15,7 +15,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.dimensions import draw_dimensions
-from conrod.report.drawing.labels import LETTER, Labels
+from conrod.report.drawing.labels import Labels
 from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
@@ -41,7 +41,8 @@ def mechanism_figure(scene: Scene) -> Figure:
     """The mechanism at a telling crank angle, with the paths of the observed points over a turn."""
     angle = telling_angle(scene)
     view = view_at(scene, angle)
-    draw_paths(view)
+    for path in view.paths.values():
+        view.axes.plot(*np.round(path, 6).T, color=TRACE, linewidth=2.2, alpha=0.35, zorder=2)
     draw_joints(view)
     draw_links(view)
     draw_observed(view)
@@ -102,19 +103,14 @@ def _framed(view: View) -> Figure:
 # -- marks beside the mechanism ----------------------------------------------------------------------------------------
 
 
-def draw_paths(view: View) -> None:
-    """The paths of the observed points."""
-    for path in view.paths.values():
-        view.axes.plot(*np.round(path, 6).T, color=TRACE, linewidth=2.2, alpha=0.35, zorder=2)
-
-
 def draw_observed(view: View) -> None:
     """The observed points with their names."""
     for point in view.mechanism.observed:
         place = view.place(point.body, point.point)
         view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
-        reach = view.labels.point * np.array([7.0 + 0.5 * LETTER * NAME["fontsize"] * len(point.name), 11.0])
-        _note(view, list(place + NAMED * reach), point.name, TRACE, NAME)
+        half = 0.5 * view.labels.width(point.name, NAME["fontsize"])
+        reach = NAMED * (view.labels.point * np.array([7.0, 11.0]) + [half, 0.0])
+        _note(view, list(place + reach), point.name, TRACE, NAME)
 
 
 def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
