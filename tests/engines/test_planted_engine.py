@@ -29,7 +29,6 @@ from conrod.engines.capabilities import (
     Lacking,
     ModelFile,
     ReportsForces,
-    Reproduces,
     capability,
     required,
 )
@@ -353,7 +352,7 @@ def test_an_extra_that_is_installed_and_cannot_be_imported_is_left_out(monkeypat
 
 @pytest.mark.parametrize("kind", MEANINGS, ids=lambda kind: kind.__name__)
 def test_a_capability_is_had_or_lacked_with_a_reason(kind: type[Any]) -> None:
-    for name in ENGINES if kind not in (ModelFile, Reproduces, HasIngredients) else ("mujoco",):
+    for name in ENGINES if kind not in (ModelFile, HasIngredients) else ("mujoco",):
         assert capability(engine_named(name), kind) is engine_named(name)
     assert capability(ENGINE, kind) == Lacking(f"planted has no {MEANINGS[kind]}")
     with pytest.raises(InvalidInput, match="planted has no"):

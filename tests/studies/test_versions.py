@@ -26,8 +26,7 @@ from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.versions.case import VersionCase
 from conrod.studies.versions.environment import Environments, python_of
 from conrod.studies.versions.findings import VersionStudy
-from conrod.studies.versions.reproducer import reproducer
-from conrod.studies.versions.study import LINKAGE_STEPS, change_between, plan_probes, versions_study
+from conrod.studies.versions.study import LINKAGE_STEPS, change_between, plan_cases, versions_study
 
 SAW: Any = SCENES["saw-40rpm"]
 MUJOCO: Any = engine_named("mujoco")
@@ -69,14 +68,14 @@ def test_the_same_bits_are_no_change_and_each_other_one_is_seen() -> None:
 def planted(runs: dict[str, Measurement | str]) -> VersionStudy:
     """The study of planted releases: what each run of one shows, or why it cannot be had."""
 
-    def perform(requirement: str, cases: Sequence[VersionCase], timed: Sequence[VersionCase]) -> Any:
+    def perform(requirement: str, cases: Sequence[VersionCase]) -> Any:
         found = runs[cases[0].version]
         assert requirement.endswith(f"=={cases[0].version}")
         if isinstance(found, str):
             raise InvalidInput(found)
-        return {case.key: found for case in cases}, {}
+        return {case.key: found for case in cases}
 
-    return versions_study(MUJOCO, list(runs), plan_probes({"saw": SAW}, MUJOCO), perform)
+    return versions_study(MUJOCO, list(runs), plan_cases({"saw": SAW}, MUJOCO), perform)
 
 
 def test_a_study_names_the_release_of_a_change_and_goes_on_where_one_cannot_be_had() -> None:
@@ -95,8 +94,8 @@ def test_a_study_names_the_release_of_a_change_and_goes_on_where_one_cannot_be_h
 
 
 def test_a_case_is_of_its_release_and_keeps_every_bit() -> None:
-    made = next(probe for probe in plan_probes({"saw": SAW}, MUJOCO) if probe.settings == "tuned")
-    here, other = (made.of(version)[0] for version in (MUJOCO.version, "3.6.0"))
+    made = replace(plan_cases({"saw": SAW}, MUJOCO)["saw", "tuned"], settings=MuJoCoSettings.tuned(SAW, 100))
+    here, other = (replace(made, version=version) for version in (MUJOCO.version, "3.6.0"))
     assert here.key != other.key
     first, again = here.perform(), here.perform()
     assert change_between(first, again, LINKAGE_STEPS) is None
@@ -214,28 +213,6 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
         Environments(tmp_path / "file" / "cache").interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
 
 
-def test_a_reproducer_runs_alone_and_is_not_written_where_it_shows_nothing(tmp_path: Path) -> None:
-    other = tmp_path / "python"
-    other.write_text('#!/bin/sh\nprintf "MuJoCo 3.6.0\\nqpos of another release\\n"\n')
-    other.chmod(0o755)
-
-    class Made(Environments):
-        def interpreter(self, engine: str, requirement: str, version: str) -> str:
-            return str(other) if version == "3.6.0" else sys.executable
-
-    study = planted({"3.6.0": SAME, "3.7.0": OTHER_STATE, "3.8.0": OTHER_STATE})
-    probes = plan_probes({"saw": SAW}, MUJOCO)
-    text = reproducer(study, probes, MUJOCO, Made())
-    assert text.startswith('# /// script\n# requires-python = ">=3.11"\n# dependencies = ["mujoco==3.7.0", "numpy"]\n')
-    assert 'With "mujoco==3.6.0"' in text
-    assert f"MuJoCo {MUJOCO.version}: all states" in text.partition("qpos of another release")[2]
-    assert "import conrod" not in text
-    with pytest.raises(InvalidInput, match="no release changed a bit"):
-        reproducer(planted({"3.6.0": SAME, "3.7.0": SAME}), probes, MUJOCO, Made())
-    with pytest.raises(InvalidInput, match="the change is not in the run alone"):
-        reproducer(planted({"3.8.0": SAME, "3.9.0": OTHER_STATE}), probes, MUJOCO, Made())
-
-
 @pytest.mark.slow
 def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
     from conrod.cli.runner import ProgressBar
@@ -249,17 +226,18 @@ def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
             environments.interpreter("mujoco", f"mujoco=={version}", version)
     except InvalidInput as error:
         pytest.skip(f"MuJoCo cannot be installed here: {error}")
-    probes = [probe for probe in plan_probes({"saw": SAW}, MUJOCO) if probe.settings in ("tuned", "hardened")]
+    planned = plan_cases({"saw": SAW}, MUJOCO)
+    cases = {key: case for key, case in planned.items() if key[1] in ("tuned", "hardened")}
     with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-        runs = ReleaseRunner(ledger, 2, 600.0, None, False, False, ProgressBar, environments)
-        study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], probes, runs.perform)
+        runs = ReleaseRunner(ledger, 2, 600.0, None, False, ProgressBar, environments)
+        study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runs.perform)
         # All is in the ledger now: nothing is installed for it, nothing runs.
         broken = replace(runs, environments=Environments(tmp_path / "other", maker("exit 1")))
-        assert versions_study(MUJOCO, ["3.6.0", "3.7.0"], probes, broken.perform) == study
+        assert versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, broken.perform) == study
     tuned, hardened = study.histories
     assert tuned.changes[0].size["acceleration"] > 1e-4
     assert all(one.changes[0].explained for one in (tuned, hardened))
-    before, after = tuned.runs
-    assert before.errors["position"] is not None
-    assert after.errors["position"] is not None
-    assert before.errors["position"] > 100.0 * after.errors["position"]
+    before, after = tuned.changes[0].errors
+    assert before is not None
+    assert after is not None
+    assert before > 100.0 * after

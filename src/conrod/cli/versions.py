@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from conrod.cli import options
-from conrod.cli.options import ReportOptions, TimedRunOptions, option
+from conrod.cli.options import ReportOptions, RunOptions, option
 
 if TYPE_CHECKING:
     from conrod.studies.versions.findings import VersionStudy
@@ -15,20 +15,17 @@ DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam
 
 
 @dataclass(frozen=True)
-class Asked(ReportOptions, TimedRunOptions):
+class Asked(ReportOptions, RunOptions):
     """Request to `conrod versions`, as typed."""
 
     assignments: tuple[str, ...] = option("--set")
     versions: str | None = option(
         "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
     )
-    reproducer: str | None = option(
-        "--reproducer", metavar="FILE", help="Write a script that shows the largest change, with the engine alone."
-    )
 
     @property
     def given(self) -> dict[str, object]:
-        return options.as_given(self, TimedRunOptions, "assignments", "out", "document", "reproducer")
+        return options.as_given(self, RunOptions, "assignments", "out", "document")
 
 
 @options.verb()
@@ -36,41 +33,34 @@ class Asked(ReportOptions, TimedRunOptions):
 @options.scene_argument("scenes", nargs=-1, metavar="[SCENE...]")
 @options.gathered("asked", Asked)
 def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
-    """Measure what each release of an engine changed: error, order, outcome, cost, and the last bit of every state.
+    """Measure what each release of an engine changed: outcome, error, and the last bit of every state.
 
     Each release is installed once, in an environment of its own in the cache folder. Finished runs are kept in the
     ledger: an interrupted study goes on where it stopped.
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import ProgressBar, Runner
-    from conrod.engines.capabilities import Released, Reproduces, required
+    from conrod.engines.capabilities import Released, required
     from conrod.engines.registry import engine_named
     from conrod.errors import InvalidInput
     from conrod.report.versions import KIND
-    from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scenes
-    from conrod.studies.frame.writing import naming, single, write_together
-    from conrod.studies.versions import reproducer
+    from conrod.studies.frame.writing import naming
     from conrod.studies.versions.case import ReleaseRunner
-    from conrod.studies.versions.study import plan_probes, versions_study
+    from conrod.studies.versions.study import plan_cases, versions_study
 
     if asked.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
     made, typed = engine_named(engine), scenes or DEFAULT_SCENES
-    chosen = required(made, Released if asked.reproducer is None else Reproduces).releases.chosen(asked.versions)
-    probes = plan_probes(select_scenes(typed, asked.assignments), made)
+    chosen = required(made, Released).releases.chosen(asked.versions)
+    cases = plan_cases(select_scenes(typed, asked.assignments), made)
     files = outputs(KIND, [engine], asked)
-    script = files_to_write({"--reproducer": asked.reproducer}, {"the ledger": asked.ledger_file}).get("--reproducer")
     with Runner.of(asked) as runner:
         jobs = options.available_cores() if asked.jobs is None else asked.jobs
-        again = asked.fresh, asked.timed_again
-        runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, *again, ProgressBar)
-        study = versions_study(made, chosen, probes, runs.perform)
+        runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, asked.fresh, ProgressBar)
+        study = versions_study(made, chosen, cases, runs.perform)
     with naming("standard output"):
         print_versions(study)
-    if script is not None:
-        text = reproducer.reproducer(study, probes, made, runs.environments)
-        write_together([single(script, text)])
     files.write({engine: study}, "versions", {engine: engine}, asked, {"": scenes})
 
 

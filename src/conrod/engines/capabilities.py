@@ -162,15 +162,6 @@ class Released(Protocol):
     def probes(self, machine: Machine, steps_per_revolution: int) -> Mapping[str, Any]: ...
 
 
-@runtime_checkable
-class Reproduces(Released, Protocol):
-    """A run, in any of some releases, as a script that needs the engine and numpy alone."""
-
-    def reproducer(
-        self, machine: Machine, settings: Any, versions: tuple[str, ...], revolutions: float, start_angle: float
-    ) -> str: ...
-
-
 MEANINGS: Mapping[type, str] = {
     KinematicMode: "kinematic mode",
     ErrorLaw: "law of its errors",
@@ -183,7 +174,6 @@ MEANINGS: Mapping[type, str] = {
     Pasted: "settings to paste",
     ModelFile: "file of a model",
     Released: "list of its releases",
-    Reproduces: "script of a run",
 }
 
 Wanted = TypeVar("Wanted")

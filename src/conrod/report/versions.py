@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
-from statistics import median
 from typing import Any
+
+import matplotlib.figure
+from matplotlib.patches import Patch, Rectangle
 
 from conrod.engines.registry import look_of
 from conrod.report import numbers
-from conrod.report.charts.releases import releases_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
-from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.versions.findings import Change, History, VersionStudy
-
-UNEXPLAINED = "unexplained"
+from conrod.studies.versions.findings import Change, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
 
@@ -39,11 +36,6 @@ def size_words(change: Change) -> str:
     return "last digits, of outputs alone" if change.in_outputs_alone else "last digits"
 
 
-def explanation(change: Change) -> Cell:
-    """What the changelog says that can be the cause."""
-    return " ".join(change.explained) if change.explained else Toned(UNEXPLAINED, "odd")
-
-
 def headline(study: VersionStudy) -> str:
     """The largest change of position, and how many changes the changelog does not name."""
     changes = [(one, change) for version in study.measured for one, change in study.changes_at(version)]
@@ -51,80 +43,68 @@ def headline(study: VersionStudy) -> str:
         return "No release changed a bit."
     unnamed = sum(not change.explained for _, change in changes)
     said = f"{len(changes)} changes of a run from one release to the next, {unnamed} of them unexplained"
-    sized = [
-        (change.size["position"], one, change) for one, change in changes if change.size and not change.last_digits
-    ]
+    sized = [(one, change) for one, change in changes if change.size and not change.last_digits]
     if not sized:
         return f"{said}; none is more than last digits."
-    size, one, change = max(sized, key=lambda each: each[0])
-    where = f"{change.version} ({one.scene}, {one.settings}: position {numbers.measured(size)} of L)"
-    return f"{said}; the largest came with {where}."
-
-
-# -- tables ------------------------------------------------------------------------------------------------------------
+    one, change = max(sized, key=lambda each: each[1].size["position"])
+    size = numbers.measured(change.size["position"])
+    return f"{said}; the largest came with {change.version} ({one.scene}, {one.settings}: position {size} of L)."
 
 
 def changes_table(study: VersionStudy) -> Table:
-    """A row for each change of a run from one release to the next."""
-    rows = [
-        (version, one.scene, one.settings, size_words(change), *_errors(one, change), explanation(change))
-        for version in study.measured
-        for one, change in study.changes_at(version)
-    ]
+    """A row for each change of a run from one release to the next, with what the changelog says that can be why."""
+    rows = []
+    for version in study.measured:
+        for one, change in study.changes_at(version):
+            why: Cell = " ".join(change.explained) if change.explained else Toned("unexplained", "odd")
+            errors = map(numbers.measured, change.errors)
+            rows.append((version, one.scene, one.settings, size_words(change), *errors, why))
     title = f"{look_of(study.engine).title}: what changed from the release before, over L, ω L, ω² L"
     headings = ("release", "scene", "settings", "motion changed by", "position error before", "after", "its changelog")
     return table(headings, rows, title=title, names=3)
 
 
-def _errors(one: History, change: Change) -> Iterable[str]:
-    """The position error before and after."""
-    runs = {run.version: run for run in one.runs}
-    return [numbers.measured(runs[version].errors["position"]) for version in (change.before, change.version)]
+# -- figure ------------------------------------------------------------------------------------------------------------
+
+ROW, COLUMN, LEFT, TOP, BOTTOM = 0.19, 0.27, 2.6, 0.45, 0.75  # [inch]
+SAME, OTHERWISE = "#f4f4f4", "#D55E00"
+# Sizes of a change of position over L, each up to its number: what is said of it, and its colour.
+SIZES = {
+    0.0: ("last digits, other bits", "#bcd6ea"),
+    1e-6: ("position up to 1e-6 L", "#6baed6"),
+    1e-3: ("up to 1e-3 L", "#2171b5"),
+    float("inf"): ("more", "#08306b"),
+}
 
 
-def releases_table(study: VersionStudy) -> Table:
-    """A row for each release: how many runs changed and how, what they cost."""
-    newest = {(one.scene, one.settings): one.runs[-1].seconds for one in study.histories}
-    rows = []
-    for k, version in enumerate(study.measured):
-        changes = [change for _, change in study.changes_at(version)]
-        others = [c for c in changes if c.outcomes[0] != c.outcomes[1]]
-        more = [c for c in changes if c.size and not c.last_digits]
-        largest = [max((c.size[q] for c in more), default=None) for q in QUANTITIES]
-        costs = [
-            cost / last
-            for one in study.histories
-            if (cost := one.runs[k].seconds) and (last := newest[one.scene, one.settings])
-        ]
-        unnamed = sum(not c.explained for c in changes)
-        rows.append(
-            (
-                version,
-                *(str(n) if n else "" for n in (len(changes), len(changes) - len(others) - len(more), len(others))),
-                *("" if size is None else numbers.measured(size) for size in largest),
-                str(unnamed) if unnamed else "",
-                f"{median(costs):.2f}" if costs else numbers.MISSING,
-            )
-        )
-    headings = (
-        "release", "runs changed", "last digits", "outcome", *QUANTITIES, UNEXPLAINED, "cost",
-    )  # fmt: skip
-    return table(headings, rows, headings[1:])
+def colour_of(change: Change | None) -> str:
+    """Colour of a run in a release."""
+    if change is None:
+        return SAME
+    if change.outcomes[0] != change.outcomes[1]:
+        return OTHERWISE
+    size = 0.0 if change.last_digits else change.size["position"]
+    return next(colour for top, (_, colour) in SIZES.items() if size <= top and (top or change.last_digits))
 
 
-def runs_table(study: VersionStudy) -> Table:
-    """A row for each run at the releases where it changed: outcome, errors, orders, costs."""
-    rows = []
-    for one in study.histories:
-        for k, run in enumerate(one.runs):
-            if k and one.change_at(run.version) is None:
-                continue
-            orders = ", ".join(numbers.order(run.order[q]) for q in QUANTITIES)
-            errors = [numbers.measured(run.errors[q]) for q in QUANTITIES]
-            cost = "n/a" if run.ratio is None else f"{run.ratio:.0f}"
-            rows.append((one.scene, one.settings, run.version, run.outcome, *errors, orders, cost))
-    headings = ("scene", "settings", "from", "outcome", *QUANTITIES, "order x, v, a", "cost ratio")
-    return table(headings, rows, (*QUANTITIES, "cost ratio"), names=2)
+def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
+    """A row for each scene with some settings, a column for each release but the first."""
+    versions, rows = study.measured[1:], study.histories
+    width, height = LEFT + COLUMN * max(len(versions), 16) + 0.1, TOP + ROW * len(rows) + BOTTOM
+    figure = matplotlib.figure.Figure(figsize=(width, height))
+    axes = figure.add_axes((LEFT / width, BOTTOM / height, COLUMN * len(versions) / width, ROW * len(rows) / height))
+    for row, one in enumerate(rows):
+        for column, version in enumerate(versions):
+            axes.add_patch(Rectangle((column, row), 0.94, 0.94, color=colour_of(one.change_at(version)), linewidth=0))
+    axes.set(xlim=(0, len(versions)), ylim=(len(rows), 0))
+    axes.set_xticks([k + 0.5 for k in range(len(versions))], list(versions), rotation=90, fontsize=7.5)
+    axes.set_yticks([k + 0.5 for k in range(len(rows))], [f"{one.scene}, {one.settings}" for one in rows], fontsize=7.5)
+    axes.grid(False)
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    known = [("same bits", SAME), *SIZES.values(), ("another outcome", OTHERWISE)]
+    figure.legend(handles=[Patch(color=colour, label=label) for label, colour in known], loc="upper center", ncols=6)
+    return figure
 
 
 # -- pages -------------------------------------------------------------------------------------------------------------
@@ -139,8 +119,7 @@ def _page(part: Part[VersionStudy]) -> Page:
     study, figure = part.findings, _figure(part.findings)
     text = rendered(
         "versions", study=study, title=look_of(study.engine).title, figure=figure, headline=headline(study),
-        releases=releases_table(study), changes=changes_table(study), runs=runs_table(study),
-        unsupported=unsupported_lines(study), command=part.command,
+        changes=changes_table(study), unsupported=unsupported_lines(study), command=part.command,
     )  # fmt: skip
     return Page(text, (figure,))
 
@@ -150,8 +129,7 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
 
 
 def _index(index: Index[VersionStudy]) -> Page:
-    studies = {name: index.findings(name) for name in index.entries}
-    figures = {name: _figure(study) for name, study in studies.items()}
+    figures = {name: _figure(index.findings(name)) for name in index.entries}
     return Page(rendered("versions-index", entries=index.entries, figures=figures, origin=index.origin))
 
 

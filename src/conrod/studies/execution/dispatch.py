@@ -203,7 +203,6 @@ def time_cases(
     cell_timeout: float | None = None,
     fresh: bool = False,
     watcher: Watcher | None = None,
-    interpreter: str | None = None,
 ) -> dict[str, Timing]:
     """Time those cases that the ledger has no timing of on this machine, and give the timings of all.
 
@@ -213,7 +212,6 @@ def time_cases(
     Args:
         cell_timeout: longest wall time of a timing [s].
         fresh: time them all.
-        interpreter: of the process, see `WorkerProcess`.
     """
     by_key = {case.key: case for case in cases}
     known = {} if fresh else ledger.timings(by_key, fingerprint())
@@ -224,7 +222,7 @@ def time_cases(
     def left(case: RunCase) -> bool:
         return fresh or case.key not in ledger.timings([case.key], fingerprint())
 
-    with LocalProcesses(1, cell_timeout=cell_timeout, interpreter=interpreter) as worker:
+    with LocalProcesses(1, cell_timeout=cell_timeout) as worker:
         # One at a time, of all processes here on this ledger.
         for case in _claimed(unknown, ledger, lambda _: f"timing on {fingerprint()}", left, watcher):
             if case is None:

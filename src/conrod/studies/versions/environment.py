@@ -8,12 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import platform
-import re
-import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version as version_of
@@ -27,28 +24,18 @@ from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerPr
 
 PATIENCE = 600.0  # [s] for an installation
 STARTED = 120.0  # [s] for an engine to be imported
-MAKING = ".making-"
-ABANDONED = 3600.0  # [s] after which a folder that is still being made is nobody's
-FRAME = re.compile("[\u00d7\u2500-\u25ff]+")  # around what uv says
 
 Make = Callable[[Path, Sequence[str]], None]
 
 
 def install(folder: Path, requirements: Sequence[str]) -> None:
-    """Make an environment with some requirements, by uv, or without it by venv and pip; wheels alone are taken.
+    """Make an environment with some requirements, by venv and pip; wheels alone are taken.
 
     Raises:
         InvalidInput: what the installer says, in one line.
     """
-    beside = Path(sys.executable).with_name("uv")
-    uv = str(beside) if beside.is_file() else shutil.which("uv")
-    python, wheels = python_of(folder), ("--only-binary", ":all:")
-    if uv is not None:
-        _run([uv, "venv", "--quiet", "--python", sys.executable, str(folder)])
-        _run([uv, "pip", "install", "--quiet", *wheels, "--python", str(python), *requirements])
-    else:
-        _run([sys.executable, "-m", "venv", str(folder)])
-        _run([str(python), "-m", "pip", "install", "--quiet", *wheels, *requirements])
+    _run([sys.executable, "-m", "venv", str(folder)])
+    _run([str(python_of(folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:", *requirements])
 
 
 @dataclass(frozen=True)
@@ -73,33 +60,23 @@ class Environments:
         digest = hashlib.sha256("\n".join((*requirements, python, sys.base_prefix)).encode()).hexdigest()[:8]
         place = self.folder / f"{requirement.replace('==', '-')}-{python}-{digest}"
         if not place.is_dir():
-            self._put(place, lambda folder: self._checked(folder, requirements, engine, version))
+            self._put(place, requirements, engine, version)
         return str(python_of(place))
 
-    def _checked(self, folder: Path, requirements: Sequence[str], engine: str, version: str) -> None:
-        self.make(folder, requirements)
-        found = imported_version(str(python_of(folder)), engine)
-        if found != version:
-            raise InvalidInput(f"{requirements[0]} calls itself {found}")
-
-    def _put(self, place: Path, fill: Callable[[Path], None]) -> None:
+    def _put(self, place: Path, requirements: Sequence[str], engine: str, version: str) -> None:
         """Make a folder elsewhere and rename it, so that it is there whole or not at all; of two the first counts."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            for left in self.folder.glob(f"{MAKING}*"):
-                if time.time() - left.stat().st_mtime > ABANDONED:
-                    shutil.rmtree(left, ignore_errors=True)
-            making = Path(tempfile.mkdtemp(prefix=MAKING, dir=self.folder))
-        except OSError as error:
-            raise InvalidInput(f"cannot write into {self.folder}: {error.strerror or error}") from None
-        try:
-            fill(making / "made")
-            (making / "made").rename(place)
+            with tempfile.TemporaryDirectory(prefix=".making-", dir=self.folder) as name:
+                made = Path(name) / "made"
+                self.make(made, requirements)
+                found = imported_version(str(python_of(made)), engine)
+                if found != version:
+                    raise InvalidInput(f"{requirements[0]} calls itself {found}")
+                made.rename(place)
         except OSError as error:
             if not place.is_dir():
-                raise InvalidInput(f"cannot make {place}: {error.strerror or error}") from None
-        finally:
-            shutil.rmtree(making, ignore_errors=True)
+                raise InvalidInput(f"cannot write into {self.folder}: {error.strerror or error}") from None
 
 
 def imported_version(interpreter: str, engine: str) -> str:
@@ -135,14 +112,8 @@ def _run(command: Sequence[str]) -> None:
             )
         except subprocess.TimeoutExpired:
             raise InvalidInput(f"{Path(command[0]).name} has not ended after {PATIENCE:g} s") from None
-        except OSError as error:
-            raise InvalidInput(f"{command[0]}: {error.strerror or error}") from None
     if done.returncode:
-        raise InvalidInput(_said(done.stderr or done.stdout) or f"{Path(command[0]).name} ended with {done.returncode}")
-
-
-def _said(text: str) -> str:
-    """What an installer says, in one line: the first error of pip, or all of uv without its hints."""
-    errors = [line.removeprefix("ERROR: ") for line in text.splitlines() if line.startswith("ERROR: ")]
-    words = errors[0] if errors else FRAME.sub(" ", text.partition("\n\n")[0].partition("hint:")[0])
-    return " ".join(words.split())
+        said = (done.stderr or done.stdout).splitlines()
+        # pip says first what went wrong, and then what could be done.
+        errors = [line.removeprefix("ERROR: ") for line in said if line.startswith("ERROR: ")]
+        raise InvalidInput(next(iter(errors), " ".join(said)) or f"{command[0]} ended with {done.returncode}")

@@ -12,31 +12,12 @@ STATES = "bodies "  # what begins the names of a body's states, as against outpu
 
 
 @dataclass(frozen=True)
-class VersionRun:
-    """The run with most steps in a release, with the order along the refinement path.
-
-    Attributes:
-        errors: largest, by quantity, normalised; None unless it completed.
-        seconds: CPU time of a revolution [s]; None where it was not taken.
-        ratio: the same, over a step of the release's own reference loop.
-    """
-
-    version: str
-    outcome: str
-    reason: str
-    errors: Mapping[str, float | None]
-    order: Mapping[str, float | None]
-    seconds: float | None
-    ratio: float | None
-
-
-@dataclass(frozen=True)
 class Change:
     """A change of a run from one release to the next one that was run.
 
     Attributes:
         version, before: the release with the change, and the one before.
-        outcomes: before and after.
+        outcomes, errors: before and after; the largest position error, normalised, or None unless it completed.
         differ: names of the states and outputs that are not the same to the last bit.
         size: by quantity, the largest difference of the two motions at twenty angles of the last turn, normalised as
             errors are; empty unless both completed.
@@ -47,6 +28,7 @@ class Change:
     version: str
     before: str
     outcomes: tuple[str, str]
+    errors: tuple[float | None, float | None]
     differ: tuple[str, ...]
     size: Mapping[str, float]
     last_digits: bool
@@ -63,14 +45,12 @@ class History:
     """A scene with some settings through the releases.
 
     Attributes:
-        runs: of the releases that could be had, the oldest first.
         changes: where a run is not that of the release before, to the last bit.
     """
 
     scene: str
     settings: str
     steps_per_revolution: int
-    runs: tuple[VersionRun, ...]
     changes: tuple[Change, ...]
 
     def change_at(self, version: str) -> Change | None:
