@@ -125,8 +125,8 @@ def _sizes(key: str, refined: Sequence[Entry]) -> list[float | None]:
 def _motion(file: Path) -> Records:
     for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
         entry, judged = part["findings"], part["summary"]["results"]
-        whole = f"{entry['name']}/{entry['motion']}"
-        exact = {"drift": entry["exact"]["drift"], "continuation": entry["exact"]["continuation"] or None}
+        whole, told = f"{entry['name']}/{entry['motion']}", entry["results"][0]["exact"]
+        exact = {"drift": told["drift"], "continuation": told["continuation"] or None}
         yield from _measured(f"{whole}/exact", exact)
         yield from _exactly(f"{whole}/left_out", entry["left_out"])
         yield from _verdict(whole, part["summary"]["passed"])

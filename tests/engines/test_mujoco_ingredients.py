@@ -46,10 +46,10 @@ def with_one(machine: str, name: str) -> MuJoCoSettings:
 
 
 def fully_dressed(machine: str, but: Sequence[str] = ()) -> MuJoCoSettings:
-    """All that the minimal model lacks; of a group its last."""
+    """All that the minimal model lacks."""
     extra = [one for one in ingredients_of(machine).values() if not one.minimal and one.name not in but]
     settings = minimal_of(machine)
-    for one in {one.group or one.name: one for one in extra}.values():
+    for one in extra:
         settings = one.added(settings)
     return settings
 
@@ -112,8 +112,7 @@ def test_what_is_added_can_be_taken_away_again(machine: str, name: str) -> None:
     first, second = (one.removed, one.added) if one.minimal else (one.added, one.removed)
     assert replace(second(first(minimal)), preset=minimal.preset) == minimal
     full = fully_dressed(machine)
-    in_full = one.minimal or name not in ("touching-geoms", "sensors-1", "sensors-8", "condim-3", "condim-4")
-    assert (one.removed(full) != full) == in_full
+    assert one.removed(full) != full
 
 
 def test_only_what_applies_to_a_machine_is_offered() -> None:
@@ -124,7 +123,7 @@ def test_only_what_applies_to_a_machine_is_offered() -> None:
         *("closure", "hardening", "slow-closure", "gravity"),  # the cam's scene has no gravity
         *("redundant-closures", "touching-geoms"),
     }
-    assert on_cams - on_linkages == {"contact", "stiff-contact", "condim-3", "condim-4", "condim-6", "fine-cam"}
+    assert on_cams - on_linkages == {"contact", "stiff-contact", "condim-3", "fine-cam"}
 
 
 @pytest.mark.parametrize("machine", ["press", "saw"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,11 +11,10 @@ from ablations import MINIMAL, MINIMAL_ERROR, variant
 from catalogue import SAW
 
 from conrod import MuJoCoSettings
-from conrod.cli.ablate import ROUNDS as ROUNDS_OF_THE_COMMAND
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.studies.ablate.findings import Role, Verdict
 from conrod.studies.ablate.verdict import costs_time, evidence_of, levels, verdict
-from conrod.studies.frame.paired_timing import LONG_BLOCK, ROUNDS, PairedTiming, time_pair
+from conrod.studies.frame.paired_timing import LONG_BLOCK, PairedTiming, time_pair
 
 STEP = 10_000  # [ns] that a step of the minimal model takes
 MINIMAL_SETTINGS = MuJoCoSettings.stock(SAW, 1000)
@@ -147,18 +145,6 @@ def test_one_that_is_far_faster_is_not_timed_in_blocks_that_are_nothing() -> Non
     assert min(steps for _, steps in engine.blocks[-20:]) * STEP >= 0.4e6
 
 
-def test_the_interval_is_as_wide_as_the_rounds_disagree() -> None:
-    luck = random.Random(1)
-
-    def noisy(settings: Any, now: float) -> float:
-        return STEP * (1.0 + 0.2 * luck.random())
-
-    few, many = timed(FakeEngine(noisy), rounds=20), timed(FakeEngine(noisy), rounds=2000)
-    assert few.low < few.ratio < few.high
-    assert many.high - many.low < 0.5 * (few.high - few.low)
-    assert many.low < 1.0 < many.high
-
-
 def judged(share: float) -> Verdict:
     """The verdict on an ingredient that costs a share of time and does nothing else."""
     found = timed(FakeEngine(dearer(share)))
@@ -172,7 +158,3 @@ def test_a_planted_sleep_is_costly() -> None:
     assert judged(0.0) is Verdict.FREE
     assert judged(0.02) is Verdict.FREE
     assert not costs_time(None)
-
-
-def test_the_command_asks_for_as_many_rounds_as_a_timing_has() -> None:
-    assert ROUNDS_OF_THE_COMMAND == ROUNDS

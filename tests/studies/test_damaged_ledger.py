@@ -11,7 +11,6 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from damaged_ledgers import CELLS, KEYS, SAW, Replayed, kept_whole, overwrite_place, overwrite_value, resumed
@@ -20,7 +19,7 @@ from conrod import InvalidInput
 from conrod.cli import cli
 from conrod.runs.plain import plain
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.forces.results import TorqueCurve
+from conrod.studies.forces.results import Stamps
 from conrod.studies.forces.study import ForceCase, ForcePlan, started
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
@@ -61,16 +60,14 @@ def test_sixty_overwritten_places_of_the_file_end_in_no_traceback(whole: Path, t
 
 def test_a_force_result_of_an_older_conrod_is_not_run(tmp_path: Path) -> None:
     case = ForceCase("saw-500rpm", SAW, "mujoco", "hardened", ForcePlan())
-    angles = np.arange(3.0)
     result = dataclasses.replace(
-        started("saw-500rpm", SAW, case.made_by, "hardened", case.plan),
-        curve=TorqueCurve(angles, angles, angles, angles, angles),
+        started("saw-500rpm", SAW, case.made_by, "hardened", case.plan), stamps=Stamps(0.0, 1.0, 3, 0)
     )
     new = Measurement(
         "completed", beside={"sizes": {}, "passed": None, "result": json.loads(json.dumps(plain(result)))}
     )
     old = Measurement.__new__(Measurement)
-    old.__dict__.update(json.loads(json.dumps(vars(new)).replace('"reported"', '"told"')))
+    old.__dict__.update(json.loads(json.dumps(vars(new)).replace('"spacing"', '"every"')))
     assert case.understands(new)
     assert not case.understands(old)
     with Ledger.open(tmp_path / "ledger.sqlite") as ledger:

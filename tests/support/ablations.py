@@ -111,11 +111,11 @@ def ablation_study(*engines: EngineAblation, **others: Any) -> AblationStudy:
 
 
 def field_ingredient(
-    name: str, values: dict[str, Any], without: dict[str, Any], *, minimal: bool = False, group: str = ""
+    name: str, values: dict[str, Any], without: dict[str, Any], *, minimal: bool = False
 ) -> Ingredient[MuJoCoSettings]:
     """An ingredient that is a value of some fields; without it they have another one."""
     ways = [partial(_with_fields, fields) for fields in (values, without)]
-    return Ingredient(name, f"what {name} is", ways[0], ways[1], (Quantity.WEAR,), minimal, group)
+    return Ingredient(name, f"what {name} is", ways[0], ways[1], (Quantity.WEAR,), minimal)
 
 
 def _with_fields(fields: dict[str, Any], settings: MuJoCoSettings) -> MuJoCoSettings:

@@ -99,13 +99,11 @@ class Ingredient(Generic[AnyFields]):
     """Something that the minimal model lacks, or that it consists of.
 
     Attributes:
-        name: short, for the command line and for results: "sensors-8".
+        name: short, for the command line and for results: "sensors-64".
         meaning: what is added to the model, or taken from it, in a sentence.
         added, removed: settings with it, and without it.
         needed_by: quantities that need it although the motion does not.
         minimal: whether the minimal model has it; it is then only taken away.
-        group: ingredients of one group are amounts or ways of the same thing, of which a model has one; the last of a
-            group is the one that the fully dressed model has. Empty for an ingredient on its own.
     """
 
     name: str
@@ -114,7 +112,6 @@ class Ingredient(Generic[AnyFields]):
     removed: Change[AnyFields]
     needed_by: tuple[Quantity, ...] = ()
     minimal: bool = False
-    group: str = ""
 
 
 def edited(*names: str) -> Change[Any]:
@@ -132,12 +129,10 @@ def valued(**values: Any) -> Change[Any]:
     return lambda settings: with_fields(settings, **values)
 
 
-def edit(
-    name: str, meaning: str, *needed_by: Quantity, absence: str = "", minimal: bool = False, group: str = ""
-) -> Ingredient[Any]:
+def edit(name: str, meaning: str, *needed_by: Quantity, absence: str = "", minimal: bool = False) -> Ingredient[Any]:
     """An ingredient that is an edit of the model, of the same name, or whose absence is an edit."""
     added, removed = (unedited(absence), edited(absence)) if absence else (edited(name), unedited(name))
-    return Ingredient(name, meaning, added, removed, needed_by, minimal, group)
+    return Ingredient(name, meaning, added, removed, needed_by, minimal)
 
 
 def fields(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 from conrod.report import numbers
@@ -25,7 +24,6 @@ from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.paired_timing import PairedTiming
 
 ABSENT = "-"
-POSITION = "position"
 TONES: Mapping[Verdict, Tone] = {Verdict.FREE: "good", Verdict.COSTLY: "odd", Verdict.HARMFUL: "bad"}
 ROLES = {
     Role.MINIMAL: "minimal",
@@ -44,10 +42,8 @@ def cost_text(cost: PairedTiming | None) -> str:
     return f"{ratio} ({low} .. {high})"
 
 
-def _change(
-    change: Mapping[str, float] | None, quantity: str = POSITION, lengths: Mapping[str, float] = MappingProxyType({})
-) -> str:
-    return numbers.error(quantity, None if change is None else change[quantity], lengths)
+def _size(sizes: Mapping[str, float] | None, quantity: str, lengths: Mapping[str, float]) -> str:
+    return numbers.error(quantity, None if sizes is None else sizes[quantity], lengths)
 
 
 # -- ingredients -----------------------------------------------------------------------------------------------------
@@ -66,7 +62,7 @@ def _ingredient(one: IngredientResult) -> list[Cell]:
     return [
         f"{one.name}{' (part of the minimal model)' if one.minimal else ''}",
         *("" if evidence is None else cost_text(evidence.cost) for evidence in pair),
-        "" if first is None else _change(first.change),
+        "" if first is None else _size(first.change, "position", {}),
         Toned(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
         ", ".join(one.needed_by),
     ]
@@ -96,28 +92,11 @@ def models_table(found: EngineAblation, lengths: Mapping[str, float]) -> Table:
             ROLES[variant.role].format(variant.ingredient),
             f"`{variant.outcome}`" + (f": {variant.reason}" if variant.reason else ""),
             cost_text(variant.cost),
-            *(_change(variant.errors, q, lengths) for q in QUANTITIES),
+            *(_size(variant.errors, q, lengths) for q in QUANTITIES),
         ]
         for variant in found.variants
     ]
     return table(head, rows, right=head[3:])
-
-
-def full_table(studies: Mapping[str, AblationStudy]) -> Table:
-    """The full model beside the minimal one, a row for each machine and engine."""
-    head = ["machine", "engine", "full over minimal, CPU time", "largest difference of the observed position"]
-    head += ["position error, minimal", "position error, full"]
-    rows = []
-    for name, study in studies.items():
-        for found in study.engines:
-            minimal, full, cells = found.variant(Role.MINIMAL), found.variant(Role.FULL), [ABSENT] * 4
-            if minimal and full:
-                errors = [
-                    _change(v.errors, lengths=study.lengths) if v.errors else f"`{v.outcome}`" for v in (minimal, full)
-                ]
-                cells = [cost_text(full.cost), _change(full.change, lengths=study.lengths), *errors]
-            rows.append([f"[{name}]({name}.md)", engine_title(found.engine), *cells])
-    return table(head, rows)
 
 
 def speed_up(found: EngineAblation) -> str:
@@ -175,7 +154,7 @@ def _index(index: Index[AblationStudy]) -> Page:
     studies = {name: index.findings(name) for name in index.entries}
     engines = dict.fromkeys(found.engine for study in studies.values() for found in study.engines)
     text = rendered(
-        "ablate-index", entries=index.entries, headline=full_table(studies),
+        "ablate-index", entries=index.entries, studies=studies, title=engine_title, finding=_finding,
         by_engine={engine_title(engine): verdicts_table(engine, studies) for engine in engines},
         versions=index.versions, origin=index.origin, **RULES,
     )  # fmt: skip

@@ -7,9 +7,7 @@ from functools import partial
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.panels import torque_figure
 from conrod.report.charts.styles import engine_title
-from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.results import (
     index_page,
@@ -96,25 +94,18 @@ def _sizes(result: ForceResult, name: str) -> str:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _figures(found: ForceStudy) -> tuple[Figure, ...]:
-    if all(r.curve is None for r in found.results):
-        return ()
-    alt = f"Drive torque of {found.name} over the crank angle, exact and by engines, and its error"
-    return (Figure(f"{found.name}-torque", alt, partial(torque_figure, found.results)),)
-
-
 def _page(part: Part[ForceStudy]) -> Page:
-    found, figures = part.findings, _figures(part.findings)
+    found = part.findings
     measured = [r for r in found.results if r.errors]
     lacking = [f"{' '.join(name_of(r))}: {words}" for r in found.results for words in _lacking(r)]
     text = rendered(
-        "forces", found=found, figures=figures, command=part.command, verdicts=verdicts_table([found]),
+        "forces", found=found, command=part.command, verdicts=verdicts_table([found]),
         versions=versions_words(found.results),
         reasons=tolerance_reasons(found.results), lacking=lacking,
         contact=bool(found.scene.kinematics.mechanism.cam_contacts),
         errors=[_errors_table(measured, group) for group in GROUPS],
     )  # fmt: skip
-    return Page(text, figures)
+    return Page(text)
 
 
 def _judged_sizes(result: ForceResult) -> dict[str, Any]:
@@ -132,7 +123,6 @@ KIND = Kind(
         title="Drive torque, joint reactions and contact forces against the exact ones",
         file="forces.json",
         verdicts=verdicts_table,
-        figures=_figures,
     ),
     results="forces.json",
     index_file="forces.md",

@@ -45,7 +45,7 @@ def exact_words(study: MotionStudy) -> str:
     """The exact motion's own balance of energy, and where it had a choice."""
     drift = study.exact.drift
     compared = "<=" if drift <= EXACT_DRIFT else "above"
-    seconds, turn = float(study.exact.times[-1]), study.exact.turn
+    seconds, turn = study.results[0].seconds, study.exact.turn
     said = (
         f"Run: {seconds:.3g} s, {seconds / turn:.3g} times the fastest turn. "
         f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
@@ -96,7 +96,7 @@ def _leaves(result: MotionResult) -> str:
 def _figures(study: MotionStudy) -> tuple[Figure, ...]:
     if all(r.curves is None for r in study.results):
         return ()
-    alt = f"Crank angle, error and drift of energy of {study.name} over time"
+    alt = f"Errors of position and energy of {study.name} over time"
     return (Figure(f"{study.name}-free-motion", alt, partial(free_motion_figure, study)),)
 
 
@@ -108,7 +108,7 @@ def _page(part: Part[MotionStudy]) -> Page:
         versions=versions_words(study.results),
         command=part.command, longest=1e3 * LONGEST_STEP,
         steps_a_turn=STEPS_A_TURN, contact_steps=CONTACT_STEPS_A_TURN, crossing_steps=CROSSING_STEPS_A_TURN,
-        usual=SECONDS, turns=TURNS, seconds=float(study.exact.times[-1]),
+        usual=SECONDS, turns=TURNS, seconds=study.results[0].seconds,
     )  # fmt: skip
     return Page(text, figures)
 

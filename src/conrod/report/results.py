@@ -150,7 +150,11 @@ def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -
 
 
 def index_page(
-    index: Index[S], title: str, file: str, verdicts: Callable[[Sequence[S]], Table], figures: Callable[[S], Any]
+    index: Index[S],
+    title: str,
+    file: str,
+    verdicts: Callable[[Sequence[S]], Table],
+    figures: Callable[[S], Any] = lambda _: (),
 ) -> Page:
     """The first page of several scenes: who passed, a figure, all verdicts.
 

@@ -26,7 +26,6 @@ from conrod.engines.variants import Ingredient, Quantity, edit, fields
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
 FINER = 4  # times the vertices of the minimal model's cam
-FRICTIONS = {3: "sliding", 4: "sliding and spinning", 6: "sliding, spinning, rolling"}
 
 Found: TypeAlias = tuple[Ingredient[MuJoCoSettings], ...]
 
@@ -64,9 +63,9 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
     """What the machine could carry, what could be read of it, and what the solver could do."""
     yield edit("visual-geoms", "bars, pins and blocks to be seen, which cannot collide")
     overlap = "bars, pins and blocks able to collide, all in the plane of motion: links overlap where pins join them"
-    yield edit("touching-geoms", overlap, IMPACT, group="collision")
+    yield edit("touching-geoms", overlap, IMPACT)
     layers = "the same shapes able to collide, each link in a layer of its own: looked at in each step, never touching"
-    yield edit("colliding-geoms", layers, IMPACT, group="collision")
+    yield edit("colliding-geoms", layers, IMPACT)
     if heavy:
         yield fields(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
     damping = f"{PASSIVE_DAMPING:g} N m s/rad on every hinge, {PASSIVE_DAMPING:g} N s/m on every slide, but the crank"
@@ -74,11 +73,10 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
     armature = f"{PASSIVE_ARMATURE:g} kg m² on every hinge, {PASSIVE_ARMATURE:g} kg on every slide, but the crank"
     yield edit("passive-armature", armature, TORQUE, REACTIONS)
     yield edit("redundant-closures", "every connect a second time")
-    for dimension, friction in FRICTIONS.items():
-        meaning = f"friction of the roller on the cam: {friction}, with MuJoCo's coefficients"
-        yield edit(f"condim-{dimension}", meaning, TORQUE, REACTIONS, WEAR, group="contact dimension")
-    for count in (1, 8, 64):
-        yield edit(f"sensors-{count}", "of the motion of the observed points, read by nobody", group="sensors")
+    yield edit(
+        "condim-3", "sliding friction of the roller on the cam, with MuJoCo's coefficients", TORQUE, REACTIONS, WEAR
+    )
+    yield edit("sensors-64", "of the motion of the observed points, read by nobody")
     yield edit("energy", "potential and kinetic energy are computed in each step")
     yield edit("fwdinv", "each step is checked against the inverse dynamics")
     iterations = "iterations of the solver, MuJoCo's default, of which it takes what it likes"

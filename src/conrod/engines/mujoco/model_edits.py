@@ -91,22 +91,28 @@ def _lift(shape: ET.Element, height: float) -> None:
             shape.set(attribute, numbers([v + height * (i % 3 == 2) for i, v in enumerate(values)]))
 
 
+SENSORS = 64
 # In turn, at every observed point in turn.
-SENSORS = ("framepos", "framelinvel", "framelinacc", "framequat", "frameangvel", "frameangacc", "accelerometer", "gyro")
+SENSOR_KINDS = (
+    "framepos",
+    "framelinvel",
+    "framelinacc",
+    "framequat",
+    "frameangvel",
+    "frameangacc",
+    "accelerometer",
+    "gyro",
+)
 
 
-def sensors(count: int) -> Edit:
-    """So many sensors that nobody reads, of all kinds that tell a site's motion."""
-
-    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        points = tree.mechanism.observed
-        for i in range(count):
-            kind, point = SENSORS[i % len(SENSORS)], points[i // len(SENSORS) % len(points)]
-            # The two kinds of real sensors are bolted to a site, the others are of any object.
-            of = {"objtype": "site", "objname": point.name} if kind.startswith("frame") else {"site": point.name}
-            add(section(root, "sensor"), kind, name=f"unread-{i + 1}", **of)
-
-    return edit
+def sensors(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+    """Sensors that nobody reads, of all kinds that tell a site's motion."""
+    points = tree.mechanism.observed
+    for i in range(SENSORS):
+        kind, point = SENSOR_KINDS[i % len(SENSOR_KINDS)], points[i // len(SENSOR_KINDS) % len(points)]
+        # The two kinds of real sensors are bolted to a site, the others are of any object.
+        of = {"objtype": "site", "objname": point.name} if kind.startswith("frame") else {"site": point.name}
+        add(section(root, "sensor"), kind, name=f"unread-{i + 1}", **of)
 
 
 def no_contact(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
@@ -130,9 +136,7 @@ EDITS: Mapping[str, Edit] = {
     "visual-geoms": visual_geoms,
     "touching-geoms": colliding(0.0),
     "colliding-geoms": colliding(LAYER),
-    "sensors-1": sensors(1),
-    "sensors-8": sensors(8),
-    "sensors-64": sensors(64),
+    "sensors-64": sensors,
     "energy": attribute("option/flag", "energy", "enable"),
     "fwdinv": attribute("option/flag", "fwdinv", "enable"),
     "sparse-jacobian": attribute("option", "jacobian", "sparse"),
@@ -141,13 +145,13 @@ EDITS: Mapping[str, Edit] = {
     "no-multiccd": attribute("option/flag", "multiccd", "disable"),
     "short-line-search": attribute("option", "ls_iterations", str(LINE_SEARCH)),
     "noslip": attribute("option", "noslip_iterations", str(NOSLIP_ITERATIONS)),
-    **{f"condim-{dimension}": attribute("contact/pair", "condim", str(dimension)) for dimension in (3, 4, 6)},
+    "condim-3": attribute("contact/pair", "condim", "3"),
     "passive-damping": attribute(PASSIVE_JOINTS, "damping", PASSIVE_DAMPING),
     "passive-armature": attribute(PASSIVE_JOINTS, "armature", PASSIVE_ARMATURE),
 }
 # MuJoCo lets a body through its parent: of the links in one plane only those overlap for it that a closure joins.
 OF_LOOPS = ("open-loops", "redundant-closures", "touching-geoms")
-OF_CONTACT = ("no-contact", "condim-3", "condim-4", "condim-6")
+OF_CONTACT = ("no-contact", "condim-3")
 
 
 def dress_up(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:

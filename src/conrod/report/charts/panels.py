@@ -1,4 +1,4 @@
-"""Panels of runs above each other: errors over the crank angle, the drive torque, and free motion over time."""
+"""Panels of runs above each other: errors over the crank angle, and of free motion over time."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
 from conrod.report.charts.canvas import NORMS, legend_above, on_grid, on_log_grid, tolerance_heads, whole_decades
-from conrod.report.charts.styles import EXACT, completed, curve_style, label
+from conrod.report.charts.styles import completed, curve_style, label
 from conrod.scenes import Scene
-from conrod.studies.forces.results import ForceResult, TorqueCurve
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import Result
 from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MARKERS = 12  # of a curve
-EXACT_SAMPLES = 721
 MARGINS = {"left": 0.095, "right": 0.97, "top": 0.93, "bottom": 0.06, "hspace": 0.13}
 
 # Places and values (N,) on the grid that is drawn, and arguments of `Axes.plot`.
@@ -102,58 +100,17 @@ def _error_curve(run: ValidationResult, name: str) -> Curve:
     return angle, on_log_grid(error), _labelled(run)
 
 
-def torque_figure(results: Sequence[ForceResult]) -> Figure:
-    """Torque of the last turn above, its error over the peak below, a line for each run that reports it."""
-    runs = [(run, run.curve) for run in results if run.curve is not None]
-    figure = Figure(figsize=(10.5, 7.4))
-    above, below = figure.subplots(2, 1)
-    _torques(above, runs)
-    whole = max(abs(float(np.degrees(np.ptp(curve.error_angle)))) for _, curve in runs)
-    errors = [
-        (on_grid(np.degrees(curve.error_angle), whole), on_log_grid(curve.error), _labelled(run)) for run, curve in runs
-    ]
-    error_panel(below, "error of the torque / exact peak", errors, tail=4)
-    below.set_xlabel("crank angle [deg]; above the last turn, below the whole run")
-    if whole >= 180.0:
-        below.xaxis.set_major_locator(MultipleLocator(90.0))
-    return finish_panels(figure, [above, below], left=0.09, bottom=0.075, hspace=0.15)
-
-
-def _torques(axes: Axes, runs: list[tuple[ForceResult, TorqueCurve]]) -> None:
-    _, first = runs[0]
-    span = float(np.degrees(np.ptp(first.angle)))
-    # A run that went wrong is not to hide the others.
-    size = float(np.abs(first.exact).max()) or 1.0
-    low, high = float(first.exact.min()), float(first.exact.max())
-    room = 0.15 * max(high - low, 1e-3 * size)
-    axes.plot(on_grid(np.degrees(first.angle), span), on_grid(first.exact, size), label="exact", **EXACT)
-    torques = [(on_grid(np.degrees(c.angle), span), on_grid(c.reported, size), _labelled(run)) for run, c in runs]
-    draw_curves(axes, torques, tail=4)
-    axes.set_ylim(low - room, high + room)
-    axes.xaxis.set_major_locator(angle_ticks(span, 45.0))
-    axes.set_ylabel("drive torque [N m]")
-
-
 def free_motion_figure(study: MotionStudy) -> Figure:
-    """Of all runs that completed."""
-    figure = Figure(figsize=(10.5, 9.0))
-    above, middle, below = figure.subplots(3, 1, sharex=True)
-    keep = np.unique(np.linspace(0, len(study.exact.times) - 1, EXACT_SAMPLES).astype(int))
-    exact = np.degrees(study.exact.angle[keep])
-    seconds, span = float(study.exact.times[-1]), float(np.ptp(exact)) or 1.0
-    above.plot(on_grid(study.exact.times[keep], seconds), on_grid(exact, span), label="exact", **EXACT)
-    runs = [(r.curves, curve_style(r), r) for r in study.results if r.curves is not None]
-    angles = [(on_grid(c.times, seconds), on_grid(np.degrees(c.angle), span), _labelled(r)) for c, _, r in runs]
-    draw_curves(above, angles)
-    errors = [(on_grid(curves.middles, seconds), on_log_grid(curves.error), style) for curves, style, _ in runs]
-    error_panel(middle, "position error / L", errors)
-    energies = [(on_grid(curves.middles, seconds), on_log_grid(curves.energy), style) for curves, style, _ in runs]
+    """Errors of all runs that completed, over time."""
+    figure = Figure(figsize=(10.5, 6.4))
+    above, below = figure.subplots(2, 1, sharex=True)
+    runs = [(r, r.curves) for r in study.results if r.curves is not None]
+    seconds = max(run.seconds for run, _ in runs)
+    errors = [(on_grid(c.middles, seconds), on_log_grid(c.error), _labelled(r)) for r, c in runs]
+    error_panel(above, "position error / L", errors)
+    energies = [(on_grid(c.middles, seconds), on_log_grid(c.energy), curve_style(r)) for r, c in runs]
     error_panel(below, "energy error / largest energy", energies)
-    tolerance_heads(middle, seconds, [(run.tolerance.get("position"), style) for _, style, run in runs])
-    # A run that goes off must not make the exact curve flat: what is out of the panel is out of it.
-    room = 0.12 * span
-    above.set_ylim(float(exact.min()) - room, float(exact.max()) + room)
-    above.set_ylabel("crank angle [deg]")
+    tolerance_heads(above, seconds, [(run.tolerance.get("position"), curve_style(run)) for run, _ in runs])
     below.set_xlabel("time [s]")
     below.set_xlim(0.0, seconds)
-    return finish_panels(figure, [above, middle, below])
+    return finish_panels(figure, [above, below], left=0.09, bottom=0.085)

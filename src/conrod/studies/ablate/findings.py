@@ -16,7 +16,7 @@ class Role(Enum):
     MINIMAL = "minimal"
     ADDED = "added"  # minimal and one ingredient more
     REDUCED = "reduced"  # minimal without one of its own parts
-    FULL = "full"  # minimal and all ingredients that do it no harm, of each group the last one
+    FULL = "full"  # minimal and all ingredients that do it no harm
     TAKEN = "taken"  # full without one of them, or without a part that the minimal model can do without
 
 

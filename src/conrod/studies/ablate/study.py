@@ -113,21 +113,14 @@ def full_variants(minimal: Settings, idle: Sequence[Ingredient[Any]]) -> tuple[V
         idle: ingredients that do the minimal model neither harm nor good: what others do could not be seen beside one
             that does harm, and what the minimal model needs every model needs.
     """
-    chosen = last_of_groups([one for one in idle if not one.minimal])
+    chosen = [one for one in idle if not one.minimal]
     if not chosen:
         return ()
     full: Settings = reduce(lambda settings, one: one.added(settings), chosen, minimal)
-    removable = [*chosen, *(one for one in idle if one.minimal)]
     return (
         Variant(Role.FULL, "", full, minimal),
-        *(Variant(Role.TAKEN, one.name, one.removed(full), full) for one in removable),
+        *(Variant(Role.TAKEN, one.name, one.removed(full), full) for one in idle),
     )
-
-
-def last_of_groups(ingredients: Sequence[Ingredient[Any]]) -> list[Ingredient[Any]]:
-    """Ingredients that a model can have together: of each group the last one."""
-    last = {one.group: one.name for one in ingredients if one.group}
-    return [one for one in ingredients if not one.group or last[one.group] == one.name]
 
 
 @dataclass(frozen=True)

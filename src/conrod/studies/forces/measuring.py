@@ -25,13 +25,11 @@ from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.runs.comparison import size_of
-from conrod.runs.run_errors import CURVE_SAMPLES, largest_in_spans
 from conrod.scenes import Scene
 from conrod.studies.forces.results import (
     LOOKS_LIKE,
     ForceErrors,
     Stamps,
-    TorqueCurve,
     is_moment,
 )
 
@@ -159,28 +157,15 @@ class Measured:
 
     def _error(self, name: str) -> ForceErrors:
         peak, own = self.peaks[name]
-        off = self._off(name)
+        off = (self.reported[name] - self.exact[name]) / peak
         between = None
         if self._between is not None:
             clear = _blocks(self._between, self._together).all(axis=1)
             # Single values scatter from an edge of the cam's polygon to the next, or from catch to catch.
-            means = _blocks((self.reported[name] - self.exact[name]) / peak, self._together).mean(axis=1)
+            means = _blocks(off, self._together).mean(axis=1)
             between = size_of(means[clear]).rms if clear.any() else None
-        whole = size_of(off)
+        whole = size_of(np.abs(off))
         return ForceErrors(whole.max, whole.rms, between, peak, own)
-
-    def _off(self, name: str) -> Array:
-        return np.asarray(np.abs(self.reported[name] - self.exact[name]) / self.peaks[name][0])
-
-    def torque_curve(self) -> TorqueCurve | None:
-        """For a figure; None where the engine reports no torque."""
-        if TORQUE not in self.reported:
-            return None
-        angle, error = self.angle, self._off(TORQUE)
-        turn = np.flatnonzero(np.abs(angle[-1] - angle) <= 2.0 * np.pi + 1e-9)
-        keep = turn[np.unique(np.linspace(0, len(turn) - 1, CURVE_SAMPLES).astype(int))]
-        spans = [(at.mean(), off.max()) for at, off in largest_in_spans(len(angle)).add(angle, error)]
-        return TorqueCurve(angle[keep], self.reported[TORQUE][keep], self.exact[TORQUE][keep], *np.array(spans).T)
 
 
 def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float) -> Stamps:

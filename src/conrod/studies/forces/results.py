@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from conrod.exact.dynamics.inverse import TORQUE
-from conrod.exact.motion import Array
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
 GROUPS = ("torque", "reactions", "contact")
@@ -48,17 +47,6 @@ class Stamps:
 
 
 @dataclass(frozen=True)
-class TorqueCurve:
-    """Drive torque of the last turn, thinned, and its error over the run; angles [rad], torques [N m]."""
-
-    angle: Array
-    reported: Array
-    exact: Array
-    error_angle: Array
-    error: Array
-
-
-@dataclass(frozen=True)
 class ForcePoint:
     """One run of a refinement path: by quantity the error that is judged; none unless completed."""
 
@@ -89,7 +77,6 @@ class ForceResult(Result):
     stamps: Stamps | None = None
     errors: Mapping[str, ForceErrors] | None = None
     refinement: tuple[ForcePoint, ...] = ()
-    curve: TorqueCurve | None = None
     likeness: Mapping[str, float] | None = None
     tolerance: Mapping[str, float] | None = None
     reason_of_tolerance: str = ""

@@ -54,7 +54,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     measured = Measured(scene, tracks, peaks, stamps)
     errors = measured.errors(result.names)
     likeness = likenesses(scene, measured, result.names)
-    result = replace(result, errors=errors, curve=measured.torque_curve(), likeness=likeness)
+    result = replace(result, errors=errors, likeness=likeness)
 
     def point(n: int, turns: float, start: float) -> ForcePoint:
         tracks = _forces(engine, scene, engine.presets[preset](scene, n), turns, start)

@@ -16,12 +16,10 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import size_of
 from conrod.runs.convergence import claimed_order
-from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Results, Study
-from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.result import EngineCase
+from conrod.studies.frame.case import Study
+from conrod.studies.frame.result import EngineCase, results_of
 from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
 from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
 from conrod.studies.free_motion.results import (
@@ -33,7 +31,7 @@ from conrod.studies.free_motion.results import (
     StepPoint,
 )
 
-CURVE_SAMPLES, SPANS = 721, 240
+SPANS = 240  # of a curve that is drawn
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -55,6 +53,7 @@ def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str,
 def _started(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
     return MotionResult(
         scene=name, engine=engine.name, engine_version=engine.version, preset=preset, motion=plan.motion,
+        exact=ExactSummary(course.motion.drift, course.motion.continuation, course.pace.turn, course.unresolved),
         step=course.grid.step, seconds=float(course.motion.times[-1]), leaving=plan.leaving,
         tolerance=_judged_by(course, engine, preset, plan),
     )  # fmt: skip
@@ -84,7 +83,7 @@ def _measured(empty: MotionResult, course: ExactCourse, run: FreeRun) -> MotionR
         angle=vars(size_of(np.abs(turned - crank_angle(mechanism, motion.poses)))),
         energy=vars(size_of(energy)),
         leaves=float(run.times[late[0]]) if len(late) else None,
-        curves=_curves(run.times, turned, worst, energy),
+        curves=_curves(run.times, worst, energy),
     )
 
 
@@ -113,14 +112,13 @@ def _orders(course: ExactCourse, points: tuple[StepPoint, ...]) -> dict[str, flo
     }
 
 
-def _curves(times: Array, angle: Array, error: Array, energy: Array) -> MotionCurves:
-    keep = np.unique(np.linspace(0, len(times) - 1, CURVE_SAMPLES).astype(int))
+def _curves(times: Array, error: Array, energy: Array) -> MotionCurves:
     # The start is exact, and has no place on a logarithmic axis.
     edges = np.linspace(1, len(times), min(SPANS, len(times) - 1) + 1).astype(int)
     spans = list(pairwise(edges))
     largest = (np.array([values[a:b].max() for a, b in spans]) for values in (error, energy))
     middles = np.array([times[a:b].mean() for a, b in spans])
-    return MotionCurves(times[keep], angle[keep], middles, *largest)
+    return MotionCurves(middles, *largest)
 
 
 @dataclass(frozen=True)
@@ -149,15 +147,6 @@ class MotionCase(EngineCase[MotionResult]):
         # What is kept is judged by the rule, whatever is asked for this time.
         return replace(found, tolerance=_judged_by(course, engine, preset, replace(self.plan, tolerance=None))).judged()
 
-    def perform(self) -> Measurement:
-        measurement = super().perform()
-        return replace(measurement, beside={**(measurement.beside or {}), "exact": plain(exact_summary(self.course))})
-
-    def _read(self, measurement: Measurement) -> None:
-        super()._read(measurement)
-        if measurement.beside is not None:
-            restore(ExactSummary, measurement.beside["exact"])
-
     @property
     def tolerance(self) -> Mapping[str, float] | None:
         return self.plan.tolerance
@@ -173,13 +162,6 @@ class MotionCase(EngineCase[MotionResult]):
         return {"settings": {}} | {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
 
 
-def exact_summary(course: ExactCourse) -> ExactSummary:
-    """The summary of an exact motion."""
-    motion = course.motion
-    angle = crank_angle(course.mechanism, motion.poses)
-    return ExactSummary(motion.drift, motion.continuation, motion.times, angle, course.pace.turn, course.unresolved)
-
-
 def motion_study(
     scenes: Mapping[str, Scene],
     engines: Sequence[Engine[Any]],
@@ -191,18 +173,13 @@ def motion_study(
     Args:
         presets: to run, by engine name.
     """
-    runs = [(engine.name, preset) for engine in engines for preset in presets[engine.name]]
-    cases = {name: [MotionCase(name, scene, *run, plan) for run in runs] for name, scene in scenes.items()}
-    results = yield [case for own in cases.values() for case in own]
-    return [_study_of(own, results) for own in cases.values()]
-
-
-def _study_of(cases: Sequence[MotionCase], results: Results) -> MotionStudy:
-    measurements, (first, *_) = [results[case.key] for case in cases], cases
-    kept = next((m.beside["exact"] for m in measurements if m.beside), None)
-    exact = exact_summary(first.course) if kept is None else restore(ExactSummary, kept)
-    found = tuple(case.result(measurement) for case, measurement in zip(cases, measurements, strict=True))
-    return MotionStudy(first.name, first.scene, found, first.plan.motion, left_out(first.scene, first.plan), exact)
+    found = yield from results_of(
+        MotionCase(name, scene, engine.name, preset, plan)
+        for name, scene in scenes.items()
+        for engine in engines
+        for preset in presets[engine.name]
+    )
+    return [MotionStudy(name, scene, found[name], plan.motion, left_out(scene, plan)) for name, scene in scenes.items()]
 
 
 def left_out(scene: Scene, plan: MotionPlan) -> tuple[str, ...]:

@@ -29,15 +29,30 @@ class MotionCurves:
     """A run over time, thinned for a figure.
 
     Attributes:
-        times: (K,) [s]; angle: of the crank (K,) [rad].
-        middles: (M,) [s], of equal spans of time; error, energy: the largest in each, normalised.
+        middles: (M,) [s], of equal spans of time.
+        error, energy: the largest in each, normalised.
     """
 
-    times: Array
-    angle: Array
     middles: Array
     error: Array
     energy: Array
+
+
+@dataclass(frozen=True)
+class ExactSummary:
+    """Summary of the exact motion.
+
+    Attributes:
+        drift: error of its own balance of energy, over the largest energy that took part.
+        continuation: where branches cross, in words; empty where none do.
+        turn: the fastest [s].
+        unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
+    """
+
+    drift: float
+    continuation: str
+    turn: float
+    unresolved: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +60,7 @@ class MotionResult(Result):
     """Errors of a motion in time.
 
     Attributes:
+        exact: what it is held against.
         step: [s]; seconds: what it ran [s].
         leaving: the position error, of the length, whose first instant is reported.
         tolerance: what it is judged by, by quantity; empty where it is only measured.
@@ -57,6 +73,7 @@ class MotionResult(Result):
 
     preset: str
     motion: str
+    exact: ExactSummary
     step: float
     seconds: float
     leaving: float
@@ -83,26 +100,6 @@ class MotionResult(Result):
 
 
 @dataclass(frozen=True)
-class ExactSummary:
-    """Summary of the exact motion.
-
-    Attributes:
-        drift: error of its own balance of energy, over the largest energy that took part.
-        continuation: where branches cross, in words; empty where none do.
-        times: (T,) [s]; angle: of the crank (T,) [rad].
-        turn: the fastest [s].
-        unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
-    """
-
-    drift: float
-    continuation: str
-    times: Array
-    angle: Array
-    turn: float
-    unresolved: str = ""
-
-
-@dataclass(frozen=True)
 class MotionStudy(SceneResults[MotionResult]):
     """All of one scene, and its exact motion.
 
@@ -112,7 +109,11 @@ class MotionStudy(SceneResults[MotionResult]):
 
     motion: str
     left_out: tuple[str, ...]
-    exact: ExactSummary
+
+    @property
+    def exact(self) -> ExactSummary:
+        """The exact motion that all are held against."""
+        return self.results[0].exact
 
     @property
     def passed(self) -> bool:
