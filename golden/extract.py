@@ -102,7 +102,7 @@ def _forces(file: Path) -> Records:
     for part in json.loads(file.read_text(encoding="utf-8"))["parts"].values():
         for entry, summary in zip(part["findings"]["results"], part["summary"]["results"], strict=True):
             name = f"{entry['scene']}/{entry['engine']}/{entry['preset']}"
-            for key in ("outcome", "steps_per_revolution", "revolutions", "stamps", "tolerance"):
+            for key in ("outcome", "steps_per_revolution", "revolutions", "tolerance"):
                 yield from _exactly(f"{name}/{key}", entry[key] or None)
             # pymunk's forces are impulses over a step, and with it their rounding: by the steps larger than a
             # velocity's.
@@ -134,7 +134,7 @@ def _motion(file: Path) -> Records:
             name = f"{whole}/{result['engine']}/{result['preset']}"
             for key in ("outcome", "step", "seconds", "leaving", "leaves", "tolerance"):
                 yield from _exactly(f"{name}/{key}", result[key] or None)
-            for key in ("errors", "angle", "energy", "refinement"):
+            for key in ("errors", "energy", "refinement"):
                 yield from _measured(f"{name}/{key}", result[key] or None)
             yield from _orders(name, result["order"], _series(result["refinement"], result["order"] or ()))
             yield from _verdict(name, verdict["passed"])

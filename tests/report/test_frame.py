@@ -54,7 +54,7 @@ def study(name: str, error: float = 1e-9, curves: bool = True) -> MotionStudy:
     result = MotionResult(
         scene=name, motion="free", engine="mujoco", engine_version="4.0.0", preset="hardened", step=1e-3, seconds=1.0,
         exact=ExactSummary(1e-13, "", 1.0),
-        leaving=1e-6, tolerance={"position": 1e-8}, errors={scene.output: sizes}, angle=sizes, energy=sizes,
+        leaving=1e-6, tolerance={"position": 1e-8}, errors={scene.output: sizes}, energy=sizes,
         curves=drawn if curves else None, passed=True,
     )  # fmt: skip
     return MotionStudy(name, scene, (result,), "free", ())

@@ -19,7 +19,7 @@ from conrod import InvalidInput
 from conrod.cli import cli
 from conrod.runs.plain import plain
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.forces.results import Stamps
+from conrod.studies.forces.results import ForceErrors
 from conrod.studies.forces.study import ForceCase, ForcePlan, started
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
@@ -61,13 +61,14 @@ def test_sixty_overwritten_places_of_the_file_end_in_no_traceback(whole: Path, t
 def test_a_force_result_of_an_older_conrod_is_not_run(tmp_path: Path) -> None:
     case = ForceCase("saw-500rpm", SAW, "mujoco", "hardened", ForcePlan())
     result = dataclasses.replace(
-        started("saw-500rpm", SAW, case.made_by, "hardened", case.plan), stamps=Stamps(0.0, 1.0, 3, 0)
+        started("saw-500rpm", SAW, case.made_by, "hardened", case.plan),
+        errors={"drive torque": ForceErrors(0.1, 0.1, None, 1.0, True)},
     )
     new = Measurement(
         "completed", beside={"sizes": {}, "passed": None, "result": json.loads(json.dumps(plain(result)))}
     )
     old = Measurement.__new__(Measurement)
-    old.__dict__.update(json.loads(json.dumps(vars(new)).replace('"spacing"', '"every"')))
+    old.__dict__.update(json.loads(json.dumps(vars(new)).replace('"own_peak"', '"own"')))
     assert case.understands(new)
     assert not case.understands(old)
     with Ledger.open(tmp_path / "ledger.sqlite") as ledger:

@@ -107,11 +107,12 @@ def speed_up(found: EngineAblation) -> str:
     if full.cost is None or full.change is None:
         return f"The full model did not run to its end: {full.reason or full.outcome}."
     changes = listed([f"{numbers.measured(value)} in {quantity}" for quantity, value in full.change.items()])
-    equal = f": they are equal within {numbers.quantity(NO_CHANGE)}" if max(full.change.values()) <= NO_CHANGE else ""
+    equal = max(full.change.values()) <= NO_CHANGE
+    change = f"is equal within {numbers.quantity(NO_CHANGE)}" if equal else f"differs by at most {changes}"
     ratio, _, interval = cost_text(full.cost).partition(" ")
     return (
         f"The minimal model is **{ratio} times** as fast as the full one {interval}, and the observed motion of the "
-        f"two differs by at most {changes}{equal}."
+        f"two {change}."
     )
 
 

@@ -75,7 +75,6 @@ def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
         numbers.IN_MM: lambda r: numbers.in_mm({p: s["max"] for p, s in (r.errors or {}).items()}, lengths[r.scene]),
         "rms": lambda r: numbers.measured(r.largest("position", "rms")),
         "final": lambda r: numbers.measured(r.largest("position", "final")),
-        "crank [deg]": lambda r: numbers.in_degrees(r.largest("angle")),
         "energy": lambda r: numbers.measured(r.largest("energy")),
         f"above {numbers.quantity(leaving)} from": _leaves,
         "order x, E": lambda r: "" if r.order is None else ", ".join(map(numbers.order, r.order.values())),

@@ -26,7 +26,7 @@ from conrod.studies.frame.run import RunCase, as_run
 from conrod.studies.frame.timing import fingerprint
 
 Found = Mapping[tuple[Role, str], VariantResult]
-COMPARED = 100  # crank angles of the last turn, or of the one pass, at which two motions are compared
+COMPARED = 100  # instants of the last turn, or of the one pass, at which two motions are compared
 
 
 def ablate_engine(
@@ -179,8 +179,8 @@ class Cases:
 def change(run: Measurement, other: Measurement) -> dict[str, float] | None:
     """Largest difference of the observed points by quantity, normalised; None unless both runs completed.
 
-    Deviations from the exact motion are subtracted, not motions: where samples lie at other instants, a deviation can
-    be interpolated at the cost of a small share of itself.
+    Deviations from the exact motion at the crank angle reached are subtracted, not motions: where samples lie at other
+    instants, a deviation can be interpolated at the cost of a small share of itself.
     """
     if run.signed is None or other.signed is None:
         return None

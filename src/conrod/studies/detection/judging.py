@@ -61,13 +61,11 @@ def motion_judge(result: ValidationResult, healthy: ExactReference, asked: Mappi
     return judged
 
 
-def force_judge(result: ForceResult, tracks: ForceTracks, peaks: Peaks) -> Judge:
-    """The judge of `conrod validate --quantity`, of the forces of a run as they were recorded."""
-    assert result.stamps is not None
-    stamps = result.stamps
+def force_judge(result: ForceResult, tracks: ForceTracks, peaks: Peaks, step: float) -> Judge:
+    """The judge of `conrod validate --quantity`, of the forces of a run as they were recorded in steps [s]."""
 
     def judged(given: Recording) -> ForceResult:
-        measured = Measured(given.reference, tracks, peaks, stamps)
+        measured = Measured(given.reference, tracks, peaks, step)
         likeness = likenesses(given.reference, measured, result.names)
         return replace(result, errors=measured.errors(result.names), likeness=likeness).judged()
 

@@ -100,10 +100,10 @@ class QualificationCase(EngineCase[Qualification]):
             return ()
         plan = ForcePlan(run=replace(self.plan, tolerance=None), refined=False)
         result, tracks = recorded_forces(self.name, self.scene, self.made_by, str(self.preset), plan)
-        if not result.completed or result.stamps is None or not result.limits:
+        if not result.completed or not result.limits:
             return ()
         peaks = peaks_of(self.scene)
-        judge = force_judge(result, tracks, peaks)
+        judge = force_judge(result, tracks, peaks, self.scene.period / result.steps_per_revolution)
         if judge(given).passed is not True:
             return ()
         # What no force depends on at constant speed shows by the drive's ripple at most.

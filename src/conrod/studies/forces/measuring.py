@@ -29,7 +29,6 @@ from conrod.scenes import Scene
 from conrod.studies.forces.results import (
     LOOKS_LIKE,
     ForceErrors,
-    Stamps,
     is_moment,
 )
 
@@ -132,9 +131,9 @@ def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
 
 
 class Measured:
-    """One run that reported something, beside the exact forces."""
+    """One run that reported something, by steps of a length [s], beside the exact forces."""
 
-    def __init__(self, scene: ExactReference, tracks: ForceTracks, peaks: Peaks, stamps: Stamps) -> None:
+    def __init__(self, scene: ExactReference, tracks: ForceTracks, peaks: Peaks, step: float) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
         self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
@@ -144,7 +143,8 @@ class Measured:
             reported = {TORQUE: tracks.drive_torque} | reported
         self.reported = {name: values[self.kept] for name, values in reported.items()}
         self.exact = exact_quantities(kinematics, state)
-        self._together = max(1, round(TOGETHER / max(stamps.spacing, 1.0)))
+        spacing = np.diff(at.times[:2], prepend=at.times[0])[-1]
+        self._together = max(1, round(TOGETHER * step / max(spacing, step)))
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
 
     def clear(self) -> NDArray[np.int_]:
@@ -166,15 +166,6 @@ class Measured:
             between = size_of(means[clear]).rms if clear.any() else None
         whole = size_of(np.abs(off))
         return ForceErrors(whole.max, whole.rms, between, peak, own)
-
-
-def stamps_of(scene: Scene, tracks: ForceTracks, steps: int, start_angle: float) -> Stamps:
-    """Instants that the values of a run belong to."""
-    at, step = tracks.instants, scene.period / steps
-    spacing = float(np.diff(at.times[:2])[0]) / step if len(at.times) > 1 else 0.0
-    left_out = int(scene.kinematics.near_change(at.angle, NEAR).sum())
-    first = (float(at.times[0]) - start_angle / scene.speed) / step
-    return Stamps(round(first, 6), round(spacing, 6), len(at.times), left_out)
 
 
 def _between(angle: Array, joints: Sequence[float]) -> NDArray[np.bool_]:

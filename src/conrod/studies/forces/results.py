@@ -37,16 +37,6 @@ class ForceErrors:
 
 
 @dataclass(frozen=True)
-class Stamps:
-    """Instants that values belong to, in steps of the run: `count` of them, `spacing` apart, from `first` on."""
-
-    first: float
-    spacing: float
-    count: int
-    left_out: int  # of these, at change points, where joint forces are not determined
-
-
-@dataclass(frozen=True)
 class ForcePoint:
     """One run of a refinement path: by quantity the error that is judged; none unless completed."""
 
@@ -74,7 +64,6 @@ class ForceResult(Result):
     revolutions: float
     groups: Mapping[str, tuple[str, ...]]
     unsupported: Mapping[str, str] | None = None
-    stamps: Stamps | None = None
     errors: Mapping[str, ForceErrors] | None = None
     refinement: tuple[ForcePoint, ...] = ()
     likeness: Mapping[str, float] | None = None

@@ -18,7 +18,6 @@ from conrod.studies.forces.measuring import (
     likenesses,
     peaks_of,
     quantities_of,
-    stamps_of,
     tolerance_of,
 )
 from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult, ForceStudy
@@ -47,11 +46,11 @@ class ForcePlan:
 def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
     """Measure the engine: one run, its refinement path, and the verdict."""
     result, tracks = recorded_forces(name, scene, engine, preset, plan)
-    stamps, steps = result.stamps, result.steps_per_revolution
-    if stamps is None:
+    steps = result.steps_per_revolution
+    if not result.completed:
         return result.judged(plan.run.tolerance) if result.settings else result
     peaks = peaks_of(scene)
-    measured = Measured(scene, tracks, peaks, stamps)
+    measured = Measured(scene, tracks, peaks, scene.period / steps)
     errors = measured.errors(result.names)
     likeness = likenesses(scene, measured, result.names)
     result = replace(result, errors=errors, likeness=likeness)
@@ -60,7 +59,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
         tracks = _forces(engine, scene, engine.presets[preset](scene, n), turns, start)
         if tracks.outcome is not Outcome.COMPLETED or not len(tracks.instants.times):
             return ForcePoint(n, tracks.outcome.slug, {})
-        found = Measured(scene, tracks, peaks, stamps_of(scene, tracks, n, start)).errors(result.names)
+        found = Measured(scene, tracks, peaks, scene.period / n).errors(result.names)
         return ForcePoint(n, tracks.outcome.slug, judged_sizes(found))
 
     if plan.refined:
@@ -73,7 +72,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
 def recorded_forces(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan
 ) -> tuple[ForceResult, ForceTracks]:
-    """The forces of a run, and a result of which nothing is measured yet; it has stamps where there is something."""
+    """The forces of a run, and a result of which nothing is measured yet."""
     result, mechanism = started(name, scene, engine, preset, plan), scene.kinematics.mechanism
     steps = result.steps_per_revolution
     settings = engine.presets[preset](scene, steps)
@@ -82,8 +81,8 @@ def recorded_forces(
         return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), no_forces(mechanism, refusal)
     start, revolutions = plan.run.stretch(scene)
     tracks = _forces(engine, scene, settings, revolutions, start)
-    result = replace(result, settings=settings.as_dict(), revolutions=revolutions, **_outcome_fields(result, tracks))
-    return replace(result, stamps=stamps_of(scene, tracks, steps, start)) if result.completed else result, tracks
+    ended = _outcome_fields(result, tracks)
+    return replace(result, settings=settings.as_dict(), revolutions=revolutions, **ended), tracks
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:

@@ -144,12 +144,6 @@ def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
             )
 
 
-def crank_angle(mechanism: Mechanism, poses: Array) -> Array:
-    """The crank angle (T,) [rad] in poses (T, 3 n), from 0 at the first."""
-    turn = poses[:, 3 * mechanism.body_index[mechanism.crank] + 2]
-    return np.asarray(mechanism.driver.sense * (turn - turn[0]))
-
-
 def places(mechanism: Mechanism, poses: Array) -> dict[str, Array]:
     """Positions (T, 2) [m] of the observed points in poses (T, 3 n)."""
     bodies = pose_jets(mechanism, [poses])

@@ -20,7 +20,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, results_of
-from conrod.studies.free_motion.exact import ExactCourse, crank_angle, exact_course, places
+from conrod.studies.free_motion.exact import ExactCourse, exact_course, places
 from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
 from conrod.studies.free_motion.results import (
     QUANTITIES,
@@ -71,16 +71,13 @@ def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) ->
 
 
 def _measured(empty: MotionResult, course: ExactCourse, run: FreeRun) -> MotionResult:
-    mechanism, motion = course.mechanism, course.motion
     errors = _errors(course, run)
     worst = np.max(list(errors.values()), axis=0)
-    turned = crank_angle(mechanism, run.poses)
     energy = _energy(course, run)
     late = np.flatnonzero(worst > empty.leaving)
     return replace(
         empty,
         errors={point: vars(size_of(error)) for point, error in errors.items()},
-        angle=vars(size_of(np.abs(turned - crank_angle(mechanism, motion.poses)))),
         energy=vars(size_of(energy)),
         leaves=float(run.times[late[0]]) if len(late) else None,
         curves=_curves(run.times, worst, energy),

@@ -9,7 +9,7 @@ from typing import Self
 from conrod.exact.motion import Array
 from conrod.studies.frame.result import Result, SceneResults
 
-QUANTITIES = ("position", "angle", "energy")
+QUANTITIES = ("position", "energy")
 # What the exact motion's own balance of energy keeps.
 EXACT_DRIFT = 1e-11
 
@@ -65,7 +65,6 @@ class MotionResult(Result):
         leaving: the position error, of the length, whose first instant is reported.
         tolerance: what it is judged by, by quantity; empty where it is only measured.
         errors: of each observed point, distance from its exact place at the same time over L: max, rms, final.
-        angle: of the crank [rad], the same.
         energy: the engine's less the exact one at the same time, over the largest energy that took part, the same.
         leaves: when the position error of a point is first above `leaving` [s]; None where it stays below.
         order: of position and energy along the refinement path.
@@ -79,7 +78,6 @@ class MotionResult(Result):
     leaving: float
     tolerance: Mapping[str, float]
     errors: Mapping[str, Mapping[str, float]] | None = None
-    angle: Mapping[str, float] | None = None
     energy: Mapping[str, float] | None = None
     leaves: float | None = None
     refinement: tuple[StepPoint, ...] = ()
@@ -92,8 +90,7 @@ class MotionResult(Result):
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         if quantity == "position":
             return max((sizes[measure] for sizes in (self.errors or {}).values()), default=None)
-        found = {"angle": self.angle, "energy": self.energy}[quantity]
-        return None if found is None else found[measure]
+        return None if self.energy is None else self.energy[measure]
 
     def _held_to(self, asked: Mapping[str, float]) -> Self:
         return replace(self, tolerance=dict(asked))
