@@ -108,33 +108,6 @@ def test_the_cheapest_points_are_on_fronts_and_these_in_their_table(study: Sweep
     assert not [text for axes in figure.axes for text in texts(axes) if LABEL.fullmatch(text)]
 
 
-def of_presets(study: SweepStudy) -> SweepStudy:
-    """The same with the presets alone."""
-    points = tuple(p for p in study.points if p.preset)
-    rules = tuple(rule for rule in study.rules if rule.name in {p.rule for p in points})
-    spread = dict.fromkeys(study.reference_seconds, 1.1)
-    return replace(study, grid="presets", points=points, rules=rules, reference_spread=spread)
-
-
-def test_of_presets_the_figure_has_their_curves_alone_over_the_cost_of_a_second(study: SweepStudy) -> None:
-    presets = of_presets(study)
-    (axes,) = [a for a in drawn(presets).axes if a.get_ylabel().startswith("velocity")]
-    assert len(axes.lines) == 1 + len({(p.engine, p.preset) for p in presets.points})
-    cheapest = min(p.cost or 0.0 for p in presets.points if p.completed)
-    assert min(x for line in axes.lines for x in line.get_xdata()) == pytest.approx(cheapest / study.period, rel=0.02)
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_pages_of_presets_name_the_engine_that_wins(study: SweepStudy, tmp_path: Path) -> None:
-    presets = of_presets(study)
-    pages = report_batch(KIND, {"saw-500rpm": presets}, tmp_path, COMMAND).files
-    assert "- 1e-9: MuJoCo (saw-500rpm); position alone: MuJoCo (saw-500rpm)\n" in str(pages["README.md"])
-    assert "| 1e-9 | MuJoCo `hardened`: " in " ".join(str(pages["saw-500rpm.md"]).split())
-    # A folder that has a sweep of settings too has the index of sweeps.
-    both = report_batch(KIND, {"saw-500rpm": presets, "other": replace(study, name="other")}, tmp_path, COMMAND).files
-    assert "Speed against accuracy" in str(both["README.md"])
-
-
 def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, figure: Figure) -> None:
     seen = np.concatenate([np.asarray(line.get_xydata()) for line in panel(figure, "position").lines])
     for point in study.points:

@@ -82,7 +82,6 @@ def handmade_sweep() -> SweepStudy:
         one_pass=False,
         grid="coarse",
         engines={"mujoco": "4.0.0", "pymunk": "7.3.1"},
-        reference_seconds={"mujoco": 1e-6, "pymunk": 1e-6},
         unsupported={"newcomer": "newcomer has no grid of settings"},
         machine="a machine",
         rules=(*rules("mujoco"), *rules("pymunk")),

@@ -26,42 +26,28 @@ class Asked(StudyOptions, TimedRunOptions):
 def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
 
-    The grid `presets` has engines beside each other: what each costs for an error of 1e-3, 1e-6 and 1e-9, and which is
-    the cheapest.
+    The grid `presets` has engines beside each other: every preset of each, at more steps.
 
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.variants import PRESETS, grid_named
+    from conrod.engines.variants import grid_named
     from conrod.report.sweep.report import KIND
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import select_scenes
     from conrod.studies.frame.writing import naming
-    from conrod.studies.sweep.equal_error import sweep_presets
     from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
     chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
     swept = grid_named(asked.grid)
-    of_scene, show = (sweep_presets, print_winners) if swept == PRESETS else (sweep_scene, print_fronts)
     files = outputs(KIND, chosen, asked)
     plans = [plan_sweep(name, scene, engines, swept) for name, scene in chosen.items()]
     with Runner.of(asked) as runner, runner.answering() as run:
-        studies = pursue([of_scene(plan, runner.time) for plan in plans], run)
+        studies = pursue([sweep_scene(plan, runner.time) for plan in plans], run)
     with naming("standard output"):
-        show(studies)
+        print_fronts(studies)
     files.write({study.name: study for study in studies}, "sweep", scenes, asked)
-
-
-def print_winners(studies: Sequence[SweepStudy]) -> None:
-    """The presets of all engines at equal error, the cheapest, and in the last line the engine that wins each bar."""
-    from conrod.report.sweep.equal_error import presets_table, winners_lines, winners_table
-    from conrod.report.terminal import console, print_lines, print_table
-
-    print_table(console(), presets_table(studies))
-    print_table(console(), winners_table(studies))
-    wins = "; ".join(winners_lines(studies))
-    print_lines(console(), [f"the cheapest engine, position, velocity and acceleration below the bar: {wins}"])
 
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:

@@ -21,9 +21,10 @@ PRESETS: Grid = "presets"  # of every engine, and nothing else
 STEPS: Mapping[Grid, tuple[int, ...]] = {
     "coarse": (20, 200, 2000, 20000),
     "default": (20, 40, 100, 200, 400, 1000, 2000, 4000, 10000, 20000),
+    PRESETS: (20, 40, 60, 100, 140, 200, 300, 400, 640, 1000, 1400, 2000, 3000, 4000, 6400, 10000, 14000, 20000),
 }
 # A contact that is soft by a few steps needs more of them than a closed loop.
-CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,)}
+CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), PRESETS: (30000, 50000)}
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,7 @@ class Rule:
 
 
 def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:
-    """Steps per revolution of a grid; of the presets those of the default grid."""
-    grid = "default" if grid == PRESETS else grid
+    """Steps per revolution of a grid."""
     return STEPS[grid] + (CONTACT_STEPS[grid] if contact else ())
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from conrod.report import numbers
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 
@@ -36,15 +35,10 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def within_all(points: Iterable[SweptPoint], allowed: Mapping[str, float]) -> list[SweptPoint]:
-    """The timed points whose errors are within all tolerances."""
-    timed = (p for p in points if p.completed and p.cost is not None)
-    return [p for p in timed if all((p.error(quantity) or 0.0) <= bar for quantity, bar in allowed.items())]
-
-
 def cheapest_within(points: Iterable[SweptPoint], quantity: str, allowed: float, engine: str) -> SweptPoint | None:
     """The cheapest point of an engine whose error of a quantity is within a tolerance; None where there is none."""
-    within = [p for p in within_all(points, {quantity: allowed}) if p.engine == engine]
+    timed = (p for p in points if p.engine == engine and p.completed and p.cost is not None)
+    within = [p for p in timed if (p.error(quantity) or 0.0) <= allowed]
     return min(within, key=lambda p: (p.cost or 0.0, p.error(quantity) or 0.0), default=None)
 
 
@@ -70,9 +64,16 @@ def timed_engines(study: SweepStudy) -> list[str]:
 
 def tolerance(value: float) -> str:
     """A given tolerance: `1e-6`."""
-    return numbers.quantity(value) if value >= 1.0 else f"{value:.0e}".replace("e-0", "e-")
+    return f"{value:.0e}".replace("e-0", "e-")
 
 
 def rule_of(point: SweptPoint) -> str:
     """The rule, marked where it is a preset."""
-    return f"{point.rule} (`{point.preset}`)" if point.preset else point.rule
+    return named(point.rule, point.preset)
+
+
+def named(rule: str, preset: str | None) -> str:
+    """A rule, with the preset that it is."""
+    if preset is None:
+        return rule
+    return f"`{preset}`" if rule == preset else f"{rule} (`{preset}`)"

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from conrod.engines.variants import PRESETS
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.sweep import equal_error, tables
+from conrod.report.sweep import tables
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import table
@@ -24,9 +23,8 @@ from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 def _page(part: Part[SweepStudy]) -> Page:
     study, diagram = part.findings, _diagram(part.findings)
     text = rendered(
-        "sweep-presets" if study.grid == PRESETS else "sweep",
+        "sweep",
         study=study,
-        equal_error=equal_error,
         versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
         findings=tables.findings(study),
         ends=tables.end_words(study),
@@ -49,13 +47,13 @@ def _diagram(study: SweepStudy) -> Figure | None:
 
 def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
     """What each timed point of the diagram is."""
-    diagram, share = _diagram(study), 1.0 / study.period if study.grid == PRESETS else 1.0
+    diagram = _diagram(study)
     if diagram is None:
         return {}
     figure, points = work_precision_figure(study), timed_points(study)
     found = []
     for axes, quantity in zip(figure.axes, QUANTITIES, strict=True):
-        places = [(share * (p.cost or 0.0), p.error(quantity) or 0.0, _words(p)) for p in points]
+        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(p)) for p in points]
         found += spots_in(figure, axes, places)
     return {diagram.name: found}
 
@@ -88,10 +86,8 @@ def _index(index: Index[SweepStudy]) -> Page:
     head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
     figure = _first_figure(studies)
     text = rendered(
-        "sweep-presets-index" if _of_presets(studies) else "sweep-index",
+        "sweep-index",
         entries=index.entries,
-        studies=studies,
-        equal_error=equal_error,
         cheapest=table(head, rows, right=head[4:]),
         figure=figure,
         one_pass=any(study.one_pass for study in studies),
@@ -106,13 +102,8 @@ def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
     study = max((study for study in studies if timed_points(study)), key=lambda s: len(s.points), default=None)
     if study is None:
         return None
-    quantity = "acceleration" if _of_presets(studies) else "position"
-    alt = f"{quantity.capitalize()} error against cost of every run, {study.name}"
-    return Figure(quantity, alt, partial(work_precision_figure, study, (quantity,)))
-
-
-def _of_presets(studies: Sequence[SweepStudy]) -> bool:
-    return all(study.grid == PRESETS for study in studies)
+    alt = f"Position error against cost of every run, {study.name}"
+    return Figure("position", alt, partial(work_precision_figure, study, ("position",)))
 
 
 KIND = Kind(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
@@ -11,6 +12,7 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.sweep.points import (
     cheapest_within,
     least_error,
+    named,
     preset_curves,
     rule_of,
     timed_engines,
@@ -18,10 +20,12 @@ from conrod.report.sweep.points import (
 )
 from conrod.report.table import Table, table
 from conrod.runs.convergence import ObservedOrder
+from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 QUANTITY, ALLOWED = "position", 1e-6  # that engines are compared at
+UNSUPPORTED = Outcome.UNSUPPORTED.slug
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 STEPS = "steps per revolution"
 COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
@@ -112,18 +116,19 @@ def order_words(found: ObservedOrder) -> str:
 
 
 def orders_table(study: SweepStudy) -> Table:
-    """Order or plateau of every rule that is a preset."""
+    """Order or plateau of every rule that is a preset, and how its runs ended."""
     presets = {(curve.engine, curve.rule): curve.preset for curve in preset_curves(study)}
     rows = [
         [
             engine_title(rule.engine),
-            f"{rule.name} (`{presets[rule.engine, rule.name]}`)",
+            named(rule.name, presets[rule.engine, rule.name]),
             *(order_words(rule.orders[quantity]) for quantity in QUANTITIES),
+            "; ".join(filter(None, ends(study.points_of(rule)))) or "completed",
         ]
         for rule in study.rules
         if (rule.engine, rule.name) in presets
     ]
-    return table(["engine", "settings", *QUANTITIES], rows)
+    return table(["engine", "settings", *QUANTITIES, f"{STEPS}: outcome"], rows)
 
 
 # -- how runs ended ----------------------------------------------------------------------------------------------------
@@ -135,12 +140,11 @@ def end_words(study: SweepStudy) -> str:
     return ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
 
 
-def span_words(group: Sequence[SweptPoint]) -> str:
-    """Neighbouring numbers of steps with one outcome: `20 to 100: diverged`; empty where the runs completed."""
-    first, last = group[0], group[-1]
-    if first.completed:
-        return ""
-    steps = dict.fromkeys(point.steps_per_revolution for point in (first, last))
-    reasons = {point.reason for point in group if point.outcome == "unsupported"}
-    reason = f" ({reasons.pop()})" if len(reasons) == 1 else ""
-    return f"{' to '.join(map(str, steps))}: {first.outcome}{reason}"
+def ends(points: Sequence[SweptPoint]) -> Iterator[str]:
+    """How runs at increasing steps ended: `20 to 100: diverged`; empty where they completed."""
+    for outcome, group in groupby(points, lambda point: point.outcome):
+        own = list(group)
+        steps = dict.fromkeys(point.steps_per_revolution for point in (own[0], own[-1]))
+        reasons = {point.reason for point in own if outcome == UNSUPPORTED}
+        reason = f" ({reasons.pop()})" if len(reasons) == 1 else ""
+        yield "" if own[0].completed else f"{' to '.join(map(str, steps))}: {outcome}{reason}"

@@ -1,11 +1,8 @@
-"""The work-precision diagram: error against cost, every timed run of the grid in it.
-
-Of a grid of presets it has their curves alone, over the cost of a simulated second, which engines share.
-"""
+"""The work-precision diagram: error against cost, every timed run of the grid in it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.engines.registry import look_of
-from conrod.engines.variants import PRESETS
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
@@ -35,10 +31,10 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
     Args:
         study: with timings.
     """
-    points, presets_alone = timed_points(study), study.grid == PRESETS
+    points = timed_points(study)
     height = TOP + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
     layout = Layout(WIDTH, height)
-    costs = on_log_grid(np.array(list(_costs(study, points).values())))
+    costs = on_log_grid(np.array([p.cost or 0.0 for p in points]))
     limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
     for k, quantity in enumerate(quantities):
         top = height - TOP - k * (PANEL_HEIGHT + GAP)
@@ -46,17 +42,11 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
         _cost_axis(axes, limits)
         _draw_panel(axes, study, points, quantity)
         if quantity == quantities[-1]:
-            axes.set_xlabel(f"CPU time of a simulated {'second' if presets_alone else 'revolution'}", labelpad=2.0)
+            axes.set_xlabel("CPU time of a simulated revolution", labelpad=2.0)
         else:
             axes.tick_params(axis="x", labelbottom=False)
-    layout.legend(_legend(study), 4 if presets_alone else 3, 0.05, handlelength=3.4, columnspacing=3.0)
+    layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
     return layout.figure
-
-
-def _costs(study: SweepStudy, points: Sequence[SweptPoint]) -> dict[str, float]:
-    """Costs [s] by label: of a revolution, or of a simulated second where engines are compared by their presets."""
-    share = 1.0 / study.period if study.grid == PRESETS else 1.0
-    return {p.label: share * (p.cost or 0.0) for p in points}
 
 
 # -- axes --------------------------------------------------------------------------------------------------------------
@@ -75,21 +65,22 @@ def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
 def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], quantity: str) -> None:
     whole_decades(axes, [_errors(points, quantity)])
     axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
-    costs = _costs(study, points)
-    _plot(axes, study.front(quantity), costs, quantity, FRONT_OF_ALL)
-    for engine in study.engines if study.grid != PRESETS else ():
-        others = [p for p in points if p.engine == engine and p.preset is None]
-        _plot(axes, others, costs, quantity, _dot_style(engine))
-        _plot(axes, study.front(quantity, engine), costs, quantity, _front_style(engine))
+    _plot(axes, study.front(quantity), quantity, FRONT_OF_ALL)
+    for engine in study.engines:
+        _plot(axes, _others(points, engine), quantity, _dot_style(engine))
+        _plot(axes, study.front(quantity, engine), quantity, _front_style(engine))
     for curve in preset_curves(study):
-        of_preset = [p for p in curve.points if p.label in costs]
-        _plot(axes, of_preset, costs, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
+        of_preset = [p for p in curve.points if p in points]
+        _plot(axes, of_preset, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
 
 
-def _plot(
-    axes: Axes, points: Sequence[SweptPoint], costs: Mapping[str, float], quantity: str, style: dict[str, Any]
-) -> None:
-    axes.plot(on_log_grid(np.array([costs[p.label] for p in points])), _errors(points, quantity), **style)
+def _plot(axes: Axes, points: Sequence[SweptPoint], quantity: str, style: dict[str, Any]) -> None:
+    axes.plot(on_log_grid(np.array([p.cost or 0.0 for p in points])), _errors(points, quantity), **style)
+
+
+def _others(points: Sequence[SweptPoint], engine: str) -> list[SweptPoint]:
+    """Points of an engine that are no preset's."""
+    return [p for p in points if p.engine == engine and p.preset is None]
 
 
 def _errors(points: Sequence[SweptPoint], quantity: str) -> Any:
@@ -112,8 +103,8 @@ def _front_style(engine: str) -> dict[str, Any]:
 def _legend(study: SweepStudy) -> list[Line2D]:
     drawn = [curve for curve in preset_curves(study) if any(p.completed and p.cost for p in curve.points)]
     handles = preset_handles((curve.engine, curve.preset) for curve in drawn)
-    engines = timed_engines(study) if study.grid != PRESETS else []
-    for engine in engines:
+    engines = timed_engines(study)
+    for engine in (one for one in engines if _others(timed_points(study), one)):
         style = _dot_style(engine) | {"alpha": 0.5, "markersize": 4.0}
         handles.append(Line2D([], [], label=f"{engine_title(engine)}, other settings", **style))
     for engine in engines:

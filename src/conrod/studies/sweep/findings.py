@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from conrod.engines.engine import LINKAGE_STEPS
 from conrod.runs.convergence import ObservedOrder
 
 COMPLETED = "completed"
@@ -86,12 +85,9 @@ class SweepStudy:
         name, title, parameters: of the scene.
         one_pass: whether its input makes one pass instead of turning.
         engines: name -> version.
-        reference_seconds: engine -> CPU time of a step of its reference loop [s], the median of its timings.
         unsupported: engine -> why it cannot be swept.
         machine: that the costs were taken on.
         lengths: L of each observed point [m]; empty in reports of an earlier conrod.
-        usual_steps: per revolution, that `conrod validate` takes where nothing else is asked for.
-        reference_spread: engine -> slowest over fastest of the timings of its reference loop.
     """
 
     name: str
@@ -100,19 +96,11 @@ class SweepStudy:
     one_pass: bool
     grid: str
     engines: Mapping[str, str]
-    reference_seconds: Mapping[str, float]
     unsupported: Mapping[str, str]
     machine: str
     rules: tuple[SweptRule, ...]
     points: tuple[SweptPoint, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
-    usual_steps: int = LINKAGE_STEPS
-    reference_spread: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def period(self) -> float:
-        """Duration of a revolution [s]."""
-        return 2.0 * math.pi / abs(float(self.parameters["speed"]))
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
         """Points that no other one beats in both cost and error, cheapest first."""

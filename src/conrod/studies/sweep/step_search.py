@@ -59,22 +59,18 @@ class StepSearch:
     Attributes:
         start: steps to look at first.
         order: expected of its error.
-        most: steps that are tried; those of the grid where it is 0.
-        margin: by which the error should be below what is allowed at a step that is tried.
     """
 
     rule: RulePlan
     tried: list[Choice]
     start: int = 0
     order: float = USUAL_ORDER
-    most: int = 0
-    margin: float = AIMED_MARGIN
 
     @property
     def bounds(self) -> tuple[int, int]:
-        """Fewest and most steps that are tried."""
+        """Fewest and most steps that are tried: those of the grid."""
         first, last = self.rule.cases[0], self.rule.cases[-1]
-        return first.settings.steps_per_revolution, self.most or last.settings.steps_per_revolution
+        return first.settings.steps_per_revolution, last.settings.steps_per_revolution
 
     def within(self, allowed: Tolerances) -> list[Choice]:
         """Those within tolerance, the coarsest first."""
@@ -99,7 +95,7 @@ class StepSearch:
         if coarse is None:
             wanted = self._even(self._scaled(finer, allowed, self.order))
         else:
-            wanted = self._even(_between(coarse, finer, allowed, self.margin))
+            wanted = self._even(_between(coarse, finer, allowed))
         return wanted if wanted < WORTH * finer.steps else None
 
     def order_measured(self, allowed: Tolerances) -> float:
@@ -111,7 +107,7 @@ class StepSearch:
         return math.log(x / less) / math.log(more / n)
 
     def _scaled(self, one: Choice, allowed: Tolerances, order: float) -> float:
-        factor: float = (max(one.excess(allowed), 1e-30) * self.margin) ** (1.0 / order)
+        factor: float = (max(one.excess(allowed), 1e-30) * AIMED_MARGIN) ** (1.0 / order)
         return one.steps * min(max(factor, 1.0 / LONGEST), LONGEST)
 
     def _even(self, steps: float) -> int:
@@ -120,12 +116,12 @@ class StepSearch:
         return min(max(STEP_UNIT * math.ceil(steps / STEP_UNIT), least), most)
 
 
-def _between(coarse: Choice, fine: Choice, allowed: Tolerances, margin: float) -> float:
+def _between(coarse: Choice, fine: Choice, allowed: Tolerances) -> float:
     """The steps between the last run that is out and the first one within, at which the error should just do."""
     out, within = (one.excess(allowed) for one in (coarse, fine))
     # Where there is no error to go by: the middle.
     known = math.isfinite(out) and within > 0.0
-    share = math.log(out * margin) / math.log(out / within) if known else 0.5
+    share = math.log(out * AIMED_MARGIN) / math.log(out / within) if known else 0.5
     return float(coarse.steps * (fine.steps / coarse.steps) ** share)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import Lacking, Swept, Timed, capability, rules_of
-from conrod.engines.engine import CUSTOM, default_steps
+from conrod.engines.engine import CUSTOM
 from conrod.engines.variants import PRESETS, Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.scenes import Scene
@@ -36,18 +36,11 @@ class RulePlan:
 
     Attributes:
         cases: at increasing numbers of steps, from which orders are.
-        refined: those with others in between; `cases` where there are none.
     """
 
     engine: Engine[Any]
     rule: Rule
     cases: tuple[RunCase, ...]
-    refined: tuple[RunCase, ...] = ()
-
-    @property
-    def runs(self) -> tuple[RunCase, ...]:
-        """All cases."""
-        return self.refined or self.cases
 
 
 @dataclass(frozen=True)
@@ -107,7 +100,7 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
     """
     engines = {rule.engine.name: rule.engine.version for rule in plan.rules}
     references: dict[str, list[float]] = {engine: [] for engine in engines}
-    for rule, case in ((one, case) for one in plan.rules for case in one.runs if case.key in timings):
+    for rule, case in ((one, case) for one in plan.rules for case in one.cases if case.key in timings):
         references[rule.engine.name].append(timings[case.key].reference_seconds)
     medians = {engine: median(seconds) for engine, seconds in references.items() if seconds}
     return SweepStudy(
@@ -117,8 +110,6 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
         one_pass=plan.scene.kinematics.mechanism.driver.span is not None,
         grid=plan.grid,
         engines=engines,
-        reference_seconds=medians,
-        reference_spread={engine: max(references[engine]) / min(references[engine]) for engine in medians},
         unsupported=dict(plan.unsupported),
         machine=fingerprint(),
         rules=tuple(
@@ -131,7 +122,6 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
         ),
         points=tuple(_points(plan, measurements, timings, medians)),
         lengths=dict(plan.scene.lengths),
-        usual_steps=default_steps(plan.scene),
     )
 
 
@@ -164,7 +154,7 @@ def _points(
 ) -> Iterator[SweptPoint]:
     """All points; a cost is that at the usual speed of the reference loop, whatever else the machine was doing."""
     counts = Counter[str]()
-    for rule, case in ((one, case) for one in plan.rules for case in one.runs):
+    for rule, case in ((one, case) for one in plan.rules for case in one.cases):
         engine, found, timing = rule.engine.name, measurements[case.key], timings.get(case.key)
         counts[engine] += 1
         yield SweptPoint(
