@@ -59,7 +59,7 @@ def test_a_table_is_judged_from_a_file_and_from_arrays(tmp_path: Path) -> None:
     assert off.passed is False
     assert "offset by (0.1, 0) mm" in off.text
     assert repr(off).startswith("<Checked passed=False: OUT OF TOLERANCE: position")
-    estimated = check(TABLE, SAW, estimate=["time"], unit={"time": "s"}, set={"crank": 0.1})
+    estimated = check(TABLE, SAW, estimate=["time"], unit="s", set={"crank": 0.1})
     assert "estimated from 200 rows" in estimated.text
 
 

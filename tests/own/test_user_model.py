@@ -59,27 +59,19 @@ def test_the_cam_is_its_machine_within_the_error_of_its_shape(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(("attributes", "plane", "rotation"), [
-    ({"pos": "1 -2 3"}, "xy", 0.0),
-    ({"euler": f"0 0 {30 * DEGREES!r}", "pos": "1 2 3"}, "xy", 30.0),
-    ({"euler": f"{90 * DEGREES!r} 0 0"}, "xz", 0.0),
-    ({"euler": f"0 {90 * DEGREES!r} 0"}, "yz", -90.0),
+    ({"euler": f"0 0 {30 * DEGREES!r}", "pos": "1 2 3"}, "xy", 30.0), ({"euler": f"0 {90 * DEGREES!r} 0"}, "yz", -90.0),
     ({"euler": f"0 {180 * DEGREES!r} 0"}, "-xy", 0.0),
-    ({"euler": "0 0.7 0.2", "pos": "0 0 5"}, "askew", None),
 ])  # fmt: skip
-def test_the_frame_is_worked_out(
-    tmp_path: Path, attributes: dict[str, str], plane: str, rotation: float | None
-) -> None:
+def test_the_frame_is_worked_out(tmp_path: Path, attributes: dict[str, str], plane: str, rotation: float) -> None:
     identity = seen(tmp_path, "saw", placed(SAW, **attributes))
     assert identity.is_machine(1e-12)
     assert identity.frame.view.name == plane
-    if rotation is not None:
-        assert math.degrees(identity.frame.rotation) == pytest.approx(rotation, abs=1e-12)
+    assert math.degrees(identity.frame.rotation) == pytest.approx(rotation, abs=1e-12)
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("mm", 1e3), ("cm", 1e2), ("inch", 1.0 / 0.0254)])
-def test_the_unit_of_length_is_worked_out(tmp_path: Path, unit: str, factor: float) -> None:
-    identity = seen(tmp_path, "saw", scaled(SAW, factor))
-    assert identity.frame.unit_name == unit
+def test_the_unit_of_length_is_worked_out(tmp_path: Path) -> None:
+    identity = seen(tmp_path, "saw", scaled(SAW, 1.0 / 0.0254))
+    assert identity.frame.unit_name == "inch"
     assert identity.is_machine(1e-12)
 
 
@@ -119,10 +111,9 @@ def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_pa
 
 
 @pytest.mark.parametrize(("old", "new", "name", "value"), [
-    (CRANK_PIN, '<body name="rod" pos="0.1001 0 0"', "crank", 0.1001),
     (CRANK_PIN, '<body name="rod" pos="0.1 0.001 0"', "crank", math.hypot(0.1, 0.001)),
     ('<body name="slider" pos="0 0 0"', '<body name="slider" pos="0 0.001 0"', "offset", 0.091),
-], ids=["crank-pin-out", "crank-pin-aside", "slide-high"])  # fmt: skip
+], ids=["crank-pin-aside", "slide-high"])  # fmt: skip
 def test_one_length_that_is_off_is_found_to_rounding(
     tmp_path: Path, old: str, new: str, name: str, value: float
 ) -> None:
@@ -154,9 +145,8 @@ def test_a_wrong_length_of_the_cam_is_seen_beyond_the_error_of_its_shape(tmp_pat
 
 @pytest.mark.parametrize(("kind", "text", "given"), [
     ("saw", other_branch_of_the_saw(), GivenFrame()),
-    ("saw", mirrored(SAW), GivenFrame()),
     ("press", other_branch_of_the_press(), GivenFrame(rotation=0.0)),
-], ids=["saw", "saw-mirrored", "press"])  # fmt: skip
+], ids=["saw", "press"])  # fmt: skip
 def test_the_other_assembly_branch_is_named(tmp_path: Path, kind: str, text: str, given: GivenFrame) -> None:
     identity = seen(tmp_path, kind, text, given)
     assert identity.other_branch
@@ -164,14 +154,13 @@ def test_the_other_assembly_branch_is_named(tmp_path: Path, kind: str, text: str
     assert identity.left < 1e-9
 
 
-@pytest.mark.parametrize("rod", [0.3001, 0.3])
-def test_on_the_other_branch_a_length_that_is_off_is_named_too(tmp_path: Path, rod: float) -> None:
-    text = replaced(other_branch_of_the_saw(), ROD_END, f'name="slider-pin.rod" pos="{rod} 0 0"')
+def test_on_the_other_branch_a_length_that_is_off_is_named_too(tmp_path: Path) -> None:
+    text = replaced(other_branch_of_the_saw(), ROD_END, 'name="slider-pin.rod" pos="0.3001 0 0"')
     identity = seen(tmp_path, "saw", text, points=("C",))
     assert identity.other_branch
     assert identity.left < 1e-9
     found = [[(one.name, round(one.found, 9)) for one in found.lengths] for found in identity.explanations]
-    assert found == ([] if rod == 0.3 else [[("rod", rod)]])
+    assert found == [[("rod", 0.3001)]]
 
 
 def test_a_mirror_image_is_the_machine_where_it_is_to_be_seen_from_behind(tmp_path: Path) -> None:

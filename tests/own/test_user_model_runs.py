@@ -16,7 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.own.models.assembly import prepare
 from conrod.own.models.driving import changed, look_at
 from conrod.own.models.request import Controls, DrivenRun
-from conrod.own.models.results import OWN, RIPPLE, ModelStudy
+from conrod.own.models.results import OWN, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
@@ -32,7 +32,7 @@ def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "RK4", "implicit", "implicitfast", "discrete"])
+@pytest.mark.parametrize("integrator", ["RK4", "implicitfast"])
 def test_looking_at_a_run_changes_no_bit_of_it(integrator: str) -> None:
     text = settled(SAW, f'<option timestep="0.002" integrator="{integrator}"/>')
     model = mujoco.MjModel.from_xml_string(text)
@@ -79,30 +79,12 @@ def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Pa
     assert "out of tolerance: velocity" in words.verdict(asked)
 
 
-@pytest.mark.parametrize("kind", ["saw", pytest.param("press", marks=pytest.mark.slow)])
-def test_the_flywheel_is_just_heavy_enough(tmp_path: Path, kind: str) -> None:
-    study = judged(tmp_path, kind, settled(TEXTS[kind], '<option timestep="0.002" integrator="RK4"/>'))
-    for own in study.runs.values():
-        assert 0.1 * RIPPLE < own.ripple <= RIPPLE
-
-
 def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -> None:
     text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.303 0 0"')
     study = judged(tmp_path, "saw", text, points=("C",))
     assert not study.passed
     assert 0.0 < (study.runs["hardened"].worst("position") or 0.0) < 1e-9
     assert "rod is 1 % too long: 303 mm instead of 300 mm" in words.verdict(study)
-
-
-@pytest.mark.usefixtures("no_presets")
-def test_a_run_that_fails_is_an_outcome_without_errors(tmp_path: Path) -> None:
-    study = judged(tmp_path, "saw", settled(SAW, '<option timestep="0.3"/>'), turns=4.0)
-    own = study.own
-    assert own is not None
-    assert own.outcome is not Outcome.COMPLETED
-    assert own.errors is None
-    assert study.is_machine
-    assert not study.passed
 
 
 def moved(run: DrivenRun, by: float) -> DrivenRun:
@@ -184,31 +166,26 @@ def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) 
 MOTOR = '<actuator><velocity name="motor" kv="{}" joint="crank"/></actuator></mujoco>'
 
 
-def with_motor(kv: float, autoreset: str = "enable") -> str:
+def with_motor(kv: float) -> str:
     """The saw with a velocity servo on its crank in place of the flywheel."""
-    text = replaced(replaced(SAW, ' armature="1e+14"', ""), 'autoreset="disable"', f'autoreset="{autoreset}"')
+    text = replaced(replaced(SAW, ' armature="1e+14"', ""), 'autoreset="disable"', 'autoreset="enable"')
     return replaced(text, "</mujoco>", MOTOR.format(kv))
 
 
 @pytest.mark.usefixtures("no_presets")
-@pytest.mark.parametrize(("autoreset", "outcome", "said"), [
-    ("enable", Outcome.RESET, "it ended as reset: MuJoCo reset its state at 0.0105 s (BADQACC)"),
-    ("disable", Outcome.DIVERGED, "it ended as diverged: not finite at 0.0105 s (BADQACC"),
-])  # fmt: skip
-def test_what_conrods_drive_hides_of_a_stiff_servo_is_the_first_thing_said(
-    tmp_path: Path, autoreset: str, outcome: Outcome, said: str
-) -> None:
+def test_what_conrods_drive_hides_of_a_stiff_servo_is_the_first_thing_said(tmp_path: Path) -> None:
     # kv over the crank's inertia times the step is 7.5, where RK4 holds up to 2.8.
-    text, asked = with_motor(100.0, autoreset), {"position": 1e-3}
-    study = judged(tmp_path, "saw", text, points=("C",), tolerance=asked, controls=(("motor", SCENE.speed),))
+    asked = {"position": 1e-3}
+    study = judged(
+        tmp_path, "saw", with_motor(100.0), points=("C",), tolerance=asked, controls=(("motor", SCENE.speed),)
+    )
     assert study.own is not None
     assert study.own.outcome is Outcome.COMPLETED
     assert study.own_run is not None
-    assert study.own_run.run.outcome is outcome
+    assert study.own_run.outcome is Outcome.RESET
     assert not study.passed
     verdict = words.verdict(study)
-    assert verdict.startswith("Run as the file has it, from keyframe start with motor = 4.18879, it ended as")
-    assert said in verdict
+    assert verdict.startswith("Run as the file has it, from keyframe start with motor = 4.18879, it ended as reset")
     assert "within tolerance" not in verdict
 
 
@@ -223,14 +200,13 @@ def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_o
     assert study.passed
     assert "its crank keeps to the 40 rpm of the scene: it turned at 39.999 rpm on average" in words.verdict(study)
     assert study.own_run is not None
-    assert study.own_run.run.worst("position")
+    assert study.own_run.worst("position")
     # What was asked for is asked of both runs: here the file's own is a radian late.
-    late = replace(study.own_run, run=replace(study.own_run.run, phase=1.0))
+    late = replace(study.own_run, phase=1.0)
     asked = replace(study, tolerance={"phase": 0.1})
     assert asked.passed
     assert replace(asked, own_run=late).exceeded() == {"phase": (1.0, 0.1)}
     assert replace(study, own_run=late).passed
-    assert replace(asked, own_run=replace(late, commanded=None)).passed
     worst = max(run.worst("position") or 0.0 for run in study.judged)
     assert len(study.judged) == 2
     assert not servo_at(tmp_path, SCENE.speed, tolerance=0.99 * worst).passed
@@ -262,7 +238,6 @@ def test_what_commands_nothing_has_nothing_to_stray_from(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(("controls", "said"), [
     ((("motr", 1.0),), "unknown actuator 'motr': did you mean 'motor'? choose from motor"),
-    ((("1", 1.0),), "unknown actuator '1': choose from motor"),
     ((("motor", 9.0),), "--ctrl motor=9: MuJoCo clamps it to its ctrlrange, -5 to 5"),
 ])  # fmt: skip
 def test_a_control_that_a_model_does_not_take_is_refused(tmp_path: Path, controls: Controls, said: str) -> None:

@@ -29,7 +29,6 @@ PIECES = {"slide": r"\s*<joint name=\"slide\".*?/>", "equality": r"<equality>.*?
 
 ROD_END = 'name="slider-pin.rod" pos="0.3 0 0"'
 CRANK_PIN = '<body name="rod" pos="0.1 0 0"'
-CONNECT = '<connect name="again" site1="slider-pin.rod" site2="slider-pin.slider" />'
 
 
 def replaced(text: str, old: str, new: str) -> str:
@@ -136,7 +135,7 @@ def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **
 
 def judged(
     folder: Path, kind: str, text: str, turns: float = 1.0, tolerance: dict[str, float] | None = None,
-    qualify: bool = False, spoil: Callable[[DrivenRun], DrivenRun] = lambda run: run, **asked: object,
+    spoil: Callable[[DrivenRun], DrivenRun] = lambda run: run, **asked: object,
 ) -> ModelStudy:  # fmt: skip
     """All of the judgement, in this process; `spoil` changes what is run before it is judged. Equal runs are kept."""
     put = question(kind, **asked)
@@ -155,4 +154,4 @@ def judged(
 
     changes = {"_run": kept, "driven": spoiled(driven), "as_given": spoiled(as_given)}
     with patch.object(studying, "scan", lambda *_: found), patch.multiple(CrankDrive, **changes):
-        return studying.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance, qualify)
+        return studying.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance)

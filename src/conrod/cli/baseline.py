@@ -63,8 +63,8 @@ def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
         sizes = {name: study.largest(name) for name in (*ERRORS, "phase")}
         return {"table": _line("completed", study.passed, sizes, study.errors)}
     assert isinstance(study, ModelStudy)
-    runs = [*study.runs.values(), *([study.own_run.run] if study.own_run else [])]
-    paths = _line("completed", study.is_machine, {"position": study.identity.largest}, study.identity.off)
+    runs = [*study.runs.values(), *([study.own_run] if study.own_run else [])]
+    paths = _line("completed", study.is_machine, {"position": study.identity.largest}, study.identity.off_by)
     return {"paths": paths} | {run.label: _run(study, run) for run in runs}
 
 
@@ -80,7 +80,7 @@ def _result(result: Result) -> Line:
 def _run(study: ModelStudy, run: JudgedRun) -> Line:
     passed = not study.exceeded(run) if run in study.judged else None
     sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
-    return _line(run.outcome.slug, passed, sizes, (run.errors, run.phase, run.ripple, run.gap))
+    return _line(run.outcome.slug, passed, sizes, (run.errors, run.phase, run.ripple))
 
 
 def _line(

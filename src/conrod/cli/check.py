@@ -17,7 +17,7 @@ from conrod.cli.baseline import Holding
 from conrod.cli.options import refuse
 from conrod.cli.runner import Runner
 from conrod.cli.validate import check_file
-from conrod.cli.validate_file import MODEL, TABLE, Subject, held_file, subject_of
+from conrod.cli.validate_file import MODEL, TABLE, Subject, held_file, part_of, subject_of
 from conrod.cli.validate_loops import LOOPS, is_spatial, judge_file, judge_machine, question_of
 from conrod.cli.validate_request import MODELS, TABLES, CheckOptions, ModelOptions, Request, TableOptions
 from conrod.cli.validate_scenes import held_scenes, measured_of, print_verdicts, scene_verdict
@@ -87,7 +87,7 @@ class Checked:
     def json(self) -> str:
         """What `--json` writes."""
         study, subject = self.study, self._subject
-        part = study.name if isinstance(study, SceneResults) else subject.part(Path(study.file))
+        part = study.name if isinstance(study, SceneResults) else part_of(subject, Path(study.file))
         return document_text(subject.kind, {part: study})
 
     @property

@@ -60,20 +60,14 @@ class Subject(NamedTuple):
     verdict: Callable[[Any], str]
     timeout: float
 
-    def part(self, path: Path) -> str:
-        """The part of the report that a file is."""
-        return path.stem if self is MODEL else trajectory.PART
-
 
 def validate_file(path: Path, scene: str, asked: Request) -> None:
     """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
     from conrod.cli.verification import Dossier
 
     subject = subject_of(path)
-    part, given = (
-        subject.part(path),
-        as_outputs_must_not_be(path) if subject is MODEL else {"the FMU" if is_fmu(path) else "the table": path},
-    )
+    part, its_name = part_of(subject, path), "the FMU" if is_fmu(path) else "the table"
+    given = as_outputs_must_not_be(path) if subject is MODEL else {its_name: path}
     name, machine = select_scene(scene, asked.assignments)
     holding = Holding.of(asked, {name: machine})
     files, dossier = outputs(subject.kind, [part], asked, given), Dossier.of(asked, {part: machine})
@@ -91,7 +85,7 @@ def validate_file(path: Path, scene: str, asked: Request) -> None:
 
 def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request, found: Any) -> Held | None:
     """A study of a file held against the baseline, if any; it is judged again as that needs."""
-    own = replace(asked, assignments=(), qualify=False)
+    own = replace(asked, assignments=())
 
     def again(others: Sequence[Mapping[str, Scene]]) -> list[list[Any]]:
         return [[judge(path, scene, own) for scene in scenes.values()] for scenes in others]
@@ -129,16 +123,12 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
     from conrod.own.models.study import study
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
-    refuse(asked, its_own, "engine", "preset", "steps_per_rev")
+    refuse(asked, its_own, "engine", "preset", "steps_per_rev", "qualify")
     refuse(asked, "a model: it is for a table", *(() if asked.measured else (TableOptions,)))
     machine = select_scene(scene, asked.assignments)[1]
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
-    if asked.qualify and tolerance is None:
-        raise InvalidInput(
-            "--qualify: without --tolerance none of its runs is judged: say e.g. --tolerance position=1e-4"
-        )
     question, given, one = question_of(asked, machine), given_frame(asked), (scene_text(scene), machine)
-    judged = question, given, _turns(asked), tolerance, asked.qualify, asked.report is not None
+    judged = question, given, _turns(asked), tolerance, asked.report is not None
     return isolation.confined(study, path, one, *judged)
 
 
@@ -176,7 +166,7 @@ def print_model_study(found: ModelStudy) -> None:
         *user_model.findings(found).items(),
     ]
     headline = f"{found.file}: {user_model.verdict(found)}"
-    print_found(headline, found.passed, [*parts, user_model.qualification(found)])
+    print_found(headline, found.passed, parts)
 
 
 # -- a table, or an FMU that makes one ---------------------------------------------------------------------------------
@@ -225,6 +215,11 @@ TABLE = Subject(trajectory.KIND, judge_table, print_table_study, trajectory.verd
 def is_fmu(path: Path) -> bool:
     """Whether a file is an FMU, by its ending."""
     return path.name.lower().endswith(FMUS)
+
+
+def part_of(subject: Subject, path: Path) -> str:
+    """The part of the report that a file is."""
+    return trajectory.PART if subject is TABLE else path.stem
 
 
 def subject_of(path: Path) -> Subject:

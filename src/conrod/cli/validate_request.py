@@ -39,9 +39,7 @@ class TableOptions:
     columns: tuple[str, ...] = option(
         "--column", multiple=True, metavar="Q=NAME", help="Column or variable of a quantity, C.x=px."
     )
-    units: tuple[str, ...] = option(
-        "--unit", multiple=True, metavar="UNIT | Q=UNIT", help="Unit that no heading gives."
-    )
+    units: tuple[str, ...] = option("--unit", multiple=True, metavar="UNIT", help="Unit of what no heading gives one.")
     estimate: str | None = option("--estimate", metavar="WHAT,...", help="What is to be estimated: time, phase.")
 
 

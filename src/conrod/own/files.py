@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Iterator
@@ -16,9 +15,6 @@ NAMED = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 INCLUDED = re.compile(r"""<include\s+file\s*=\s*(["'])(.+?)\1""")
 FOLDERS = re.compile(r"""\s(?:meshdir|texturedir|assetdir)\s*=\s*(["'])(.*?)\1""")
-COPIED = re.compile(r"""<(/?)(?:replicate|flexcomp|composite)\b(?:[^>]*?\scount\s*=\s*(["'])([\d\s]*)\2)?[^>]*?(/?)>""")
-# MuJoCo's compiler takes time by the square of it: more of the smallest take longer than a file has (measured).
-MOST_COPIES = 150_000
 TEXT = (".xml", ".mjcf", ".urdf")
 
 
@@ -52,8 +48,7 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
     assets in the folders that the compiler is given, too.
 
     Raises:
-        InvalidInput: one of them is a pipe or a device, which has no end, a file includes itself, or asks for more
-            copies of a part than can be compiled.
+        InvalidInput: one of them is a pipe or a device, which has no end, or a file includes itself.
     """
     found, names, waiting = {path: None}, list[str](), [path]
     folders, included = {path.parent}, dict[Path, set[Path]]()
@@ -62,8 +57,6 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
         if not file.is_file() or file.suffix.lower() == ".mjb":
             continue
         text = COMMENT.sub("", file.read_text(encoding="utf-8", errors="replace"))
-        if (copies := copies_asked_for(text)) > MOST_COPIES:
-            raise InvalidInput(f"{file}: it asks for {copies:.6g} copies of a part: at most {MOST_COPIES} are compiled")
         folders |= {file.parent, *(path.parent / match[2] for match in FOLDERS.finditer(text))}
         names += [match[2] for match in NAMED.finditer(text)]
         inside = [match[2] for match in INCLUDED.finditer(text)]
@@ -82,19 +75,6 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
     except CycleError as error:
         raise InvalidInput(f"{path}: {Path(error.args[1][0]).name} includes itself") from None
     return tuple(found)
-
-
-def copies_asked_for(text: str) -> float:
-    """Most copies of a part of a model that `replicate`, `flexcomp` and `composite` make, one inside the other."""
-    inside, most = [1.0], 1.0
-    for found in COPIED.finditer(text):
-        if found[1]:
-            inside = inside[:-1] or inside
-            continue
-        copies = inside[-1] * math.prod(map(float, (found[3] or "").split()))
-        most = max(most, copies)
-        inside += [] if found[4] else [copies]
-    return most
 
 
 def as_outputs_must_not_be(path: Path) -> dict[str, Path]:

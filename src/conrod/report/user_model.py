@@ -11,16 +11,15 @@ from typing import Any
 
 from conrod.own.models.lengths import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
-from conrod.own.models.results import ModelStudy, OwnRun
+from conrod.own.models.results import ModelStudy
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.report.charts.own import model_figure
 from conrod.report.figure import Figure
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Kind, Page, Part
 from conrod.report.numbers import IN_MM, in_degrees, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
 from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
-from conrod.report.validation.tables import noticed_table
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -33,9 +32,10 @@ KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Roll
 
 def verdict(study: ModelStudy) -> str:
     """The answer in a sentence; what the file's own run shows comes first where that failed, and last where not."""
-    own_run, sentences = study.own_run, [_judgement(study)]
-    if own_run is not None:
-        sentences.insert(0 if own_run.failed else 1, f"Run as the file has it, {own_run_words(study, own_run)}.")
+    sentences = [_judgement(study)]
+    if study.own_run is not None:
+        own_run = f"Run as the file has it, {_own_run_words(study, study.own_run)}."
+        sentences.insert(0 if study.own_failed else 1, own_run)
     return " ".join(sentences)
 
 
@@ -51,22 +51,20 @@ def _judgement(study: ModelStudy) -> str:
         return f"{it_is}, but with its own settings it {how}."
     if over := study.exceeded():
         return f"{it_is}; its own settings are out of tolerance: {', '.join(exceeded_words(over))}."
-    if study.own_run is not None and study.own_run.failed:
+    if study.own_failed:
         return f"{it_is}, and goes through its turns where conrod drives it."
-    held = "within tolerance" if study.tolerance else "measured, not judged"
-    blind = ", which notices no planted defect, of whatever size: no verdict" if study.blind else ""
-    return f"{it_is}; its own settings are {held}{blind}."
+    return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
 
 
-def own_run_words(study: ModelStudy, found: OwnRun) -> str:
+def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
     """'from keyframe start with motor = 4.189, it ended as reset: ..'."""
-    begin = f"from {study.model.start}"
-    if found.crank is None:
-        return f"{begin}, it ended as {found.run.outcome.slug}: {found.run.reason}"
-    mean, least, most = (_rpm(speed) for speed in (found.crank.mean, found.crank.least, found.crank.most))
+    begin, crank = f"from {study.model.start}", study.crank
+    if crank is None:
+        return f"{begin}, it ended as {run.outcome.slug}: {run.reason}"
+    mean, least, most = (_rpm(speed) for speed in (crank.mean, crank.least, crank.most))
     did = f"it turned at {mean} rpm on average, {least} to {most} rpm"
-    if found.commanded is not None:
-        keeps = "strays from" if found.failed else "keeps to"
+    if study.commanded is not None:
+        keeps = "strays from" if study.own_failed else "keeps to"
         return f"{begin}, its crank {keeps} the {_rpm(study.scene.speed)} rpm of the scene: {did}"
     why = "all its controls are 0 (--ctrl NAME=VALUE)" if study.model.controls else "it has no actuator"
     return f"{begin}, nothing is commanded, {why}: {did}"
@@ -78,13 +76,15 @@ def _rpm(speed: float) -> str:
 
 def _why_not(study: ModelStudy) -> str:
     identity = study.identity
-    branch = ["it is on the other assembly branch"] if identity.other_branch else []
+    branch = ["it is on the other assembly branch, or to be seen from the other side (--plane)"]
+    branch = branch if identity.other_branch else []
     if identity.explanations:
-        return " and ".join([*branch, " or ".join(explanation(e) for e in identity.explanations[:TOLD_TOGETHER])])
+        every = identity.explanations[:TOLD_TOGETHER]
+        return " and ".join([*branch, " or ".join(map(explanation, every))])
     if branch and identity.left <= identity.floor:
         return branch[0]
     off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths, ' of their travel')}"
-    return "; ".join([*branch, off, *other_kinds(study)])
+    return "; ".join([*branch, off, "no lengths explain it", *other_kinds(study)])
 
 
 def findings(study: ModelStudy) -> dict[str, list[str]]:
@@ -93,7 +93,7 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
         "frame": list(_frame(study)),
         "wiring": list(_wiring(study)),
         "paths (kinematic mode)": list(_paths(study)),
-        "its own settings": [_own_settings(study), *_gravity(study)],
+        "its own settings": [study.model.settings, *_gravity(study)],
     }
 
 
@@ -101,16 +101,12 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
 
 
 def _frame(study: ModelStudy) -> Iterator[str]:
-    """Parts of the frame that were given, and those that were worked out."""
-    there, said = study.identity.frame, study.identity.given
-    plane = there.view.name.removeprefix("-") if there.view.name == "-askew" else there.view.name
-    parts = {
-        f"plane {plane}{', seen from behind' if there.view.behind else ''}": said.plane,
-        f"turned by {_degrees(there.rotation)}": said.rotation,
-        f"crank zero at {_degrees(there.zero)}": said.zero,
-        f"unit {there.unit_name}": None,
-    }
-    yield ", ".join(text if given is None else f"{text} (given)" for text, given in parts.items())
+    """The frame, given or worked out."""
+    there = study.identity.frame
+    yield (
+        f"plane {there.view.name}{', seen from behind' if there.view.behind else ''}, turned by "
+        f"{_degrees(there.rotation)}, crank zero at {_degrees(there.zero)}, unit {there.unit_name}"
+    )
     anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
     yield f"the crank's axis is at ({anchor}) {there.unit_name}; the crank angle grows {way} the hinge's coordinate"
 
@@ -162,24 +158,8 @@ def _paths(study: ModelStudy) -> Iterator[str]:
     identity, lengths = study.identity, study.scene.lengths
     off = ", ".join(f"{name} {with_mm({name: size}, lengths, TRAVEL)}" for name, size in identity.off_by.items())
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
-    yield from _explained(study)
     if missing := [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]:
         yield f"not given, so not judged: {', '.join(missing)}"
-
-
-def _explained(study: ModelStudy) -> Iterator[str]:
-    identity, lengths = study.identity, study.scene.lengths
-    if identity.other_branch:
-        yield "it is on the other assembly branch; if its plane is to be seen from the other side, --plane says so"
-    if identity.explanations:
-        if (count := len(identity.explanations)) > 1:
-            yield f"{count} explanations leave nothing; the paths cannot distinguish them"
-        for one in identity.explanations[:TOLD_TOGETHER]:
-            yield f"{explanation(one)}; that leaves {with_mm(one.left, lengths, TRAVEL)}"
-    elif identity.left <= identity.floor:
-        yield "all lengths are as expected"
-    else:
-        yield from ("no lengths explain it", *other_kinds(study))
 
 
 def explanation(found: Explanation) -> str:
@@ -203,15 +183,6 @@ def length(one: Length) -> str:
 # -- runs ------------------------------------------------------------------------------------------------------------
 
 
-def _own_settings(study: ModelStudy) -> str:
-    """The settings that the model comes with."""
-    has = study.model.settings
-    return (
-        f"timestep {has.timestep:g} s, integrator {has.integrator}, solver {has.solver}, {has.iterations} iterations, "
-        f"tolerance {has.tolerance:g}"
-    )
-
-
 def _gravity(study: ModelStudy) -> Iterator[str]:
     """A sentence on gravity, where it is another one than the scene's."""
     (x, y, out), (wanted_x, wanted_y) = study.gravity, study.scene.mechanism().gravity
@@ -222,7 +193,7 @@ def _gravity(study: ModelStudy) -> Iterator[str]:
 
 def runs_table(study: ModelStudy) -> Table:
     """A row for each run: its largest errors and what they are."""
-    own_runs = [] if study.own_run is None else [study.own_run.run]
+    own_runs = [] if study.own_run is None else [study.own_run]
     rows = [
         (
             *(run.label, quantity(run.steps_per_revolution, 5), measured(run.worst("position")), _in_mm(study, run)),
@@ -243,7 +214,7 @@ def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
 def _said(study: ModelStudy, run: JudgedRun) -> str:
     if run.errors is None:
         return f"{run.outcome.slug}: {run.reason}"
-    if study.own_run is not None and run is study.own_run.run and study.own_run.failed:
+    if run is study.own_run and study.own_failed:
         return "STRAYS"
     if any(run is one for one in study.judged) and study.tolerance:
         return "OUT OF TOLERANCE" if study.exceeded(run) else "within tolerance"
@@ -267,14 +238,6 @@ def drive(study: ModelStudy) -> Iterator[str]:
         yield f"compared without {', '.join(left_out)}, which is not where it should be"
     if identity.explanations:
         yield "compared with the exact motion of the lengths that were found"
-    elif not study.is_machine and not identity.other_branch:
-        yield "the errors contain what the lengths do not explain"
-
-
-def qualification(study: ModelStudy) -> Table:
-    """What the verdict on its own settings notices of planted defects; no row where that is not known."""
-    runs = {} if study.own is None or study.qualified is None else {study.own.label: study.qualified}
-    return noticed_table(Path(study.file).name, runs)
 
 
 # -- the report ------------------------------------------------------------------------------------------------------
@@ -282,23 +245,18 @@ def qualification(study: ModelStudy) -> Table:
 
 def _page(part: Part[ModelStudy]) -> Page:
     study = part.findings
-    alt = "Distance from the exact paths, and errors of the runs"
-    figure = Figure(f"{part.name}-model", alt, partial(model_figure, study))
+    alt = "Errors of the runs"
+    figures = (Figure("error", alt, partial(model_figure, study)),) if study.own and study.own.errors else ()
     text = rendered(
-        "model", study=study, name=Path(study.file).name, verdict=verdict(study), figure=figure, command=part.command,
+        "model", study=study, name=Path(study.file).name, verdict=verdict(study), figures=figures, command=part.command,
         places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), findings=findings(study),
-        runs=runs_table(study), drive=list(drive(study)), noticed=qualification(study),
+        runs=runs_table(study), drive=list(drive(study)),
     )  # fmt: skip
-    return Page(text, (figure,))
+    return Page(text, figures)
 
 
 def _summary(study: ModelStudy) -> dict[str, Any]:
-    passed = {"is_machine": study.is_machine, "passed": study.passed}
-    return {"scene": study.scene_name, **passed, "verdict": verdict(study)}
-
-
-def _index(index: Index[ModelStudy]) -> Page:
-    return Page(rendered("model-index", entries=index.entries))
+    return {"is_machine": study.is_machine, "passed": study.passed, "verdict": verdict(study)}
 
 
 KIND = Kind(
@@ -307,8 +265,4 @@ KIND = Kind(
     title=lambda study: f"{Path(study.file).name}: is it {study.scene_name}?",
     summary=_summary,
     page=_page,
-    index=_index,
-    results="models.json",
-    index_file="models.md",
-    suffix="-model",
 )

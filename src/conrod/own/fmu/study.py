@@ -86,7 +86,7 @@ def choose_variables(fmu: Description, points: Sequence[str], asked: Request) ->
         place, variable = variables[name]
         column = column_of(target, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, asked)
         if column.unit_from == "assumed":
-            unit = f"--unit {target.name}={target.unit}"
+            unit = f"--unit {target.unit}"
             raise InvalidInput(f"{name} has no unit in the model description: say with {unit} what it is in")
         columns.append(replace(column, unit_from=column.unit_from.replace("heading", "model description")))
     if len(columns) == 1:

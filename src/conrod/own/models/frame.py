@@ -102,17 +102,16 @@ def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:
         plane: the view that a user says, which is then the only one.
 
     Raises:
-        InvalidInput: the crank's axis is not across the plane that is said.
+        InvalidInput: the crank's axis is not across the plane.
     """
     if plane is not None:
-        return (_said(plane, axis),)
-    usual = _usual(axis)
-    right, up = -np.array(usual.right), np.array(usual.up)
-    behind = _view(f"-{usual.name}", right, up, axis, behind=True)
-    return (usual,) if usual.sense == sense else (usual, behind)
+        return (_view(plane, axis),)
+    usual = _view(USUAL["xyz"[int(np.argmax(np.abs(axis)))]], axis)
+    return (usual,) if usual.sense == sense else (usual, _view(f"-{usual.name}", axis))
 
 
-def _said(plane: str, axis: Array) -> View:
+def _view(plane: str, axis: Array) -> View:
+    """A plane by its directions to the right and up."""
     parts = PLANE.fullmatch(plane)
     if parts is None or parts[2] == parts[4]:
         raise InvalidInput(f"--plane {plane}: give the directions to the right and up, e.g. xy, xz, yz, or -xz")
@@ -123,28 +122,10 @@ def _said(plane: str, axis: Array) -> View:
     if abs(abs(across @ axis) - 1.0) > ALIGNED:
         numbers = " ".join(f"{value:.4g}" for value in axis)
         raise InvalidInput(
-            f"--plane {plane}: the crank's axis ({numbers}) is not across it, so it is not the plane of motion"
+            f"plane {plane}: the crank's axis ({numbers}) is not across it, so it is not that of the motion"
         )
     usual = USUAL["xyz"[int(np.argmax(np.abs(across)))]]
     behind = bool(across @ np.cross(UNIT[usual[0]], UNIT[usual[1]]) < 0.0)
-    return _view(plane, right, up, axis, behind=behind)
-
-
-def _usual(axis: Array) -> View:
-    """The usual view of the plane across an axis; a plane askew is seen from its larger side, the highest way up."""
-    main = int(np.argmax(np.abs(axis)))
-    names = USUAL["xyz"[main]]
-    right, up = UNIT[names[0]], UNIT[names[1]]
-    if abs(abs(axis[main]) - 1.0) > ALIGNED:
-        names = "askew"
-        toward = axis * np.sign(np.cross(right, up)[main] * axis[main])
-        up = up - (up @ toward) * toward
-        up = up / np.linalg.norm(up)
-        right = np.cross(up, toward)
-    return _view(names, right, up, axis)
-
-
-def _view(name: str, right: Array, up: Array, axis: Array, behind: bool = False) -> View:
     a, b, c = right.tolist()
     x, y, z = up.tolist()
-    return View(name, (a, b, c), (x, y, z), 1 if np.cross(right, up) @ axis > 0.0 else -1, behind)
+    return View(plane, (a, b, c), (x, y, z), 1 if across @ axis > 0.0 else -1, behind)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.fitting import FrameFit, Search, fit_frame
 from conrod.own.models.frame import Frame, GivenFrame, views
@@ -44,21 +43,15 @@ class Identity:
 
     Attributes:
         frame: the document's frame in the model.
-        given: which parts of it were given.
         other_branch: assembled otherwise than the machine; the frame is then that of the other branch.
-        angle: crank angles (T,) [rad], increasing.
-        off: largest distance of a point from where it should be, over the point's length (T,).
-        off_by: of each point the largest, over its length.
+        off_by: largest distance of each point from where it should be, over its length.
         explanations: sparsest sets of lengths that leave nothing; several where they cannot be distinguished.
         left: largest distance that no length explains.
         floor: distance that is rounding, or due to the facets of a contact's shapes.
     """
 
     frame: Frame
-    given: GivenFrame
     other_branch: bool
-    angle: Array
-    off: Array
     off_by: dict[str, float]
     explanations: tuple[Explanation, ...]
     left: float
@@ -97,15 +90,10 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     machine = on_branch(moving, search.branch)
     x, y, z = scan.anchor.tolist()
     frame = Frame(search.view, at.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(machine))
-    angle, off = frame.angle(scan.coordinate), np.abs(expected.distances)
-    order = np.argsort(angle)
     identity = Identity(
         frame=frame,
-        given=given,
         other_branch=search.branch is not None,
-        angle=angle[order],
-        off=off.max(axis=0)[order],
-        off_by=dict(zip(scan.points, off.max(axis=1).tolist(), strict=True)),
+        off_by=dict(zip(scan.points, np.abs(expected.distances).max(axis=1).tolist(), strict=True)),
         explanations=tuple(one.explanation for one in found),
         left=at.largest,
         floor=floor,

@@ -14,12 +14,9 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
 from conrod.own.files import check_readable
-from conrod.own.models.request import KINDS, Controls, Place
+from conrod.own.models.request import Controls, Place
 
 COUNTS = {"joint": "njnt", "equality": "neq", "actuator": "nu"}
-OWNERS = {"body": "body", "jnt": "joint", "geom": "geom", "site": "site", "eq": "equality", "key": "keyframe"}
-
-
 STEPS = (1e-12, 1e6)  # [s], that MuJoCo's clock and a run's number of steps have room for
 
 
@@ -27,7 +24,7 @@ def check_finite(model: mujoco.MjModel) -> None:
     """Refuse a model with a number that is none, which MuJoCo compiles without a word.
 
     Raises:
-        InvalidInput: names the element and the field.
+        InvalidInput: names the field.
     """
     check_number("timestep", float(model.opt.timestep), *STEPS, "s")
     if not np.all(np.isfinite(model.opt.gravity)):
@@ -38,16 +35,7 @@ def check_finite(model: mujoco.MjModel) -> None:
     ):
         values = getattr(model, field)
         if isinstance(values, np.ndarray) and values.dtype.kind == "f" and not np.all(np.isfinite(values)):
-            raise InvalidInput(f"{_owner(model, field, values)} is not finite")
-
-
-def _owner(model: mujoco.MjModel, field: str, values: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> str:
-    kind = OWNERS.get(field.partition("_")[0], "")
-    if kind in ("", "keyframe"):
-        return field
-    first = int(np.argwhere(~np.isfinite(values))[0][0])
-    name = name_or_number(model, kind, first)
-    return f"{field.partition('_')[2]} of {name if name == f'{kind} {first}' else f'{kind} {name}'}"
+            raise InvalidInput(f"{field} is not finite")
 
 
 # What a user names the model's own pose, after MuJoCo's field.
@@ -265,22 +253,8 @@ def find_point(model: mujoco.MjModel, place: Place) -> FoundPoint:
     """The point of a place.
 
     Raises:
-        InvalidInput: the model has none of the name, or several of different kinds.
+        InvalidInput: the model has none of the name.
     """
-    kind = place.kind or _only_kind(model, place)
-    index = element_id(model, kind, place.element)
+    kind, index = place.kind, element_id(model, place.kind, place.element)
     body = index if kind == "body" else int((model.site_bodyid if kind == "site" else model.geom_bodyid)[index])
     return FoundPoint(place.point, kind, index, body)
-
-
-def _only_kind(model: mujoco.MjModel, place: Place) -> str:
-    found = [kind for kind in KINDS if place.element in names_of(model, kind)]
-    if len(found) > 1:
-        raise InvalidInput(
-            f"--point {place.point}={place.element}: there is a {' and a '.join(found)} of that name; "
-            f"say which: {place.point}={found[0]}:{place.element}"
-        )
-    if not found:
-        every = {name for kind in KINDS for name in names_of(model, kind) if name}
-        raise unknown_choice("site, body or geom", place.element, every)
-    return found[0]

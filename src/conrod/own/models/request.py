@@ -24,7 +24,7 @@ class Place:
 
     Attributes:
         point: name of the observed point.
-        kind: site, body or geom; empty where the name alone decides.
+        kind: site, body or geom.
     """
 
     point: str
@@ -32,11 +32,11 @@ class Place:
     element: str
 
     def __str__(self) -> str:
-        return f"{self.kind}:{self.element}" if self.kind else self.element
+        return f"{self.kind}:{self.element}"
 
 
 def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place, ...]:
-    """Parse the place of each point, "C=site:tip".
+    """Parse the place of each point, "C=body:slider"; what has no kind is a site.
 
     Args:
         observed: names that points may have; any where there are none.
@@ -50,7 +50,7 @@ def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place
         if colon and not element and kind not in KINDS:
             raise unknown_choice("kind of element", kind, KINDS)
         # A name may have a colon in it itself.
-        places.append(Place(name, kind, element) if colon and kind in KINDS else Place(name, "", where))
+        places.append(Place(name, kind, element) if colon and kind in KINDS else Place(name, KINDS[0], where))
     return tuple(places)
 
 
@@ -117,23 +117,13 @@ class Wiring:
 
 
 @dataclass(frozen=True)
-class OwnSettings:
-    """Settings that a model comes with."""
-
-    timestep: float  # [s]
-    integrator: str
-    solver: str
-    iterations: int
-    tolerance: float
-    gravity: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
 class ModelFacts:
     """A model by the account of its compiled file and of one turn of its crank.
 
     Attributes:
         touching: names of the two geoms that make a higher pair; None where closures place everything.
+        settings: that it comes with, in words.
+        gravity: of the model, in its own unit and frame.
         stops: joints whose limits the turn leaves, with both.
         start: of a run of the file as it is, in words.
         controls: inputs of all actuators in that run, by name or number.
@@ -143,7 +133,9 @@ class ModelFacts:
     engine_version: str
     wiring: Wiring
     touching: tuple[str, str] | None
-    settings: OwnSettings
+    timestep: float  # [s]
+    settings: str
+    gravity: tuple[float, float, float]
     stops: tuple[str, ...] = ()
     start: str = ""
     controls: Mapping[str, float] = field(default_factory=dict)

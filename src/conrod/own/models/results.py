@@ -13,30 +13,10 @@ from conrod.own.models.request import ModelFacts, Question
 from conrod.own.models.runs import CrankMotion, JudgedRun
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.validation.results import Qualified, RefinementPoint
+from conrod.studies.validation.results import RefinementPoint
 
 AS_GIVEN, OWN = "its own run", "as it is"
 RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
-
-
-@dataclass(frozen=True)
-class OwnRun:
-    """The model run as its file has it, from its own start by its own actuators; see `ModelFacts` for these.
-
-    Attributes:
-        crank: None where the run did not complete.
-        commanded: speed of the crank [rad/s] that the controls are to give it; None where all of them are 0.
-    """
-
-    run: JudgedRun
-    crank: CrankMotion | None
-    commanded: float | None
-
-    @property
-    def failed(self) -> bool:
-        """True if it did not complete, or its crank strayed from what is commanded."""
-        strayed = self.crank is not None and self.commanded is not None and self.crank.strays(self.commanded)
-        return self.run.outcome is not Outcome.COMPLETED or strayed
 
 
 @dataclass(frozen=True)
@@ -48,11 +28,11 @@ class ModelStudy:
         scene_name, scene: the machine that it is to be.
         model: its joints, closures and settings.
         tolerance: asked for, by quantity; None for the default of kinematic mode alone.
-        own_run: as the file has it; None where the model is too far off the machine.
+        own_run: as the file has it, from its own start by its own actuators; None where it is too far off the machine.
+        crank: in that run; None where it did not complete.
         runs: dynamic mode with conrod's drive, by label; empty there, too.
         refused: presets that were not run, with the reason.
         points: that the runs are compared at.
-        qualified: what the verdict on its own settings notices of planted defects; None where that is not known.
         refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
     """
 
@@ -67,8 +47,8 @@ class ModelStudy:
     runs: Mapping[str, JudgedRun]
     refused: Mapping[str, str]
     points: tuple[str, ...]
-    own_run: OwnRun | None = None
-    qualified: Qualified | None = None
+    own_run: JudgedRun | None = None
+    crank: CrankMotion | None = None
     refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
 
     @property
@@ -84,9 +64,20 @@ class ModelStudy:
     @property
     def gravity(self) -> tuple[float, float, float]:
         """Of the model [m/s²]: along the scene's x and y, and out of its plane."""
-        frame, own = self.identity.frame, np.array(self.model.settings.gravity)
+        frame, own = self.identity.frame, np.array(self.model.gravity)
         (x, y), across = frame.turned(own[None])[0].tolist(), np.cross(frame.view.right, frame.view.up)
         return x, y, frame.unit * float(across @ own)
+
+    @property
+    def commanded(self) -> float | None:
+        """Speed of the crank [rad/s] that the file's controls are to give it; None where all of them are 0."""
+        return self.scene.speed if any(self.model.controls.values()) else None
+
+    @property
+    def own_failed(self) -> bool:
+        """True if the file's own run did not complete, or its crank strayed from what is commanded."""
+        strayed = self.crank is not None and self.commanded is not None and self.crank.strays(self.commanded)
+        return self.own_run is None or self.own_run.outcome is not Outcome.COMPLETED or strayed
 
     @property
     def own(self) -> JudgedRun | None:
@@ -126,18 +117,13 @@ class ModelStudy:
     @property
     def judged(self) -> list[JudgedRun]:
         """Runs that are held to a tolerance: of its own settings, and of the file where that commands a motion."""
-        own_run = self.own_run.run if self.own_run and self.own_run.commanded is not None else None
+        own_run = self.own_run if self.commanded is not None else None
         return [run for run in (self.own, own_run) if run is not None]
-
-    @property
-    def blind(self) -> bool:
-        """True where it is known that the verdict on its own settings notices nothing."""
-        return self.qualified is not None and self.qualified.blind
 
     @property
     def passed(self) -> bool:
         """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
         own = self.own
-        if not self.is_machine or self.model.stops or own is None or self.own_run is None or self.own_run.failed:
+        if not self.is_machine or self.model.stops or own is None or self.own_failed:
             return False
-        return own.outcome is Outcome.COMPLETED and not self.exceeded() and not self.blind
+        return own.outcome is Outcome.COMPLETED and not self.exceeded()

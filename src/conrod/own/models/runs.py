@@ -31,7 +31,6 @@ class JudgedRun:
         errors: by observed point and by quantity, over the crank angle [rad]; None where it did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
         ripple: largest deviation of the rate, relative to it.
-        gap: largest violation of a closure beyond that of the start, in the model's units.
     """
 
     label: str
@@ -42,7 +41,6 @@ class JudgedRun:
     errors: Mapping[str, Mapping[str, ErrorCurve]] | None
     phase: float
     ripple: float
-    gap: float
     warnings: Mapping[str, int]
 
     def worst(self, quantity: str, measure: str = "max") -> float | None:
@@ -133,7 +131,6 @@ def judged(label: str, run: DrivenRun, to: RunReference, seen: Mapping[str, Poin
         errors=errors,
         phase=float(np.abs(at.angle - at.angle[0] - to.speed * at.times).max()) if len(at.times) else np.nan,
         ripple=run.ripple,
-        gap=float((run.gap - run.gap[0]).max()) if len(run.gap) else np.nan,
         warnings=run.warnings,
     )
 

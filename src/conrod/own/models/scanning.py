@@ -19,7 +19,7 @@ from conrod.own.models.loading import (
     name_or_number,
     start_words,
 )
-from conrod.own.models.request import ModelFacts, OwnSettings, Question, Scan, Wiring
+from conrod.own.models.request import ModelFacts, Question, Scan, Wiring
 
 SAMPLES = 180  # in a turn
 # A point that is not back after a turn is away by more than this share of the model.
@@ -43,13 +43,16 @@ def scan(assembly: Assembly, question: Question) -> Scan:
     off = float(np.linalg.norm(positions[-1] - positions[0], axis=-1).max())
     if off > RETURNED * float(model.stat.extent):
         raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
+    without_gravity = bool(model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     pair, again, whole = assembly.touching, states[-1], slice(0, -1)
     facts = ModelFacts(
         name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
         engine_version=mujoco.__version__,
         wiring=wiring,
         touching=(name_or_number(model, "geom", pair[0]), name_or_number(model, "geom", pair[1])) if pair else None,
-        settings=_own_settings(model),
+        timestep=float(model.opt.timestep),
+        settings=_settings(model),
+        gravity=(0.0, 0.0, 0.0) if without_gravity else tuple(model.opt.gravity.tolist()),
         stops=_stops(model, crank, states[whole]),
         start=start_words(model, keyframe_to_start_from(model, question.keyframe), controls.values()),
         controls=controls,
@@ -116,18 +119,14 @@ def _wiring(assembly: Assembly) -> Wiring:
     )
 
 
-def _own_settings(model: mujoco.MjModel) -> OwnSettings:
-    """Options of the model."""
+def _settings(model: mujoco.MjModel) -> str:
+    """Options of the model, in words."""
     option = model.opt
-    off = bool(option.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY)
-    x, y, z = (0.0, 0.0, 0.0) if off else option.gravity.tolist()
-    return OwnSettings(
-        timestep=float(option.timestep),
-        integrator=mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_"),
-        solver=mujoco.mjtSolver(int(option.solver)).name.removeprefix("mjSOL_"),
-        iterations=int(option.iterations),
-        tolerance=float(option.tolerance),
-        gravity=(x, y, z),
+    integrator = mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_")
+    solver = mujoco.mjtSolver(int(option.solver)).name.removeprefix("mjSOL_")
+    return (
+        f"timestep {option.timestep:g} s, integrator {integrator}, solver {solver}, {option.iterations} iterations, "
+        f"tolerance {option.tolerance:g}"
     )
 
 

@@ -1,4 +1,4 @@
-"""The study of a user's model: its paths, its own run, its runs with conrod's drive, and what its verdict notices."""
+"""The study of a user's model: its paths, its own run, and its runs with conrod's drive."""
 
 from __future__ import annotations
 
@@ -17,17 +17,14 @@ from conrod.own.models.driving import CrankDrive, changed
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.references import other_branches
-from conrod.own.models.request import DrivenRun, Question
-from conrod.own.models.results import AS_GIVEN, OWN, ModelStudy, OwnRun
-from conrod.own.models.runs import QUANTITIES, JudgedRun, RunReference, crank_motion, judged, tracks_of
+from conrod.own.models.request import Question
+from conrod.own.models.results import AS_GIVEN, OWN, ModelStudy
+from conrod.own.models.runs import QUANTITIES, JudgedRun, RunReference, crank_motion, judged
 from conrod.own.models.scanning import scan
-from conrod.runs.trajectory import Outcome, Piece, Trajectory
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.detection.defects import MOTION
-from conrod.studies.detection.judging import examined
-from conrod.studies.detection.machine_defects import Recording
 from conrod.studies.frame.resolve_arguments import MOST_SAMPLES
-from conrod.studies.validation.results import Qualified, RefinementPoint, Tolerance, ValidationResult
+from conrod.studies.validation.results import RefinementPoint
 
 PRESETS = ("tuned", "hardened")
 FINER = (0.5, 2.0, 4.0)  # steps that take the place of one, where a model is refined
@@ -42,14 +39,12 @@ def study(
     given: GivenFrame,
     revolutions: float,
     tolerance: Mapping[str, float] | None,
-    qualify: bool = False,
     refine: bool = False,
 ) -> ModelStudy:
     """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.isolation`.
 
     Args:
         scene: its name and itself.
-        qualify: whether defects are planted into the run of its own settings, too.
         refine: whether the runs that conrod drives are made at other steps, too.
 
     Raises:
@@ -57,45 +52,35 @@ def study(
             cannot be made.
     """
     with of_file(path):
-        return _studied(path, scene, question, given, revolutions, tolerance, qualify, refine)
-
-
-def _studied(
-    path: Path, scene: tuple[str, Scene], question: Question, given: GivenFrame, revolutions: float,
-    tolerance: Mapping[str, float] | None, qualify: bool, refine: bool,
-) -> ModelStudy:  # fmt: skip
-    name, machine = scene
-    assembly = prepare(path, question)
-    turn = scan(assembly, question)
-    facts, (identity, moving) = turn.facts, identify(machine, turn, given)
-    misplaced = identity.explanations[0].misplaced if identity.explanations else ()
-    wrong = {one.point for one in misplaced}
-    # Compared are points that are where they should be on their links; all, where none is.
-    points = tuple(point for point in turn.points if point not in wrong) or turn.points
-    found = ModelStudy(str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, points)
-    if identity.left > COMPARABLE:
-        return found
-    frame, first = identity.frame, float(turn.coordinate[0])
-    start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
-    drive = CrankDrive(assembly, turn, frame.sense * machine.speed, start, revolutions)
-    branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-    to = RunReference(moving, machine.speed, branches, frame, points, facts.touching is not None, revolutions)
-    as_given = drive.as_given(question)
-    models, refused = _models(machine, assembly.original)
-    driven = {label: drive.driven(model) for label, model in models.items()}
-    runs = {label: judged(label, one, to) for label, one in driven.items()}
-    at_steps = {label: [run] for label, run in runs.items()}
-    for finer in FINER if refine else ():
-        if finer * revolutions * machine.period <= MOST_SAMPLES * facts.settings.timestep:
-            for label, model in _models(machine, assembly.original, finer)[0].items():
-                at_steps[label].append(judged(label, drive.driven(model), to))
-    own_run = judged(AS_GIVEN, as_given, to)
-    crank = crank_motion(as_given, to) if own_run.outcome is Outcome.COMPLETED else None
-    commanded = machine.speed if any(facts.controls.values()) else None
-    refined = {label: _points(same) for label, same in at_steps.items() if len(same) > 1}
-    found = replace(found, own_run=OwnRun(own_run, crank, commanded), runs=runs, refused=refused, refined=refined)
-    own = found.own
-    return replace(found, qualified=_qualified(found, driven[own.label], to)) if qualify and own else found
+        name, machine = scene
+        assembly = prepare(path, question)
+        turn = scan(assembly, question)
+        facts, (identity, moving) = turn.facts, identify(machine, turn, given)
+        misplaced = identity.explanations[0].misplaced if identity.explanations else ()
+        wrong = {one.point for one in misplaced}
+        # Compared are points that are where they should be on their links; all, where none is.
+        points = tuple(point for point in turn.points if point not in wrong) or turn.points
+        found = ModelStudy(str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, points)
+        if identity.left > COMPARABLE:
+            return found
+        frame, first = identity.frame, float(turn.coordinate[0])
+        start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
+        drive = CrankDrive(assembly, turn, frame.sense * machine.speed, start, revolutions)
+        branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
+        to = RunReference(moving, machine.speed, branches, frame, points, facts.touching is not None, revolutions)
+        as_given = drive.as_given(question)
+        models, refused = _models(machine, assembly.original)
+        driven = {label: drive.driven(model) for label, model in models.items()}
+        runs = {label: judged(label, one, to) for label, one in driven.items()}
+        at_steps = {label: [run] for label, run in runs.items()}
+        for finer in FINER if refine else ():
+            if finer * revolutions * machine.period <= MOST_SAMPLES * facts.timestep:
+                for label, model in _models(machine, assembly.original, finer)[0].items():
+                    at_steps[label].append(judged(label, drive.driven(model), to))
+        own_run = judged(AS_GIVEN, as_given, to)
+        crank = crank_motion(as_given, to) if own_run.outcome is Outcome.COMPLETED else None
+        refined = {label: _points(same) for label, same in at_steps.items() if len(same) > 1}
+        return replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined)
 
 
 def _models(
@@ -124,35 +109,3 @@ def _points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
         RefinementPoint(round(run.steps_per_revolution), run.outcome.slug, *(run.worst(name) for name in QUANTITIES))
         for run in ordered
     )
-
-
-def _qualified(study: ModelStudy, run: DrivenRun, to: RunReference) -> Qualified | None:
-    """What the verdict on a model's own settings notices; None where the run is not judged, or did not pass.
-
-    Defects that take a run of their own are not planted, nor masses, which do not show.
-
-    Args:
-        run: that stands for its own settings.
-    """
-    own, version, limits = study.own, study.model.engine_version, dict[str, Any](study.limits)
-    if own is None or not study.tolerance or own.errors is None or study.exceeded(own):
-        return None
-    settings: Any = run  # of which the time step alone is asked for
-    trajectory = Trajectory(
-        "mujoco", version, settings, to.speed, to.turns, run.outcome, run.reason, tracks_of(run, to), None
-    )
-    given = Recording(Piece(trajectory, 0, run.times, run.warnings, None), to.exact, None)
-
-    def judge(planted: Recording) -> ValidationResult:
-        found = judged(own.label, run, replace(to, exact=planted.reference), planted.run.trajectory.points)
-        errors = {
-            point: {quantity: vars(curve.size) for quantity, curve in curves.items()}
-            for point, curves in (found.errors or {}).items()
-        }
-        return ValidationResult(
-            scene=study.scene_name, parameters={}, engine="mujoco", engine_version=version, preset=None,
-            mode="dynamic", revolutions=to.turns, outcome=found.outcome.slug, reason=found.reason, errors=errors,
-            phase={"max": found.phase}, tolerance=Tolerance(**limits),
-        ).judged()  # fmt: skip
-
-    return Qualified(tuple(one for defect in MOTION if (one := examined(defect, given, judge))), ())

@@ -23,13 +23,11 @@ class Request:
 
     Attributes:
         columns: heading by quantity, from `--column C.x=px`.
-        units: by quantity, from `--unit C.x=mm`.
-        default_units: for columns that name none, from `--unit mm`.
+        units: for columns that name none, from `--unit mm`.
     """
 
     columns: Mapping[str, str]
-    units: Mapping[str, str]
-    default_units: tuple[str, ...]
+    units: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -77,14 +75,10 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
     known = {target.name: target for target in targets(points)}
     form = "QUANTITY=..., e.g. {} time=t"
     named = named_values(columns, "--column", form.format("--column"), "quantity", known)
-    own = named_values([u for u in units if "=" in u], "--unit", form.format("--unit"), "quantity", known)
-    for name, unit in own.items():
-        factor_of(unit, known[name], f"--unit {name}={unit}")
-    general = tuple(unit.strip() for unit in units if "=" not in unit)
-    for unit in general:
+    for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
-    return Request(named, own, general)
+    return Request(named, tuple(units))
 
 
 def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
@@ -145,7 +139,7 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
 
 
 def column_of(target: Target, place: int, heading: str, stated: str, asked: Request) -> Column:
-    """A column with its unit: that which the user names for it, that which is stated, or else a named one that fits.
+    """A column with its unit: that which is stated, or else a named one that fits.
 
     Args:
         stated: its unit by the heading or another account, empty for none.
@@ -154,10 +148,9 @@ def column_of(target: Target, place: int, heading: str, stated: str, asked: Requ
         InvalidInput: the unit is none of what the column holds.
     """
     # Whose lengths are in mm, its velocities are in mm/s.
-    ways = [way for unit in asked.default_units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
+    ways = [way for unit in asked.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
     general = next((way for way in ways if factor(way, target.unit) is not None), "")
-    choices = ((asked.units.get(target.name), "--unit"), (stated, "heading"), (general, "--unit"))
-    unit, source = next(((unit, source) for unit, source in choices if unit), (target.unit, "assumed"))
+    unit, source = (stated, "heading") if stated else (general, "--unit") if general else (target.unit, "assumed")
     return Column(target, place, heading, unit, factor_of(unit, target, f"column {heading!r}"), source)
 
 
@@ -166,7 +159,7 @@ def factor_of(unit: str, target: Target, where: str) -> float:
     scale = factor(unit, target.unit)
     if scale is None:
         kind = DIMENSIONS[target.unit]
-        raise InvalidInput(f"{where}: {unit!r} is no unit of {kind}; say with --unit {target.name}=... what it is in")
+        raise InvalidInput(f"{where}: {unit!r} is no unit of {kind}; say with --unit what it is in")
     return scale
 
 
@@ -180,5 +173,5 @@ def _check_units(columns: Sequence[Column]) -> None:
             one, other = without[0].target, stated[0]
             raise InvalidInput(
                 f"mixed units: {one.name} has no unit, {other.target.name} is in {other.unit}; say with "
-                f"--unit {one.name}=... what it is in"
+                "--unit what it is in"
             )

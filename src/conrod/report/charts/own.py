@@ -14,9 +14,9 @@ from conrod.own.models.results import ModelStudy
 from conrod.own.models.runs import QUANTITIES, JudgedRun
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
-from conrod.report.charts.canvas import NORMS, on_grid, on_log_grid, tolerance_heads, whole_decades
-from conrod.report.charts.panels import Curve, error_panel
-from conrod.report.charts.styles import HUES, colour, preset_style
+from conrod.report.charts.canvas import NORMS, on_grid, on_log_grid, tolerance_heads
+from conrod.report.charts.panels import Curve, error_panel, finish_panels
+from conrod.report.charts.styles import HUES, preset_style
 from conrod.report.numbers import ROUNDING
 
 PANEL, MARGINS = 2.6, 0.9  # heights [inch]
@@ -24,30 +24,14 @@ HEAD = {"color": "#444444", "markerfacecolor": "#444444"}  # of a tolerance
 
 
 def model_figure(study: ModelStudy) -> Figure:
-    """Distance from the exact paths, and below it the errors of the runs, a panel for each quantity."""
+    """Errors of the runs over the crank angle, a panel for each quantity."""
     drawn = [run for run in study.runs.values() if run.errors is not None]
-    figure, panels = _stacked(1 + (len(QUANTITIES) if drawn else 0))
-    _paths(panels[0], study)
-    for axes, quantity in zip(panels[1:], QUANTITIES, strict=False):
+    figure, panels = _stacked(len(QUANTITIES))
+    for axes, quantity in zip(panels, QUANTITIES, strict=True):
         error_panel(axes, f"{quantity} / {NORMS[quantity]}", [_curve(run, quantity) for run in drawn])
         axes.set_xlim(0.0, np.copysign(360.0 * study.revolutions, study.scene.speed))
         axes.xaxis.set_major_locator(MultipleLocator(90.0 * max(1, round(study.revolutions / 2.0))))
-    return _finished(figure, panels, panels[1 if drawn else 0], "crank angle [deg]")
-
-
-def _paths(axes: Axes, study: ModelStudy) -> None:
-    identity = study.identity
-    degrees = np.degrees(np.remainder(identity.angle, 2.0 * np.pi))
-    order = np.argsort(degrees)
-    off, held = identity.off[order], study.kinematic_tolerance
-    axes.plot(on_grid(degrees[order], 360.0), on_log_grid(off), color=colour("mujoco"), linewidth=1.4)
-    axes.axhline(held, color="#444444", linewidth=0.9, dashes=(4, 3))
-    axes.annotate("held to", (3.0, held), va="bottom", fontsize=8.0, color="#444444")
-    whole_decades(axes, [np.maximum(off, ROUNDING), np.array([held])])
-    axes.set_xlim(0.0, 360.0)
-    axes.xaxis.set_major_locator(MultipleLocator(60.0))
-    axes.set_ylabel("off the path / L")
-    axes.set_title("crank held: distance from the exact path", loc="left")
+    return _finished(figure, panels, "crank angle [deg]")
 
 
 def _curve(run: JudgedRun, quantity: str) -> Curve:
@@ -81,7 +65,7 @@ def error_figure(study: TableStudy) -> Figure:
         error_panel(axes, f"{quantity} error / {NORMS.get(quantity, 'L')}", curves)
         axes.set_xlim(0.0, study.revolutions)
         tolerance_heads(axes, study.revolutions, [(study.tolerance.get(quantity), HEAD)])
-    return _finished(figure, panels, panels[0], "revolutions since the first row")
+    return _finished(figure, panels, "revolutions since the first row")
 
 
 def _stacked(count: int) -> tuple[Figure, Sequence[Axes]]:
@@ -90,13 +74,8 @@ def _stacked(count: int) -> tuple[Figure, Sequence[Axes]]:
     return figure, list(figure.subplots(count, 1, squeeze=False)[:, 0])
 
 
-def _finished(figure: Figure, panels: Sequence[Axes], named: Axes, along: str) -> Figure:
-    """Line up panels; the legend of one stands above it."""
+def _finished(figure: Figure, panels: Sequence[Axes], along: str) -> Figure:
+    """Line up panels; the legend of the first stands above them."""
     panels[-1].set_xlabel(along)
-    handles, labels = named.get_legend_handles_labels()
-    if handles:
-        named.legend(handles, labels, loc="lower right", ncol=len(labels), bbox_to_anchor=(1.0, 1.0))
-    figure.align_ylabels(list(panels))
     room = figure.get_figheight()
-    figure.subplots_adjust(left=0.11, right=0.97, top=1.0 - 0.5 / room, bottom=0.55 / room, hspace=0.42)
-    return figure
+    return finish_panels(figure, panels, left=0.11, top=1.0 - 0.5 / room, bottom=0.55 / room)
