@@ -94,14 +94,6 @@ def test_the_start_picks_the_branch() -> None:
     assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
 
 
-def test_a_direction_may_be_told_by_two_points() -> None:
-    given = changed(
-        SLIDER_CRANK, "joints.slide", {"kind": "prismatic", "guide": ["ground.O12", "ground.P"], "slider": "slider"}
-    )
-    given["ground"]["points"]["P"] = [5, 0]
-    assert scene_of(given).mechanism() == read_scene(SLIDER_CRANK).mechanism()
-
-
 # -- what rolls ------------------------------------------------------------------------------------------------------
 
 

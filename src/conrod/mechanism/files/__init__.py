@@ -96,7 +96,7 @@ def _parameters(fields: Fields) -> dict[str, object]:
 def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, Hint]]:
     bodies, points = read_bodies(fields)
     places = Places({**points, GROUND: read_ground(fields)})
-    joints, to_fit = read_joints(fields, places)
+    joints = read_joints(fields, places)
     driver, speed = read_drive(fields, joints)
     bodies, joints = _ordered(bodies, joints, driver)
     names = tuple(body.name for body in bodies)
@@ -112,7 +112,7 @@ def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, H
     mechanism = Mechanism(
         name,
         bodies,
-        tuple(fitted(joint, poses) if joint.name in to_fit else joint for joint in joints),
+        tuple(fitted(joint, poses) for joint in joints),
         driver,
         poses,
         _observed(fields, places),

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_apart
 from conrod.mechanism.files.cams import read_profile
-from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHOWN, SPEED, SPEED_NAME, Fields
+from conrod.mechanism.files.fields import ANGLE, LENGTH, SENSES, SHOWN, SPEED, SPEED_NAME, Fields
 from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Rack, Revolute, Rolling
 
 MOST_JOINTS = 200
 
 
-def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], frozenset[str]]:
-    """All joints in alphabetical order, and the names of those that roll with the offset that the start poses leave.
+def read_joints(fields: Fields, places: Places) -> tuple[Joint, ...]:
+    """All joints in alphabetical order.
 
     Raises:
         InvalidInput: names what cannot be used.
@@ -27,8 +26,7 @@ def read_joints(fields: Fields, places: Places) -> tuple[tuple[Joint, ...], froz
     for name, table in tables.items():
         joints.append(_READERS[table.choice("kind", _READERS)](table, name, places))
         table.end()
-    rolling = {joint.name for joint in joints if isinstance(joint, Rolling | Rack)}
-    return tuple(joints), frozenset(name for name in rolling if "offset" not in tables[name])
+    return tuple(joints)
 
 
 def _revolute(fields: Fields, name: str, places: Places) -> Revolute:
@@ -45,17 +43,9 @@ def _prismatic(fields: Fields, name: str, places: Places) -> Prismatic:
 
 
 def _line(fields: Fields, name: str, places: Places) -> tuple[BodyPoint, float]:
-    """A line on a body: a point of it and a direction, or two points."""
-    if not isinstance(fields.raw(name), list):
-        place = places.field(fields, name)
-        return place, fields.number("direction", ANGLE, f"direction of the line on {place.body}")
-    if "direction" in fields:
-        raise InvalidInput(f"{fields.at('direction')}: {name} tells the direction by two points; leave one of them out")
-    given = fields.listed(name, "one point with a direction, or two points are wanted")
-    start, stop = (places.found(f"{fields.at(name)}[{k}]", some) for k, some in enumerate(given))
-    if start.body != stop.body or math.dist(start.point, stop.point) < LENGTH.lowest:
-        raise InvalidInput(f"{fields.at(name)}: two different points of one body are wanted")
-    return start, math.atan2(stop.point[1] - start.point[1], stop.point[0] - start.point[0])
+    """A line on a body: a point of it and a direction."""
+    place = places.field(fields, name)
+    return place, fields.number("direction", ANGLE, f"direction of the line on {place.body}")
 
 
 def _gear(fields: Fields, name: str, places: Places) -> Rolling:
@@ -68,20 +58,7 @@ def _gear(fields: Fields, name: str, places: Places) -> Rolling:
     if "ring" in fields:
         ring = fields.choice("ring", (first.body, second.body))
         signed[(first.body, second.body).index(ring)] *= -1.0
-    return Rolling(name, first.body, second.body, first.point, second.point, signed[0], signed[1], _offset(fields))
-
-
-def _rolling(fields: Fields, name: str, places: Places) -> Rolling:
-    wheel, track = places.field(fields, "wheel"), places.field(fields, "track")
-    check_apart(fields.place, wheel, track)
-    radius = fields.number("radius", LENGTH, f"radius of {wheel.body}")
-    track_radius = fields.number("track_radius", LENGTH, f"radius of the track on {track.body}")
-    sign = -1.0 if fields.choice("shape", ("convex", "concave"), "convex") == "concave" else 1.0
-    return Rolling(name, wheel.body, track.body, wheel.point, track.point, radius, sign * track_radius, _offset(fields))
-
-
-def _offset(fields: Fields) -> float:
-    return fields.optional("offset", COORDINATE, "what has rolled off at the start") or 0.0
+    return Rolling(name, first.body, second.body, first.point, second.point, *signed)
 
 
 def _rack(fields: Fields, name: str, places: Places) -> Rack:
@@ -89,7 +66,7 @@ def _rack(fields: Fields, name: str, places: Places) -> Rack:
     line, direction = _line(fields, "rack", places)
     check_apart(fields.place, wheel, line)
     radius = fields.number("radius", LENGTH, f"radius of {wheel.body}")
-    return Rack(name, wheel.body, line.body, wheel.point, line.point, radius, direction, _offset(fields))
+    return Rack(name, wheel.body, line.body, wheel.point, line.point, radius, direction)
 
 
 def _cam(fields: Fields, name: str, places: Places) -> CamContact:
@@ -107,7 +84,6 @@ _READERS: dict[str, Callable[[Fields, str, Places], Joint]] = {
     "prismatic": _prismatic,
     "gear": _gear,
     "rack": _rack,
-    "rolling": _rolling,
     "cam": _cam,
 }
 
