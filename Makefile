@@ -35,7 +35,7 @@ prior: $(READY) ## rewrite the table that `conrod recommend` starts from, from r
 limits: $(READY) ## find where the engines stop being trustworthy and rewrite reports/limits/; hours, can be interrupted
 	$(BIN)/conrod limits shear-press saw-500rpm cam-follower --out reports/limits
 	for run in "mujoco --preset hardened" "pymunk --preset tuned"; do \
-	    $(BIN)/conrod limits saw-500rpm --axis run-length --engine $$run --revolutions 1000000 --cell-timeout 20000 \
+	    $(BIN)/conrod limits saw-500rpm --axis run-length --engine $$run --range 1..1000000 --cell-timeout 20000 \
 	        --out reports/limits || exit; done
 
 ablate: $(READY) ## measure what a model requires, and rewrite reports/ablate/; on an idle machine

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import pytest
-from short_flights import short_flight
 from watched import extremes
 
 from conrod.report.limits.follower import onset_table
@@ -16,14 +15,14 @@ from conrod.scenes import CamFollower, Saw
 from conrod.studies.frame.case import Results, pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.exact_flight import exact_flight
 from conrod.studies.limits.follower_float import STEPS, WITHIN, FollowerFloat, OnsetProbe, float_search
 from conrod.studies.limits.plan import ITEMS
 from conrod.studies.limits.records import Extremes, Flight
 
 CAM = CamFollower()
 REBOUND = 0.05  # speed at which the follower of a law leaves the joint, in A x the step's angle
-HARD, SOFT = 1e-9, 4e-4  # penetration [m]
+PENETRATION = 1e-9  # [m]
+LANDING = 205.1191  # [deg], of the exact flight at 1.2 times the float speed
 
 Law = Callable[[LimitCase], float]  # length of the longest flight [rad]
 
@@ -42,17 +41,18 @@ def rebounding(force: float = 1.0, order: float = 1.0) -> Law:
     def length(cell: LimitCase) -> float:
         assert isinstance(cell.scene, CamFollower)
         scene = cell.scene.with_parameters(preload=force * cell.scene.preload)
-        excess, (least, curvature) = 1.0 - scene.preload, short_flight(scene)
+        # A, the largest downward acceleration, and k, the jerk over it, just after the joint of flank and nose.
+        motion = scene.motion(scene.joint_angles[1], 1.0).point("roller")
+        least = -float(motion.acceleration[0, 1])
+        excess, curvature = 1.0 - scene.preload, float(motion.jerk[0, 1]) / least
         steps = cell.settings.steps_per_revolution / STEPS[0]
         speed = REBOUND * least * 2.0 * math.pi / STEPS[0] / steps**order
-        short = (excess / 2.0 + math.sqrt(excess**2 / 4.0 + 2.0 * curvature * speed / (3.0 * least))) * 3.0 / curvature
-        exact = exact_flight(scene)
-        return max(short, 0.0 if exact is None else exact.landing - exact.start)
+        return (excess / 2.0 + math.sqrt(excess**2 / 4.0 + 2.0 * curvature * speed / (3.0 * least))) * 3.0 / curvature
 
     return length
 
 
-def answered(law: Law, cells: list[LimitCase], penetration: float = HARD) -> Results:
+def answered(law: Law, cells: list[LimitCase]) -> Results:
     """What an engine that follows a law would show."""
     shown = {}
     for cell in cells:
@@ -63,7 +63,7 @@ def answered(law: Law, cells: list[LimitCase], penetration: float = HARD) -> Res
             finite=True,
             warnings={},
             torque=None,
-            penetration=penetration,
+            penetration=PENETRATION,
             flights=flights,
             fingerprint="",
         )
@@ -71,8 +71,8 @@ def answered(law: Law, cells: list[LimitCase], penetration: float = HARD) -> Res
     return shown
 
 
-def found_with(law: Law, penetration: float = HARD) -> FollowerFloat:
-    (found,) = pursue([float_search(case())], lambda cells: answered(law, cells, penetration))
+def found_with(law: Law) -> FollowerFloat:
+    (found,) = pursue([float_search(case())], lambda cells: answered(law, cells))
     return found
 
 
@@ -88,7 +88,6 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step(good: FollowerF
     # There are flights below, as there are in an engine, and they shrink.
     assert below
     assert all(probe.lengths[0] > 0.0 and not probe.flies for probe in below)
-    assert good.fit
 
 
 def test_rebounds_that_shrink_faster_leave_the_onset_within_two_per_cent() -> None:
@@ -118,19 +117,12 @@ def test_flights_at_every_speed_are_no_onset() -> None:
     assert found.probes[0].speed == 0.5
 
 
-def test_a_contact_too_soft_for_the_onset_is_known() -> None:
-    found = found_with(lambda cell: max(0.0, cell.scene.speed / 5.0 - 1.1), SOFT)
-    assert found.onset == pytest.approx(1.1, abs=0.003)
-    assert not found.fit
-    assert "too soft" in str(onset_table([found]).rows[0][-1])
-
-
 @pytest.mark.parametrize(
     ("lengths", "flies"),
     [((1.0, 1.0), True), ((1.0, 0.8), True), ((1.0, 0.7), False), ((1.0, 0.5), False), ((0.0, None), False)],
 )
 def test_half_an_order_is_the_border(lengths: tuple[float, float | None], flies: bool) -> None:
-    assert OnsetProbe(1.0, lengths, 0.0).flies is flies
+    assert OnsetProbe(1.0, lengths).flies is flies
 
 
 def test_all_runs_take_twenty_thousand_steps_or_more_and_refine_the_cam_with_them() -> None:
@@ -164,13 +156,11 @@ def run_at(speed: float, engine: str, revolutions: float, force: float = 1.0) ->
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_engines_fly_as_far_as_the_exact_parabola(engine: str) -> None:
-    exact = exact_flight(CAM.with_parameters(speed=6.0, preload=1.0 / 1.2**2))
-    assert exact is not None
     (flight,) = run_at(1.2, engine, 0.65).flights
-    assert math.degrees(flight.landing - exact.landing) == pytest.approx(0.0, abs=0.1)
+    assert math.degrees(flight.landing) == pytest.approx(LANDING, abs=0.1)
     # Negative control: six per cent more force are seen.
     (short,) = run_at(1.2, engine, 0.65, force=1.06).flights
-    assert math.degrees(exact.landing - short.landing) > 1.0
+    assert LANDING - math.degrees(short.landing) > 1.0
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
@@ -185,5 +175,4 @@ def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> Non
         return {cell.key: cell.perform() for cell in cells}
 
     (found,) = pursue([float_search(case(engine, preset))], run)
-    assert found.fit
     assert found.onset == pytest.approx(1.0, abs=WITHIN)

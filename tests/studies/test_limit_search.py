@@ -178,7 +178,7 @@ def test_halving_ends() -> None:
 
 def test_a_long_run_is_walked_to_the_revolutions_that_are_asked_for() -> None:
     item = ITEMS["run-length"]
-    (search,) = item.searches(SETUP, Request(revolutions=400.0))
+    (search,) = item.searches(SETUP, Request(span=(1.0, 400.0)))
     (walk,) = pursue(
         [search()],
         lambda cells: {c.key: answer(lambda n: 1e-4 if n <= 217.0 else "opened", c.revolutions) for c in cells},

@@ -25,7 +25,6 @@ Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
 Besides: determinism; of a cam: flight.
 docs/limits.md says what each one does."""
 SEPARATOR = ".."
-MOST_REVOLUTIONS = 1e6
 
 
 def _axis_names() -> Iterable[str]:
@@ -47,9 +46,6 @@ class Asked(StudyOptions, RunOptions):
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
     preset: str | None = option("--preset")
-    revolutions: float | None = option(
-        "--revolutions", type=float, metavar="N", help="Length of the runs of run-length [1000]."
-    )
 
 
 @options.verb(epilog=EPILOG)
@@ -70,7 +66,7 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
 
     chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
     select_presets(engines, asked.preset)
-    request = request_of(asked.axes, asked.span, asked.revolutions)
+    request = request_of(asked.axes, asked.span)
     files = outputs(KIND, chosen, asked)
     plans = [plan_limits(name, scene, engines, asked.preset, request) for name, scene in chosen.items()]
     check_asked(plans)
@@ -100,25 +96,15 @@ def print_limits(studies: Sequence[LimitStudy]) -> None:
 # -- the request ------------------------------------------------------------------------------------------------------
 
 
-def request_of(names: Sequence[str], span: str | None, revolutions: float | None) -> Request:
+def request_of(names: Sequence[str], span: str | None) -> Request:
     """Return the request; everything where nothing is named. InvalidInput where options do not go together."""
-    from conrod.studies.limits.axes import LENGTH_AXIS
-    from conrod.studies.limits.plan import ITEMS, REVOLUTIONS, Request
+    from conrod.studies.limits.plan import ITEMS, Request
 
-    if revolutions is not None:
-        check_number("--revolutions", revolutions, 1.0, MOST_REVOLUTIONS)
-        if names and LENGTH_AXIS not in names:
-            raise InvalidInput(f"--revolutions {revolutions:.15g} is for --axis {LENGTH_AXIS}, which is not asked for")
-        if names and span is not None:
-            raise InvalidInput(
-                f"--revolutions {revolutions:.15g} and --range {span} both say how long a run is: give one"
-            )
     for name in names:
         if name not in ITEMS:
             raise unknown_choice("axis", name, ITEMS)
     chosen = tuple(dict.fromkeys(names))
-    length = REVOLUTIONS if revolutions is None else float(revolutions)
-    return Request(chosen, None if span is None else _span(span, chosen), length)
+    return Request(chosen, None if span is None else _span(span, chosen))
 
 
 def _span(text: str, names: Sequence[str]) -> tuple[float, float]:

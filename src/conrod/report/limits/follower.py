@@ -6,11 +6,10 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import Layout, on_grid, on_log_grid, preset_handles
-from conrod.report.charts.styles import EXACT, colour, preset_style
+from conrod.report.charts.styles import colour, preset_style
 from conrod.report.limits.tables import WHO, who
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
@@ -24,8 +23,6 @@ def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
     """The longest flight of each speed with the finer step, filled where it is none that shrinks with the step."""
     layout = Layout(WIDTH, HEIGHT)
     axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM)
-    exact = np.array(floats[0].exact_lengths)
-    axes.plot(on_grid(exact[:, 0], 1.0), on_log_grid(np.degrees(exact[:, 1])), **EXACT)
     axes.axvline(1.0, color="#333333", linewidth=1.0)
     for found in floats:
         style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
@@ -39,7 +36,7 @@ def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
     axes.minorticks_off()
     axes.set_xlabel("crank speed over the float speed: it flies (filled), or does not (open)")
     axes.set_ylabel("longest flight [deg]")
-    handles = [Line2D([], [], label="exact", **EXACT), *preset_handles((f.engine, f.preset) for f in floats)]
+    handles = preset_handles((found.engine, found.preset) for found in floats)
     layout.legend(handles, len(handles), handlelength=3.0)
     return layout.figure
 
@@ -60,8 +57,4 @@ def onset_table(floats: Iterable[FollowerFloat]) -> Table:
 
 def _verdict(found: FollowerFloat) -> Cell:
     within = f"within {100 * WITHIN:g} %"
-    if found.onset is not None and abs(found.onset - 1.0) <= WITHIN:
-        return within
-    if not found.fit:
-        return f"too soft: {100 * WITHIN:g} % above the onset the exact flight is lower than ten penetrations"
-    return Toned(f"not {within}", "bad")
+    return within if found.onset and abs(found.onset - 1.0) <= WITHIN else Toned(f"not {within}", "bad")

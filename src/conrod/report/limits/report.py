@@ -103,7 +103,7 @@ def _machines_table(entries: Mapping[str, Mapping[str, Any]], studies: Mapping[s
     """A row for each machine: what is undetected, and when its follower lets go."""
     rows = []
     for name, study in studies.items():
-        onsets = [f"{f.onset:.4f} ({' '.join(who(f))})" for f in study.floats if f.fit and f.onset is not None]
+        onsets = [f"{f.onset:.4f} ({' '.join(who(f))})" for f in study.floats if f.onset is not None]
         title = f"[{name}]({entries[name]['page']}): {entries[name]['title']}"
         rows.append((title, undetected_words(study.walks), ", ".join(onsets) or numbers.MISSING))
     return table(("machine", "wrong and undetected", "follower lets go at, over theory"), rows)

@@ -234,5 +234,3 @@ ROWS = (
     ),
 )  # fmt: skip
 AXES: dict[str, Axis] = {axis.name: axis for axis in ROWS}
-# The axis whose failing end is asked for in revolutions.
-LENGTH_AXIS = "run-length"

@@ -12,8 +12,8 @@ from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study, pursue
-from conrod.studies.limits.axes import AXES, LENGTH_AXIS
-from conrod.studies.limits.axis import Axis, Spans
+from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search
@@ -21,7 +21,6 @@ from conrod.studies.limits.maps import PAIRS, Pair, map_search
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 from conrod.studies.limits.walk import walk_search
 
-REVOLUTIONS = 1000.0  # of the long runs, unless more are asked for
 Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study or several
 
 
@@ -32,12 +31,10 @@ class Request:
     Attributes:
         names: of `ITEMS`; everything where it is empty.
         span: first and last value of the only axis, where other ends than its own are asked for.
-        revolutions: of the long runs.
     """
 
     names: tuple[str, ...] = ()
     span: tuple[float, float] | None = None
-    revolutions: float = REVOLUTIONS
 
 
 @dataclass(frozen=True)
@@ -56,10 +53,7 @@ class Item:
 
 def _axis(axis: Axis) -> Item:
     def searches(setup: Setup, asked: Request) -> list[Search]:
-        if axis.name == LENGTH_AXIS:
-            spans: Spans = (asked.span or (axis.safe_end, asked.revolutions),)
-        else:
-            spans = (asked.span,) if asked.span else axis.spans(setup)
+        spans = (asked.span,) if asked.span else axis.spans(setup)
         for end in (end for span in spans for end in span):
             axis.case(setup, end)
         return [partial(walk_search, axis, setup, *span) for span in spans]
