@@ -13,7 +13,6 @@ from command_line import conrod
 from conrod.mjcf.invariances.changes import (
     SIMILARITIES,
     Bench,
-    at,
     reversed_declaration,
     similarities,
     solving_changed,
@@ -76,7 +75,7 @@ def test_residual_bounds_what_another_solver_left_undone(loops: Bench) -> None:
     few.opt.solver, few.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 3
 
     def cut_short(state: np.ndarray) -> np.ndarray:
-        return forward(few, at(few, state)).qacc
+        return forward(few, state).qacc
 
     assert loops.held("", cut_short, residual=True).outcome is Kept.NOT_CONVERGED
     assert loops.held("", cut_short).outcome is Kept.BROKEN
@@ -86,7 +85,7 @@ def test_residual_bounds_what_another_solver_left_undone(loops: Bench) -> None:
 def test_a_number_that_is_off_by_1e_8_is_found(loops: Bench, field: str) -> None:
     off = converged(loops.model)
     getattr(off, field)[:] *= 1.0 + 1e-8
-    found = loops.held("planted", lambda state: forward(off, at(off, state)).qacc)
+    found = loops.held("planted", lambda state: forward(off, state).qacc)
     assert found.outcome is Kept.BROKEN
     assert found.over_bound > 1.0
 

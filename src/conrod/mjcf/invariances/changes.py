@@ -6,22 +6,23 @@ import copy
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
+from conrod.exact.space.tree import COORDINATES, RATES
 from conrod.mjcf.invariances.declaration import both_orders
 from conrod.mjcf.invariances.results import Invariance, Kept
-from conrod.mjcf.invariances.rounding import Accelerations, Put, accelerations, converged, forward
+from conrod.mjcf.invariances.rounding import Accelerations, accelerations, converged, forward
 from conrod.mjcf.invariances.similarity import Similarity
-from conrod.mjcf.runs import STATE
+from conrod.mjcf.runs import data_at
+from conrod.own.models.loading import joint_kind
 
-JACOBIANS, SOLVERS = mujoco.mjtJacobian, mujoco.mjtSolver
 AXIS = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
 TURNED = (math.cos(0.5), *(math.sin(0.5) * AXIS).tolist())  # by one radian about no axis of the world
 SIMILARITIES = {
@@ -31,7 +32,6 @@ SIMILARITIES = {
     "mirrored": Similarity(mirrored=True),
 }
 PYRAMID = 'the edges of a friction pyramid follow the world\'s axes; it holds with cone="elliptic"'
-Indices: TypeAlias = NDArray[np.integer[Any]]
 Edit: TypeAlias = Callable[[mujoco.MjModel], None]
 
 
@@ -55,7 +55,7 @@ class Bench:
     def of(cls, model: mujoco.MjModel, times: Array, states: Array, broke: bool = False) -> Bench:
         """The bench of a model."""
         solved = converged(model)
-        return cls(model, times, states, tuple(accelerations(solved, at(solved, s)) for s in states), broke)
+        return cls(model, times, states, tuple(accelerations(solved, state) for state in states), broke)
 
     def held(self, change: str, others: Callable[[Array], Array], residual: bool = False) -> Invariance:
         """A change judged by the accelerations (nv,) that it gives at each state.
@@ -82,17 +82,6 @@ def _ratio(value: float, bound: float) -> float:
     return 0.0 if value == 0.0 else value / bound if bound > 0.0 else math.inf
 
 
-def at(model: mujoco.MjModel, state: Array, warm: bool = False) -> Put:
-    """Bring data to a state; where the solver begins is left out unless `warm`."""
-
-    def put(data: mujoco.MjData) -> None:
-        mujoco.mj_setState(model, data, state, STATE)
-        if not warm:
-            data.qacc_warmstart[:] = 0.0
-
-    return put
-
-
 # -- settings of the solver --------------------------------------------------------------------------------------------
 
 
@@ -112,50 +101,50 @@ def _switch_islands(model: mujoco.MjModel) -> None:
 
 
 SETTINGS: dict[str, Edit] = {
-    "sparse Jacobian": _set(jacobian=JACOBIANS.mjJAC_SPARSE),
+    "sparse Jacobian": _set(jacobian=mujoco.mjtJacobian.mjJAC_SPARSE),
     "islands switched": _switch_islands,
 }
-SOLVERS_TRIED = {
-    "solver CG": _set(solver=SOLVERS.mjSOL_CG, iterations=1000),
-    "solver PGS": _set(solver=SOLVERS.mjSOL_PGS, iterations=1000),
+SOLVERS_TRIED: dict[str, Edit] = {
+    "solver CG": _set(solver=mujoco.mjtSolver.mjSOL_CG, iterations=1000),
+    "solver PGS": _set(solver=mujoco.mjtSolver.mjSOL_PGS, iterations=1000),
 }
 
 
 def settings_changed(bench: Bench, changes: Mapping[str, Edit]) -> Iterator[Invariance]:
     """Options of the solver, each on its own."""
-    solved = converged(bench.model)
     for change, edit in changes.items():
-        edited = copy.copy(solved)
+        edited = converged(bench.model)
         edit(edited)
-        yield bench.held(change, _solved(edited), residual=change in SOLVERS_TRIED)
+        yield bench.held(change, partial(_solved, edited), residual=change in SOLVERS_TRIED)
 
 
 def solving_changed(bench: Bench) -> Iterator[Invariance]:
     """The solver's matrices, islands, start, iterations and method, each on its own."""
     yield from settings_changed(bench, SETTINGS | SOLVERS_TRIED)
-    solved = converged(bench.model)
-    yield bench.held("warm start", lambda state: forward(solved, at(solved, state, warm=True)).qacc)
+    yield bench.held("warm start", partial(_guessed, converged(bench.model)))
     yield _iterations_doubled(bench)
 
 
-def _solved(model: mujoco.MjModel) -> Callable[[Array], Array]:
-    return lambda state: forward(model, at(model, state)).qacc
+def _solved(model: mujoco.MjModel, state: Array) -> Array:
+    return np.array(forward(model, state).qacc)
+
+
+def _guessed(model: mujoco.MjModel, state: Array) -> Array:
+    data = data_at(model, state)
+    mujoco.mj_forward(model, data)
+    return np.array(data.qacc)
 
 
 def _iterations_doubled(bench: Bench) -> Invariance:
     """The model's own solver with twice its iterations: identical where it ended before the last of them."""
-    more = copy.copy(bench.model)
+    more, difference, all_cut_short = copy.copy(bench.model), 0.0, True
     more.opt.iterations *= 2
-    changed, difference, all_cut_short = False, 0.0, True
     for one, state in zip(bench.reference, bench.states, strict=True):
-        own, twice = (forward(model, at(model, state)) for model in (bench.model, more))
+        own, twice = (forward(model, state) for model in (bench.model, more))
         if not np.array_equal(own.qacc, twice.qacc):
-            changed, difference = (
-                True,
-                max(difference, _ratio(one.off(one.data.qacc + own.qacc - twice.qacc), one.size)),
-            )
+            difference = max(difference, _ratio(one.off(one.data.qacc + own.qacc - twice.qacc), one.size))
             all_cut_short &= int(own.solver_niter.max()) >= bench.model.opt.iterations
-    outcome = Kept.BITS if not changed else Kept.NOT_CONVERGED if all_cut_short else Kept.BROKEN
+    outcome = Kept.BITS if not difference else Kept.NOT_CONVERGED if all_cut_short else Kept.BROKEN
     return Invariance("iterations doubled", "bits", outcome, difference)
 
 
@@ -164,12 +153,11 @@ def _iterations_doubled(bench: Bench) -> Invariance:
 
 def similarities(bench: Bench) -> Iterator[Invariance]:
     """Other units, a turned world, a mirror."""
-    solved = converged(bench.model)
     for change, similarity in SIMILARITIES.items():
         if reason := similarity.refusal(bench.model):
             yield Invariance(change, "rounding", Kept.UNSUPPORTED, reason=reason)
             continue
-        found = bench.held(change, _in_image(solved, similarity))
+        found = bench.held(change, _in_image(bench.model, similarity))
         if found.outcome is Kept.BROKEN and similarity.turned and _holds_with_a_round_cone(bench, similarity):
             found = replace(found, outcome=Kept.EXPLAINED, reason=PYRAMID)
         yield found
@@ -181,21 +169,19 @@ def _holds_with_a_round_cone(bench: Bench, similarity: Similarity) -> bool:
     model = copy.copy(bench.model)
     model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     rounder = Bench.of(model, bench.times, bench.states)
-    return rounder.held("", _in_image(converged(model), similarity)).outcome is Kept.HOLDS
+    return rounder.held("", _in_image(model, similarity)).outcome is Kept.HOLDS
 
 
-def _in_image(solved: mujoco.MjModel, similarity: Similarity) -> Callable[[Array], Array]:
+def _in_image(model: mujoco.MjModel, similarity: Similarity) -> Callable[[Array], Array]:
+    solved = converged(model)
     image, rates = similarity.applied(solved), similarity.rates(solved)
 
     def found(state: Array) -> Array:
-        own = mujoco.MjData(solved)
-        at(solved, state)(own)
-
-        def put(data: mujoco.MjData) -> None:
-            data.qpos[:], data.qvel[:] = similarity.positions(solved, own.qpos), rates @ own.qvel
-            data.ctrl[:] = own.ctrl
-
-        return np.asarray(np.linalg.solve(rates, forward(image, put).qacc))
+        own, data = data_at(solved, state), mujoco.MjData(image)
+        data.qpos[:], data.qvel[:] = similarity.positions(solved, own.qpos), rates @ own.qvel
+        data.ctrl[:] = own.ctrl
+        mujoco.mj_forward(image, data)
+        return np.asarray(np.linalg.solve(rates, data.qacc))
 
     return found
 
@@ -211,28 +197,20 @@ def reversed_declaration(bench: Bench, path: Path) -> Invariance:
     solved = converged(reverse)
 
     def found(state: Array) -> Array:
-        own = mujoco.MjData(bench.model)
-        at(bench.model, state)(own)
-
-        def put(data: mujoco.MjData) -> None:
-            data.qpos[positions], data.qvel[rates] = own.qpos, own.qvel
-            data.ctrl[:], data.act[:] = own.ctrl, own.act
-
-        return np.asarray(forward(solved, put).qacc[rates])
+        own, data = data_at(bench.model, state), mujoco.MjData(solved)
+        data.qpos[positions], data.qvel[rates] = own.qpos, own.qvel
+        data.ctrl[:], data.act[:] = own.ctrl, own.act
+        mujoco.mj_forward(solved, data)
+        return np.asarray(data.qacc[rates])
 
     return bench.held(change, found)
 
 
-def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[Indices, Indices]:
+def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[int]]:
     """Places of the coordinates (nq,) and rates (nv,) of one model in another with the same names of joints."""
-    there = [other.joint(one.joint(joint).name).id for joint in range(one.njnt)]
-    return (
-        _moved(one.jnt_qposadr, other.jnt_qposadr[there], one.nq),
-        _moved(one.jnt_dofadr, other.jnt_dofadr[there], one.nv),
-    )
-
-
-def _moved(first: Indices, there: Indices, count: int) -> Indices:
-    """Places (count,) of numbers whose blocks begin at `first` where they begin at `there`."""
-    block = np.searchsorted(first, np.arange(count), side="right") - 1
-    return np.asarray(there[block] + np.arange(count) - first[block], dtype=np.intp)
+    positions, rates = list[int](), list[int]()
+    for joint in range(one.njnt):
+        there, kind = other.joint(one.joint(joint).name).id, joint_kind(one, joint)
+        positions += range(other.jnt_qposadr[there], other.jnt_qposadr[there] + COORDINATES[kind])
+        rates += range(other.jnt_dofadr[there], other.jnt_dofadr[there] + RATES[kind])
+    return positions, rates

@@ -18,7 +18,7 @@ from conrod.exact.motion import Array
 FREE, BALL, SLIDE, HINGE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "SLIDE", "HINGE")
 )
-CONNECT, WELD, JOINT = (int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD", "JOINT"))
+CONNECT, WELD = (int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD"))
 WORLD, NO_SAME_FRAME = 0, 0  # the latter is mjSAMEFRAME_NONE, a name that 3.2.2 does not have yet
 # Fields by the powers of mass and length in their unit; what counts by coordinate is in `_by_coordinate`.
 LENGTHS = (
@@ -72,8 +72,8 @@ class Similarity:
         moved = model.jnt_type[model.actuator_trnid[of_joints, 0]]
         right = moved == HINGE if scaled else moved >= SLIDE
         yield "an actuator acts on something else than a hinge", not (of_joints.all() and right.all())
-        mixed = model.ntendon > 0 or bool(np.any(model.eq_type == JOINT))
-        yield "tendons and joint equalities mix lengths and angles", scaled and mixed
+        mixed = model.ntendon > 0 or bool(np.any(model.eq_type != CONNECT))
+        yield "tendons, couplings and welds mix lengths and angles", scaled and mixed
         to_world = (model.eq_obj1id == WORLD) | (model.eq_obj2id == WORLD)
         yield "a weld to the world", self.turned and bool(np.any((model.eq_type == WELD) & to_world))
         meshes = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
@@ -104,8 +104,6 @@ class Similarity:
         made.geom_friction[:, 1:] *= self.length
         made.opt.gravity[:] *= self.length
         made.eq_data[made.eq_type == CONNECT, :6] *= self.length
-        made.eq_data[made.eq_type == WELD, :6] *= self.length
-        made.eq_data[made.eq_type == WELD, 10] *= self.length
         if made.nu:
             for name in ("gainprm", "biasprm", "forcerange", "damping", "armature"):
                 getattr(made, f"actuator_{name}", made.actuator_biasprm[:0])[:] *= self.mass * angular
