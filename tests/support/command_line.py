@@ -25,6 +25,9 @@ _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
 os.environ.setdefault("CONROD_LEDGER", str(Path(_FOLDER.name) / "ledger.sqlite"))
 
 
+_HERE = Path.cwd()
+
+
 class Kept(WorkerProcess):
     """A worker that serves one command after another: to start one takes longer than most commands."""
 
@@ -49,9 +52,14 @@ def _end_all() -> None:
 
 
 def kept_worker(limits: Limits, interpreter: str | None = None) -> WorkerProcess:
-    """A worker of these limits that imports from where this process does now; a new one of another interpreter."""
+    """A worker of these limits that imports from where this process does now; a new one of another interpreter.
+
+    A command that runs in another folder has a new one too: its files are named from there.
+    """
     if interpreter is not None:
         return WorkerProcess(limits, interpreter)
+    if Path.cwd() != _HERE:
+        return WorkerProcess(limits)
     idle = _idle[limits, tuple(sys.path)]
     while idle:
         if (worker := idle.pop()).ready:
