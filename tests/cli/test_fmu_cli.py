@@ -133,8 +133,8 @@ WHOLE = description()
     [
         ({}, "it is no FMU: it has no modelDescription.xml"),
         ({"modelDescription.xml": "<a"}, "its description cannot be used"),
-        ({"modelDescription.xml": " " * 10_001}, "10001 bytes: at most 10000 are read"),
-        ({"modelDescription.xml": WHOLE, "resources/a": "a" * 100_000}, "at most 100000, 100000 are"),
+        ({"modelDescription.xml": " " * 10_001}, "more than a model has"),
+        ({"modelDescription.xml": WHOLE, "resources/a": "a" * 100_000}, "more than a model has"),
         ({"modelDescription.xml": WHOLE, "binaries/win64/a.dll": ""}, "it has no binary for this platform"),
         ({"modelDescription.xml": WHOLE, "sources/a.c": ""}, "but none; of C sources `fmpy compile` builds one"),
     ],
@@ -152,9 +152,9 @@ def test_an_archive_that_was_made_to_do_harm_is_refused(
 def test_what_is_no_archive_or_a_damaged_one_is_refused(tmp_path: Path, library: Path) -> None:
     path = saw(tmp_path, library)
     path.write_bytes(path.read_bytes().replace(b"\x03\x04", b"\x03\x05", 1))
-    refused(*POINT, words="its archive is damaged", cwd=tmp_path)
+    refused(*POINT, words="a damaged one", cwd=tmp_path)
     path.write_bytes(b"MZ")
-    refused(*POINT, words="it is no FMU: no zip archive", cwd=tmp_path)
+    refused(*POINT, words="it is no zip archive", cwd=tmp_path)
 
 
 def test_elements_of_an_array_are_variables_of_their_own(tmp_path: Path) -> None:

@@ -247,14 +247,6 @@ def test_a_control_that_a_model_does_not_take_is_refused(tmp_path: Path, control
     assert said in str(refused.value)
 
 
-@pytest.mark.usefixtures("no_presets")
-@pytest.mark.parametrize(("gravity", "differs"), [("0 -9.81 0", False), ("0 0 -9.81", True), ("0 9.81 0", True)])
-def test_another_gravity_than_the_scenes_is_said(tmp_path: Path, gravity: str, differs: bool) -> None:
-    study = judged(tmp_path, "saw", replaced(SAW, 'gravity="0 -9.81 0"', f'gravity="{gravity}"'), points=("C",))
-    lines = words.findings(study)["its own settings"]
-    assert any(line.startswith("its gravity along x and y of the scene") for line in lines) == differs
-
-
 @pytest.mark.slow
 def test_the_cam_by_contact_is_driven_too(tmp_path: Path) -> None:
     study = judged(tmp_path, "cam", TEXTS["cam"])

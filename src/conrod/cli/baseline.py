@@ -80,7 +80,7 @@ def _result(result: Result) -> Line:
 def _run(study: ModelStudy, run: JudgedRun) -> Line:
     passed = not study.exceeded(run) if run in study.judged else None
     sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
-    return _line(run.outcome.slug, passed, sizes, (run.errors, run.phase, run.ripple))
+    return _line(run.outcome.slug, passed, sizes, (run.errors, run.phase))
 
 
 def _line(

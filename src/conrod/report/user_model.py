@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,8 @@ from conrod.own.models.lengths import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import ModelStudy
 from conrod.own.models.runs import QUANTITIES, JudgedRun
-from conrod.report.charts.own import model_figure
-from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
-from conrod.report.numbers import IN_MM, in_degrees, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
+from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
 from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
@@ -26,7 +23,6 @@ from conrod.scenes import Scene
 RIGHT = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
 MM, TRAVEL = 1e3, " of its travel"
 TOLD_TOGETHER = 4
-SAME_GRAVITY = 0.01  # beside this share of the scene's it is written with other digits
 KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
 
 
@@ -93,7 +89,7 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
         "frame": list(_frame(study)),
         "wiring": list(_wiring(study)),
         "paths (kinematic mode)": list(_paths(study)),
-        "its own settings": [study.model.settings, *_gravity(study)],
+        "its own settings": [study.model.settings],
     }
 
 
@@ -183,14 +179,6 @@ def length(one: Length) -> str:
 # -- runs ------------------------------------------------------------------------------------------------------------
 
 
-def _gravity(study: ModelStudy) -> Iterator[str]:
-    """A sentence on gravity, where it is another one than the scene's."""
-    (x, y, out), (wanted_x, wanted_y) = study.gravity, study.scene.mechanism().gravity
-    if math.dist((x, y, out), (wanted_x, wanted_y, 0.0)) > SAME_GRAVITY * math.hypot(wanted_x, wanted_y):
-        own, wanted = (f"({', '.join(f'{v:z.4g}' for v in some)})" for some in ((x, y, out), (wanted_x, wanted_y, 0.0)))
-        yield f"its gravity along x and y of the scene and out of its plane is {own} m/s², that of the scene {wanted}"
-
-
 def runs_table(study: ModelStudy) -> Table:
     """A row for each run: its largest errors and what they are."""
     own_runs = [] if study.own_run is None else [study.own_run]
@@ -227,13 +215,8 @@ def drive(study: ModelStudy) -> Iterator[str]:
     if own is None:
         yield "not driven: it is too far off the machine for its runs to say anything"
         return
-    yield (
-        f"crank driven by an armature of {quantity(own.armature, 3)} set in the compiled model, solver tolerance 0: "
-        f"speed constant to {measured(own.ripple)}, crank angle off the nominal by {in_degrees(own.phase)} deg"
-    )
+    yield "the crank is driven by an armature set in the compiled model, with the solver's tolerance at 0"
     yield from (f"{preset}: {reason}" for preset, reason in study.refused.items())
-    if own.warnings:
-        yield "warnings of the engine: " + ", ".join(f"{name} {count}x" for name, count in own.warnings.items())
     if left_out := [name for name in identity.off_by if name not in study.points]:
         yield f"compared without {', '.join(left_out)}, which is not where it should be"
     if identity.explanations:
@@ -245,14 +228,12 @@ def drive(study: ModelStudy) -> Iterator[str]:
 
 def _page(part: Part[ModelStudy]) -> Page:
     study = part.findings
-    alt = "Errors of the runs"
-    figures = (Figure("error", alt, partial(model_figure, study)),) if study.own and study.own.errors else ()
     text = rendered(
-        "model", study=study, name=Path(study.file).name, verdict=verdict(study), figures=figures, command=part.command,
+        "model", study=study, name=Path(study.file).name, verdict=verdict(study), command=part.command,
         places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), findings=findings(study),
         runs=runs_table(study), drive=list(drive(study)),
     )  # fmt: skip
-    return Page(text, figures)
+    return Page(text, ())
 
 
 def _summary(study: ModelStudy) -> dict[str, Any]:

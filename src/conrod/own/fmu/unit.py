@@ -26,7 +26,8 @@ from conrod.exact.motion import Array
 DESCRIPTION = "modelDescription.xml"
 # Models of whole plants describe 200 000 variables in some 60 MB, and unpack to some hundred.
 MOST_FILES, MOST_BYTES, MOST_DESCRIPTION = 100_000, 1 << 30, 1 << 27
-BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, ValueError, RuntimeError)  # the last: encrypted
+# The last but one: encrypted.
+BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, ValueError, RuntimeError, OSError)
 
 
 def unpack(path: Path, folder: Path, wanted: Sequence[str]) -> tuple[str, ...]:
@@ -38,28 +39,18 @@ def unpack(path: Path, folder: Path, wanted: Sequence[str]) -> tuple[str, ...]:
     try:
         with zipfile.ZipFile(path) as archive:
             entries = {entry.filename: entry.file_size for entry in archive.infolist()}
-            _check_entries(entries)
+            total = sum(entries.values())
+            if DESCRIPTION not in entries:
+                raise InvalidInput(f"it is no FMU: it has no {DESCRIPTION}")
+            if len(entries) > MOST_FILES or total > MOST_BYTES or entries[DESCRIPTION] > MOST_DESCRIPTION:
+                raise InvalidInput(f"it unpacks to {len(entries)} files, {total} bytes: more than a model has")
             named = [name for name in entries if name == DESCRIPTION or name.startswith(tuple(wanted))]
             archive.extractall(folder, members=named)
     except InvalidInput:
         raise
     except BROKEN as error:
-        what = "it is no FMU: no zip archive" if not zipfile.is_zipfile(path) else f"its archive is damaged: {error}"
-        raise InvalidInput(what) from None
-    except OSError as error:
-        raise InvalidInput(f"it cannot be unpacked: {error.strerror}") from None
+        raise InvalidInput(f"it is no zip archive, or a damaged one: {error}") from None
     return tuple(entries)
-
-
-def _check_entries(entries: dict[str, int]) -> None:
-    """Refuse what would fill a disk; names that lead out of the folder zipfile takes into it."""
-    total = sum(entries.values())
-    if DESCRIPTION not in entries:
-        raise InvalidInput(f"it is no FMU: it has no {DESCRIPTION}")
-    if entries[DESCRIPTION] > MOST_DESCRIPTION:
-        raise InvalidInput(f"its {DESCRIPTION} has {entries[DESCRIPTION]} bytes: at most {MOST_DESCRIPTION} are read")
-    if len(entries) > MOST_FILES or total > MOST_BYTES:
-        raise InvalidInput(f"it unpacks to {len(entries)} files, {total} bytes: at most {MOST_FILES}, {MOST_BYTES} are")
 
 
 # -- the description ---------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import older
-from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet, warnings_of
+from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -203,7 +203,6 @@ class CrankDrive:
             acceleration=rows[:, 2],
             motion={point.name: motion[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
             gap=rows[:, 3],
-            warnings=warnings_of(data),
             ripple=float(np.abs(rows[:, 1] / self.rate - 1.0).max()) if len(rows) else math.inf,
             outcome=Outcome.COMPLETED if whole else Outcome.RESET if reset else Outcome.DIVERGED,
             reason="" if whole else ended,

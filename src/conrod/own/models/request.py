@@ -123,7 +123,6 @@ class ModelFacts:
     Attributes:
         touching: names of the two geoms that make a higher pair; None where closures place everything.
         settings: that it comes with, in words.
-        gravity: of the model, in its own unit and frame.
         stops: joints whose limits the turn leaves, with both.
         start: of a run of the file as it is, in words.
         controls: inputs of all actuators in that run, by name or number.
@@ -135,7 +134,6 @@ class ModelFacts:
     touching: tuple[str, str] | None
     timestep: float  # [s]
     settings: str
-    gravity: tuple[float, float, float]
     stops: tuple[str, ...] = ()
     start: str = ""
     controls: Mapping[str, float] = field(default_factory=dict)
@@ -177,7 +175,6 @@ class DrivenRun:
         times, coordinate, rate, acceleration: (K,), those of the crank.
         motion: position, velocity and acceleration (3, K, 3) of each given point.
         gap: largest violation of a closure in each sample (K,).
-        warnings: of the engine, by name.
         ripple: largest deviation of the rate from the prescribed one, relative to it; 0 in a run as given.
         outcome: completed, unless the numbers alone show otherwise.
     """
@@ -190,7 +187,6 @@ class DrivenRun:
     acceleration: Array
     motion: Mapping[str, Array]
     gap: Array
-    warnings: Mapping[str, int]
     ripple: float
     outcome: Outcome
     reason: str

@@ -62,13 +62,6 @@ class ModelStudy:
         return self.identity.is_machine(self.kinematic_tolerance)
 
     @property
-    def gravity(self) -> tuple[float, float, float]:
-        """Of the model [m/s²]: along the scene's x and y, and out of its plane."""
-        frame, own = self.identity.frame, np.array(self.model.gravity)
-        (x, y), across = frame.turned(own[None])[0].tolist(), np.cross(frame.view.right, frame.view.up)
-        return x, y, frame.unit * float(across @ own)
-
-    @property
     def commanded(self) -> float | None:
         """Speed of the crank [rad/s] that the file's controls are to give it; None where all of them are 0."""
         return self.scene.speed if any(self.model.controls.values()) else None

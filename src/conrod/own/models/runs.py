@@ -30,18 +30,14 @@ class JudgedRun:
     Attributes:
         errors: by observed point and by quantity, over the crank angle [rad]; None where it did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
-        ripple: largest deviation of the rate, relative to it.
     """
 
     label: str
     outcome: Outcome
     reason: str
-    armature: float
     steps_per_revolution: float
     errors: Mapping[str, Mapping[str, ErrorCurve]] | None
     phase: float
-    ripple: float
-    warnings: Mapping[str, int]
 
     def worst(self, quantity: str, measure: str = "max") -> float | None:
         """The largest error of a quantity over all points; None where the run did not complete."""
@@ -126,12 +122,9 @@ def judged(label: str, run: DrivenRun, to: RunReference, seen: Mapping[str, Poin
         label=label,
         outcome=verdict.outcome,
         reason=verdict.reason,
-        armature=run.armature,
         steps_per_revolution=2.0 * np.pi / abs(to.speed) / run.timestep,
         errors=errors,
         phase=float(np.abs(at.angle - at.angle[0] - to.speed * at.times).max()) if len(at.times) else np.nan,
-        ripple=run.ripple,
-        warnings=run.warnings,
     )
 
 

@@ -43,7 +43,6 @@ def scan(assembly: Assembly, question: Question) -> Scan:
     off = float(np.linalg.norm(positions[-1] - positions[0], axis=-1).max())
     if off > RETURNED * float(model.stat.extent):
         raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
-    without_gravity = bool(model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     pair, again, whole = assembly.touching, states[-1], slice(0, -1)
     facts = ModelFacts(
         name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
@@ -52,7 +51,6 @@ def scan(assembly: Assembly, question: Question) -> Scan:
         touching=(name_or_number(model, "geom", pair[0]), name_or_number(model, "geom", pair[1])) if pair else None,
         timestep=float(model.opt.timestep),
         settings=_settings(model),
-        gravity=(0.0, 0.0, 0.0) if without_gravity else tuple(model.opt.gravity.tolist()),
         stops=_stops(model, crank, states[whole]),
         start=start_words(model, keyframe_to_start_from(model, question.keyframe), controls.values()),
         controls=controls,

@@ -73,8 +73,7 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
         InvalidInput: something that is no quantity of the scene, or no unit.
     """
     known = {target.name: target for target in targets(points)}
-    form = "QUANTITY=..., e.g. {} time=t"
-    named = named_values(columns, "--column", form.format("--column"), "quantity", known)
+    named = named_values(columns, "--column", "QUANTITY=..., e.g. --column time=t", "quantity", known)
     for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
@@ -151,16 +150,9 @@ def column_of(target: Target, place: int, heading: str, stated: str, asked: Requ
     ways = [way for unit in asked.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
     general = next((way for way in ways if factor(way, target.unit) is not None), "")
     unit, source = (stated, "heading") if stated else (general, "--unit") if general else (target.unit, "assumed")
-    return Column(target, place, heading, unit, factor_of(unit, target, f"column {heading!r}"), source)
-
-
-def factor_of(unit: str, target: Target, where: str) -> float:
-    """Factor of a unit to SI; raises InvalidInput where it is no unit of what the target is."""
-    scale = factor(unit, target.unit)
-    if scale is None:
-        kind = DIMENSIONS[target.unit]
-        raise InvalidInput(f"{where}: {unit!r} is no unit of {kind}; say with --unit what it is in")
-    return scale
+    if (scale := factor(unit, target.unit)) is None:
+        raise InvalidInput(f"column {heading!r}: {unit!r} is no unit of {DIMENSIONS[target.unit]}")
+    return Column(target, place, heading, unit, scale, source)
 
 
 def _check_units(columns: Sequence[Column]) -> None:
