@@ -18,7 +18,7 @@ from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism.files import Description, read_description
-from conrod.mechanism.files.toml_file import line_of, read_tables
+from conrod.mechanism.files.toml_file import read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import Parameter
 from conrod.scenes.scene import Scene, canonical
@@ -211,8 +211,7 @@ def read_scene(path: Path) -> DescribedScene:
     try:
         return scene_of(tables)
     except InvalidInput as error:
-        line = line_of(path.read_text(encoding="utf-8-sig"), str(error))
-        raise InvalidInput(f"{path}: {error}{'' if line is None else f' (line {line})'}") from None
+        raise InvalidInput(f"{path}: {error}") from None
 
 
 def scene_of(tables: Mapping[str, Any]) -> DescribedScene:

@@ -113,20 +113,12 @@ class _Search:
         return True
 
     def suppose(self, body: str) -> bool:
-        """Place a body that rolls with its turn 0, or one that only slides at its guide's own point."""
+        """Place a body that rolls with its turn 0."""
         joints = [joint for joint in self._joints if body in (joint.a, joint.b)]
-        if self._known(body) and any(isinstance(joint, Rolling | Rack) for joint in joints):
-            self.turns[body] = 0.0
-            return self.place(body)
-        turn, slides = self._turn(body), self._beside(body, Prismatic)
-        if turn is None or len(slides) < len(joints):
-            return False  # what else joins it has a say in where it stands, and may have two places for it
-        for _, other, there, local in slides:
-            if other in self.poses:
-                place, off = to_world(self.poses[other], there), to_world((0.0, 0.0, turn), local)
-                self.poses[body] = (place[0] - off[0], place[1] - off[1], turn)
-                return True
-        return False
+        if not self._known(body) or not any(isinstance(joint, Rolling | Rack) for joint in joints):
+            return False
+        self.turns[body] = 0.0
+        return self.place(body)
 
     def _turn(self, body: str) -> float | None:
         for joint, other, _, _ in self._beside(body, Prismatic):
