@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from rich.console import Console
 
@@ -18,32 +18,26 @@ from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.scenes.space import MACHINES
 
-PARAMETER = ("parameter", "value", "unit", "meaning")
-
-
 # -- show ------------------------------------------------------------------------------------------------------------
 
 
 def show_catalogue() -> None:
     """One line for each scene and each machine."""
-    out = console()
-    scenes = [(name, scene.title) for name, scene in SCENES.items()]
-    _listed(out, "scenes with a closed form", ("name", "title"), scenes)
+    closed = [(name, scene.title) for name, scene in SCENES.items()]
+    tables = [table(("name", "title"), closed, title="scenes with a closed form")]
     for title, names in (
         ("catalogue (machines from files)", catalogue_names()),
         ("dynamics (under loads, or in free motion)", dynamics_names()),
     ):
         headings = {name: catalogue_heading(name) for name in names}
         machines = [(name, heading.title, str(heading.links)) for name, heading in headings.items()]
-        _listed(out, title, ("name", "title", "moving links"), machines)
+        tables.append(table(("name", "title", "moving links"), machines, title=title))
     spatial = [(name, made().title) for name, made in MACHINES.items()]
-    _listed(out, "machines in space (in MuJoCo: validate, export --format mjcf)", ("name", "title"), spatial)
-    print_lines(out, ["`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them"])
-
-
-def _listed(out: Console, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    print_table(out, table(headings, rows, title=title))
-    print_lines(out, [""])
+    title = "machines in space (in MuJoCo: validate, export --format mjcf)"
+    out = console()
+    _print_apart(out, [*tables, table(("name", "title"), spatial, title=title)])
+    last = "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them"
+    print_lines(out, ["", last])
 
 
 def show_scene(name: str, scene: Scene) -> None:
@@ -60,7 +54,7 @@ def show_scene(name: str, scene: Scene) -> None:
         (one.name, *numbers.in_shown_unit(scene.parameters[one.name], one.unit), one.meaning)
         for one in scene.parameter_facts().values()
     ]
-    print_table(out, table(PARAMETER, rows, right=("value",)))
+    print_table(out, table(("parameter", "value", "unit", "meaning"), rows, right=("value",)))
     bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m²" for b in mechanism.bodies)
     higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
     lines = [

@@ -36,19 +36,14 @@ class Push:
     path: Array  # direction in which the point that is pushed moves, (T, 2) of any length
 
     @property
-    def share(self) -> Array:
-        """Share (T,) of the push along the path: the sine of the transmission angle."""
-        return np.abs(self._inner(self.path))
-
-    @property
     def angle(self) -> Array:
         """Angle (T,) [rad] in [0, pi] between the line and the normal on the right of the path.
 
         Of a rod that drives a rocker, between the rod and the line from the rocker's pivot to their pin: it passes
-        through a right angle, the best value, smoothly, and its sine is `share`.
+        through a right angle, the best value, smoothly. Its sine is the share of the push along the path.
         """
         normal = np.column_stack([self.path[:, 1], -self.path[:, 0]])
-        return np.asarray(np.arctan2(self.share, self._inner(normal)))
+        return np.asarray(np.arctan2(np.abs(self._inner(self.path)), self._inner(normal)))
 
     def _inner(self, other: Array) -> Array:
         inner = np.sum(self.line * other, axis=1)
