@@ -84,7 +84,6 @@ def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: P
         ("segfault", "the process ended abnormally (ended by signal SIGSEGV)"),
         ("hang", "the run took longer than its limit (no result after 0.5 s)"),
         ("error", "co-simulation failed: fmi2DoStep failed with status 3 (error). the crank is stuck"),
-        ("refuses", "co-simulation failed: Failed to instantiate model"),
     ],
 )
 def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_path: Path, library: Path) -> None:
@@ -103,10 +102,8 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
         ("none", (), "say which variables are the motion of an observed point: --column C.x=VARIABLE; its outputs are"),
         ("none", ("--column", "C.x=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
         ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit m"),
-        ("none", ("--column", "C.x=slider.v"), "column 'slider.v': 'm/s' is no unit of length"),
         ("none", (*POINT, "--preset", "tuned"), "unknown mode in --preset 'tuned': choose from"),
         ("none", (*POINT, "--engine", "mujoco"), "--engine does not go with an FMU"),
-        ("none", (*POINT, "--steps-per-rev", "3"), "--steps-per-rev 3: 6 steps in all"),
         ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
     ],
 )
@@ -133,28 +130,16 @@ WHOLE = description()
     [
         ({}, "it is no FMU: it has no modelDescription.xml"),
         ({"modelDescription.xml": "<a"}, "its description cannot be used"),
-        ({"modelDescription.xml": " " * 10_001}, "more than a model has"),
         ({"modelDescription.xml": WHOLE, "resources/a": "a" * 100_000}, "more than a model has"),
-        ({"modelDescription.xml": WHOLE, "binaries/win64/a.dll": ""}, "it has no binary for this platform"),
         ({"modelDescription.xml": WHOLE, "sources/a.c": ""}, "but none; of C sources `fmpy compile` builds one"),
     ],
 )
 def test_an_archive_that_was_made_to_do_harm_is_refused(
     files: dict[str, str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(unit, "MOST_DESCRIPTION", 10_000)
     monkeypatch.setattr(unit, "MOST_BYTES", 100_000)
     write_fmu(tmp_path / "saw.fmu", None, files)
     refused(*POINT, words=words, cwd=tmp_path)
-
-
-@pytest.mark.usefixtures("at_once")
-def test_what_is_no_archive_or_a_damaged_one_is_refused(tmp_path: Path, library: Path) -> None:
-    path = saw(tmp_path, library)
-    path.write_bytes(path.read_bytes().replace(b"\x03\x04", b"\x03\x05", 1))
-    refused(*POINT, words="a damaged one", cwd=tmp_path)
-    path.write_bytes(b"MZ")
-    refused(*POINT, words="it is no zip archive", cwd=tmp_path)
 
 
 def test_elements_of_an_array_are_variables_of_their_own(tmp_path: Path) -> None:

@@ -91,23 +91,16 @@ def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None
     assert not (pytester.path / "conrod-baselines").exists()
 
 
-PLACES = {
-    "conrod-baselines": ("", "conrod: cannot write into conrod-baselines/test_a: * is a file, not a folder"),
-    "conrod-baselines/test_a/test_saw.json": ("{", "conrod: conrod-baselines/*/test_saw.json is no baseline of conrod"),
-}
-
-
-@pytest.mark.parametrize("place", PLACES)
-def test_what_is_in_the_place_of_a_baseline_fails_the_test_and_stays(place: str, pytester: pytest.Pytester) -> None:
-    (text, message), file = PLACES[place], pytester.path / place
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(text, encoding="utf-8")
+def test_what_is_in_the_place_of_a_baseline_fails_the_test_and_stays(pytester: pytest.Pytester) -> None:
+    file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
+    file.parent.mkdir(parents=True)
+    file.write_text("{", encoding="utf-8")
     pytester.makepyfile(test_a=TEST.format(steps=500))
     for arguments in ((), ("--conrod-regen-all",)):
         done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q", *arguments)
         done.assert_outcomes(failed=1)
-        done.stdout.fnmatch_lines([message])
-        assert file.read_text(encoding="utf-8") == text
+        done.stdout.fnmatch_lines(["conrod: conrod-baselines/*/test_saw.json is no baseline of conrod*"])
+        assert file.read_text(encoding="utf-8") == "{"
 
 
 def test_the_plugin_loads_nothing_of_conrod_until_it_is_used(pytester: pytest.Pytester) -> None:
@@ -159,26 +152,6 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     )
     run(pytester, "--conrod-regen-all").assert_outcomes(passed=1)
     run(pytester).assert_outcomes(passed=1)
-
-
-@pytest.mark.slow
-def test_a_length_that_is_off_by_a_ten_thousandth_is_out_of_the_law_whatever_is_accepted(
-    pytester: pytest.Pytester,
-) -> None:
-    pytester.makepyfile(
-        f"""
-        import mujoco
-
-        def test_model(conrod_check):
-            spec = mujoco.MjSpec.from_file({str(ROOT / "mjcf" / "saw-500rpm.xml")!r})
-            spec.site("slider-pin.rod").pos[0] *= 1.0001
-            conrod_check(spec, "saw-500rpm", crank="crank", point={{"C": "site:C"}})
-        """
-    )
-    for _ in range(2):
-        done = run(pytester, "--conrod-regen-all")
-        done.assert_outcomes(failed=1)
-        done.stdout.fnmatch_lines(["conrod: out of the law: It is not saw-500rpm as it stands: *rod*0.01 %*"])
 
 
 @pytest.mark.slow

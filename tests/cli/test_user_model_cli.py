@@ -10,7 +10,7 @@ import pytest
 from command_line import conrod
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
-from conrod.cli.validate_file import given_frame, question_of
+from conrod.cli.validate_file import question_of
 from conrod.cli.validate_request import ModelOptions
 from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
@@ -109,12 +109,6 @@ def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, o
         study(HACKSAW, *as_saw(put))
     assert words in str(refused.value)
     assert str(refused.value).startswith(str(HACKSAW))
-
-
-def test_a_given_frame_is_read_with_its_units() -> None:
-    given = given_frame(ModelOptions(plane="-xz", rotation="90deg", crank_zero="0.5"))
-    assert (given.plane, given.zero) == ("-xz", 0.5)
-    assert given.rotation == pytest.approx(1.5707963267948966)
 
 
 @pytest.mark.parametrize(("text", "words"), [

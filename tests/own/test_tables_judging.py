@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +9,10 @@ import pytest
 from synthetic import synthetic_trajectory
 from table_files import LETTERS, ROWS, Columns, exact_table, judged
 
-from conrod import InvalidInput, MuJoCoSettings, Trajectory, compare, run
-from conrod.report.trajectory import verdict_text
+from conrod import InvalidInput, Trajectory, compare
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
 ALL = ("position", "velocity", "acceleration")
-STEPS = 100
 
 
 def table_of(trajectory: Trajectory, quantity: str) -> Columns:
@@ -44,13 +41,6 @@ def agrees_with_compare(trajectory: Trajectory, scene: Scene, folder: Path) -> N
         if quantity == "velocity":
             assert study.crank is not None
             assert study.crank.speed == pytest.approx(expected.drive_speed, rel=0, abs=1e-12)
-
-
-def test_a_run_exported_as_a_table_is_judged_as_compare_judges_it(tmp_path: Path) -> None:
-    scene = ShearPress(speed=-3.0)
-    trajectory = run(scene, MuJoCoSettings.stock(scene, STEPS), 2.0)
-    assert compare(trajectory, scene).worst("position") > 1e-6
-    agrees_with_compare(trajectory, scene, tmp_path)
 
 
 def test_a_drive_that_is_off_shows_in_total_and_not_in_position(tmp_path: Path) -> None:
@@ -87,27 +77,8 @@ def test_a_component_that_a_table_has_not_is_not_judged_and_said(tmp_path: Path)
 
 
 def test_rates_that_a_table_has_not_are_not_made_up(tmp_path: Path) -> None:
-    table = exact_table(Saw())
-    study = judged(table, Saw(), tmp_path)
-    assert set(study.errors["C"]) == {"total", "position"}
-    assert any(note.startswith("not in the table:") and " C.vx, " in note for note in study.notes)
     with pytest.raises(InvalidInput, match="no velocity column; conrod does not differentiate"):
-        judged(table, Saw(), tmp_path, tolerance={"velocity": 1.0})
-    with pytest.raises(InvalidInput, match="--tolerance phase: the table has no crank angle column"):
-        judged(table, Saw(), tmp_path, tolerance={"phase": 1.0})
-
-
-def test_what_spans_less_than_a_revolution_and_times_too_large_for_their_digits_are_noted(tmp_path: Path) -> None:
-    table = exact_table(Saw(), rows=36)
-    late = table | {"time": table["time"] + 1.7e9}
-    short, whole = ({name: column[:rows] for name, column in table.items()} for rows in (36, 37))
-    for columns, words, said in (
-        (short, "less than a revolution", True),
-        (whole, "less than a revolution", False),
-        (late, "uncertain by", True),
-        (table, "uncertain by", False),
-    ):
-        assert any(words in note for note in judged(columns, Saw(), tmp_path).notes) is said
+        judged(exact_table(Saw()), Saw(), tmp_path, tolerance={"velocity": 1.0})
 
 
 def test_an_encoder_log_is_judged_by_its_crank_angle(tmp_path: Path) -> None:
@@ -153,15 +124,15 @@ def written_with(table: Columns, digits: int | None) -> Columns:
 
 
 @pytest.mark.parametrize("digits", [None, 7])
-@pytest.mark.parametrize("scene", [ShearPress(speed=-3.0)], ids=["press"])
 @pytest.mark.parametrize(
     ("fault", "turned"),
     [({}, 0.0), ({"step": WRONG}, WRONG * 4.0 * np.pi), ({"late": 1}, 2.0 * np.pi / ROWS)],
     ids=["right", "long steps", "stamps a step late"],
 )
 def test_a_table_is_judged_by_its_clock(
-    fault: dict[str, float], turned: float, scene: Scene, digits: int | None, tmp_path: Path
+    fault: dict[str, float], turned: float, digits: int | None, tmp_path: Path
 ) -> None:
+    scene = ShearPress(speed=-3.0)
     table = written_with(with_clock(scene, **fault), digits)
     study = judged(table, scene, tmp_path, tolerance={"position": 2e-6, "velocity": 2e-6})
     assert study.largest("phase") == pytest.approx(turned, rel=1e-3, abs=3e-6 if digits else 1e-12)
@@ -182,11 +153,6 @@ def test_a_user_says_how_well_the_drive_keeps_its_speed(tmp_path: Path) -> None:
     scene, table = Saw(speed=20.0), with_clock(Saw(speed=20.0), step=WRONG)
     study = judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 2e-3})
     assert study.passed is True
-    # A limit that follows from those given is written as other numbers are, with no more digits.
-    limits = re.findall(r"<= ([^ ,]+)", verdict_text(study))
-    assert len(limits) == 3
-    assert "1e-6" in limits
-    assert all(re.fullmatch(r"(0\.0*)?\d(\.\d+|\d*)(e-\d)?", limit) and len(limit) <= 8 for limit in limits), limits
     assert set(judged(table, scene, tmp_path, tolerance={"position": 1e-6, "phase": 1e-3}).exceeded) == {
         "phase",
         "total",

@@ -59,9 +59,6 @@ FORMS: dict[str, tuple[str, str, list[str], list[str], dict[str, Any]]] = {
         "time": [0.0, 1.0], "crank_angle": [0.0, np.pi],
     }),
     "comments": (PLAIN, "utf-8", [], [], {"time": [0.0, 1.0], "C.x": [1.5e-3, 2.5e-3]}),
-    "quotes": ('"time [s]","C.x [m]","who, when"\n"0","1","me, now"\n"1","2","me, then"\n', "utf-8", [], [], {
-        "time": [0.0, 1.0], "C.x": [1.0, 2.0],
-    }),
     "no headings": ("0 1.5 2\n1 2.5 2\n", "utf-8", ["time=1", "C.x=2"], [], {"time": [0.0, 1.0], "C.x": [1.5, 2.5]}),
     "columns and units by options": (
         "clock,px [in],slider.r_0[2]\n0,1,2\n10,3,4\n", "utf-8", ["time=clock", "C.x=px", "C.y=slider.r_0[2]"],
@@ -104,9 +101,7 @@ def test_the_only_point_needs_no_name(tmp_path: Path) -> None:
 
 
 # Commas between numbers and in them nobody can tell apart.
-@pytest.mark.parametrize(
-    ("separator", "decimal"), [(",", "."), (";", "."), ("\t", "."), (" ", "."), (";", ","), ("\t", ","), (" ", ",")]
-)
+@pytest.mark.parametrize(("separator", "decimal"), [(",", "."), (" ", "."), (";", ","), ("\t", ",")])
 def test_separator_decimal_mark_and_encoding_are_told(separator: str, decimal: str, tmp_path: Path) -> None:
     found = read(written(tmp_path, csv_text(EXACT, separator, decimal), encoding="utf-8-sig"), SAW).observed
     assert np.array_equal(found.times, EXACT["time"])

@@ -9,13 +9,12 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from own_model_edits import ROD_END, TEXTS, judged, question, replaced, settled
+from own_model_edits import ROD_END, TEXTS, judged, replaced, settled
 
 from conrod import MuJoCoSettings, compare, run
 from conrod.errors import InvalidInput
-from conrod.own.models.assembly import prepare
-from conrod.own.models.driving import changed, look_at
-from conrod.own.models.request import Controls, DrivenRun
+from conrod.own.models.driving import look_at
+from conrod.own.models.request import DrivenRun
 from conrod.own.models.results import OWN, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
@@ -32,9 +31,8 @@ def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
 
 
-@pytest.mark.parametrize("integrator", ["RK4", "implicitfast"])
-def test_looking_at_a_run_changes_no_bit_of_it(integrator: str) -> None:
-    text = settled(SAW, f'<option timestep="0.002" integrator="{integrator}"/>')
+def test_looking_at_a_run_changes_no_bit_of_it() -> None:
+    text = settled(SAW, '<option timestep="0.002" integrator="RK4"/>')
     model = mujoco.MjModel.from_xml_string(text)
     plain, looked_at, aside = (mujoco.MjData(model) for _ in range(3))
     for data in (plain, looked_at):
@@ -141,26 +139,6 @@ def test_a_wrong_clock_is_out_of_tolerance(tmp_path: Path, clock: Any, tolerance
     assert replace(study, tolerance={"position": 1e-4, "total": 0.1, "phase": 0.1}).passed
 
 
-def test_a_run_of_too_many_samples_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"1e-06 s makes 1500001 samples of 1 turns: at most 500000"):
-        judged(tmp_path, "saw", settled(SAW, '<option timestep="1e-6"/>'))
-
-
-def test_a_preset_reaches_closures_and_contacts_of_a_copy_alone(tmp_path: Path) -> None:
-    path = tmp_path / "model.xml"
-    path.write_text(SAW)
-    model = prepare(path, question("saw")).original
-    before = model.eq_solref.copy(), model.body_invweight0.copy(), int(model.opt.disableflags)
-    hard = changed(model, MuJoCoSettings.hardened(SCENE, 1000), tolerance=1e-3)
-    assert hard.opt.tolerance == 1e-3
-    assert hard.eq_solref[0][0] == pytest.approx(0.1 * SCENE.period)
-    assert np.all(hard.geom_solref[:] == MuJoCoSettings.hardened(SCENE, 1000).contact_solref)
-    assert hard.body_invweight0.max() < 1e-6 * before[1].max()
-    assert np.array_equal(model.eq_solref, before[0])
-    assert np.array_equal(model.body_invweight0, before[1])
-    assert int(model.opt.disableflags) == before[2]
-
-
 # -- the run of the file as it is --------------------------------------------------------------------------------------
 
 MOTOR = '<actuator><velocity name="motor" kv="{}" joint="crank"/></actuator></mujoco>'
@@ -216,7 +194,6 @@ def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_o
 @pytest.mark.parametrize(("speed", "kv", "said"), [
     (0.98 * SCENE.speed, 30.0, "strays from the 40 rpm of the scene: it turned at 39.2"),
     (SCENE.speed, 2.0, "it turned at 39."),  # a soft one: uneven by a sixth
-    (1e-9, 30.0, "strays from the 40 rpm of the scene: it turned at"),
 ])  # fmt: skip
 def test_a_crank_that_does_not_turn_as_commanded_fails_and_what_it_did_is_said(
     tmp_path: Path, speed: float, kv: float, said: str
@@ -236,15 +213,11 @@ def test_what_commands_nothing_has_nothing_to_stray_from(tmp_path: Path) -> None
     assert "from its own pose, nothing is commanded, it has no actuator" in words.verdict(at_rest)
 
 
-@pytest.mark.parametrize(("controls", "said"), [
-    ((("motr", 1.0),), "unknown actuator 'motr': did you mean 'motor'? choose from motor"),
-    ((("motor", 9.0),), "--ctrl motor=9: MuJoCo clamps it to its ctrlrange, -5 to 5"),
-])  # fmt: skip
-def test_a_control_that_a_model_does_not_take_is_refused(tmp_path: Path, controls: Controls, said: str) -> None:
+def test_a_control_that_a_model_does_not_take_is_refused(tmp_path: Path) -> None:
     text = with_motor(1.0).replace('kv="1.0"', 'kv="1" ctrlrange="-5 5"')
-    with pytest.raises(InvalidInput) as refused:
-        judged(tmp_path, "saw", text, controls=controls)
-    assert said in str(refused.value)
+    for name, said in (("motr", "unknown actuator 'motr': did you mean 'motor'"), ("motor", "MuJoCo clamps it to its")):
+        with pytest.raises(InvalidInput, match=said):
+            judged(tmp_path, "saw", text, controls=((name, 9.0),))
 
 
 @pytest.mark.slow
@@ -252,5 +225,4 @@ def test_the_cam_by_contact_is_driven_too(tmp_path: Path) -> None:
     study = judged(tmp_path, "cam", TEXTS["cam"])
     assert study.own is not None
     assert 0.0 < (study.own.worst("position") or 0.0) < 3e-6
-    assert "hardened" in study.refused
     assert study.passed

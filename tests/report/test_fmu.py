@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import re
 import shutil
-import sys
 import zipfile
 from functools import cache
 from pathlib import Path
@@ -67,10 +66,10 @@ def largest_error(scene: Scene, result: Any) -> float:
 
 @compiled
 @pytest.mark.parametrize("mode", MODES)
-# A closed form turning backwards, a cam with jumps of its acceleration, one pass in both senses, wheels of 21 turns.
+# A closed form turning backwards, a cam with jumps of its acceleration, one pass.
 @pytest.mark.parametrize(
     ("name", "speed"),
-    [("saw-500rpm", -1.0), ("cam-follower", 1.0), ("geneva", 1.0), ("geneva", -1.0), ("planetary-gear", 1.0)],
+    [("saw-500rpm", -1.0), ("cam-follower", 1.0), ("geneva", -1.0)],
 )
 def test_what_fmpy_computes_is_the_exact_motion(name: str, speed: float, mode: str, tmp_path: Path) -> None:
     scene, content = exported(name, speed)
@@ -95,20 +94,6 @@ def test_every_machine_is_an_fmu_without_problems(name: str, tmp_path: Path) -> 
     assert validate_fmu(str(tmp_path / "unit.fmu")) == []
     # Near its change points the parallelogram's own exact accelerations are rounded more.
     assert largest_error(scene, result) < (1e-11 if name == "parallelogram" else 1e-12)
-
-
-@compiled
-def test_bodies_are_where_the_generic_solver_has_them(tmp_path: Path) -> None:
-    scene, content = exported("geneva")
-    result = simulated(content, tmp_path)
-    angle = np.clip(result["crank_angle"], *scene.kinematics.span)
-    columns = [f"{body.name}.{axis}" for body in scene.mechanism().bodies for axis in ("x", "y", "angle")]
-    poses, rates, seconds = scene.kinematics.derivatives(angle, 2)
-    assert np.stack([result[name] for name in columns], axis=1) == pytest.approx(poses, abs=1e-12)
-    turned = np.stack([result[name.replace("angle", "rate")] for name in columns if "angle" in name], axis=1)
-    assert turned == pytest.approx(rates[:, 2::3] * scene.speed, abs=1e-12 * abs(scene.speed))
-    faster = np.stack([result[name.replace("angle", "acceleration")] for name in columns if "angle" in name], axis=1)
-    assert faster == pytest.approx(seconds[:, 2::3] * scene.speed**2, abs=1e-12 * scene.speed**2)
 
 
 @compiled
@@ -145,27 +130,6 @@ def test_every_function_of_the_standard_is_there(tmp_path: Path) -> None:
     assert [name for name in names if not hasattr(library, name)] == []
 
 
-@compiled
-def test_a_state_is_put_back(tmp_path: Path) -> None:
-    unit, x = loaded(tmp_path), [4]
-    unit.instantiate()
-    unit.enterInitializationMode()
-    unit.exitInitializationMode()
-    state, start = unit.getFMUState(), unit.getFloat64(x)
-    unit.doStep(0.0, 0.01)
-    assert unit.getFloat64([0]) == [0.01]
-    unit.setFMUState(state)
-    assert (unit.getFloat64([0]), unit.getFloat64(x)) == ([0.0], start)
-    unit.freeFMUState(state)
-    unit.freeInstance()
-
-
-@compiled
-def test_the_token_of_another_unit_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Exception, match="instantiate"):
-        loaded(tmp_path, guid="{another}").instantiate()
-
-
 def test_the_same_scene_gives_the_same_bytes() -> None:
     scene, content = exported("cam-follower")
     assert archive.fmu("cam-follower", scene)[0] == content
@@ -194,25 +158,6 @@ def test_without_a_compiler_the_fmu_holds_sources_and_one_line_says_so(
     assert {"sources/motion.c", "sources/motion_table.h", "sources/buildDescription.xml"} < set(names)
 
 
-def test_a_compiler_that_fails_is_one_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(archive, "COMPILER", sys.executable)
-    assert "returned non-zero exit status" in str(archive.fmu("saw-40rpm", SCENES["saw-40rpm"])[1])
-
-
-@compiled
-@pytest.mark.slow
-def test_what_fmpy_builds_of_the_sources_is_the_exact_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fmpy.build import build_platform_binary
-
-    monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
-    (tmp_path / "unit.fmu").write_bytes(archive.fmu("saw-40rpm", SCENES["saw-40rpm"])[0])
-    folder = fmpy.extract(str(tmp_path / "unit.fmu"), unzipdir=str(tmp_path / "unit"))
-    (tmp_path / "build").mkdir()
-    build_platform_binary(folder, tmp_path / "build")
-    outputs = ["crank_angle", *(f"{p}.{q}{a}" for p in "CM" for q, *_ in QUANTITIES for a in "xy")]
-    assert largest_error(SCENES["saw-40rpm"], fmpy.simulate_fmu(folder, output=outputs)) < 1e-12
-
-
 # -- mistakes ----------------------------------------------------------------------------------------------------------
 
 
@@ -220,10 +165,7 @@ def test_what_fmpy_builds_of_the_sources_is_the_exact_motion(tmp_path: Path, mon
     ("arguments", "expected"),
     [
         (("saw-40rpm",), "--format fmu is not text: give a file with -o"),
-        (("saw-40rpm", "-o", "none/saw.fmu"), "there is no folder none"),
-        (("saw-40rpm", "-o", "."), "it is a folder"),
         (("saw-40rpm", "-o", "saw.fmu", "--steps-per-rev", "10"), "--steps-per-rev does not go with --format fmu"),
-        (("saw-40rpm", "-o", "saw.fmu", "--revolutions", "2"), "--revolutions does not go with --format fmu"),
         (("bennett", "-o", "bennett.fmu"), "bennett is a machine in space"),
     ],
 )
