@@ -77,7 +77,7 @@ def _series(points: Iterable[Entry] | None, quantities: Iterable[str]) -> dict[s
 
 # -- validate ----------------------------------------------------------------------------------------------------------
 
-VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement", "lift_error")
+VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement")
 
 
 def _validation(file: Path) -> Records:
@@ -220,7 +220,7 @@ def _sweep(file: Path) -> Records:
             own = [p for p in sweep["points"] if (p["engine"], p["rule"]) == (rule["engine"], rule["name"])]
             sizes = _series([point["errors"] or {} for point in own], rule["orders"])
             claimed = {quantity: order["claimed"] for quantity, order in rule["orders"].items()}
-            yield from _orders(f"{rule['engine']}/{rule['name']}/{rule['path']}", claimed, sizes)
+            yield from _orders(f"{rule['engine']}/{rule['name']}", claimed, sizes)
 
 
 # -- exports -----------------------------------------------------------------------------------------------------------

@@ -48,7 +48,6 @@ def planted(name: str, preset: str | None = "tuned") -> ValidationResult:
         tolerance=Tolerance(position=known, total=known, velocity=0.5, reason="planted"),
         refinement=tuple(RefinementPoint(n, "completed", known, 0.5, 0.5) for n in (125, 250, 500, 1000)),
         order=dict.fromkeys(tables.QUANTITIES),
-        lift_error=OFF / LIFT,
     )
 
 
@@ -62,7 +61,6 @@ def of_validation(name: str) -> Iterator[Table]:
     yield from (tables.verdicts_table([study]), tables.orders_table(study), tables.closure_table(study))
     yield from (tables.prediction_table(study), tables.kinematic_table(study), tables.tolerances_table(study))
     yield from (tables.errors_table(study, point) for point in study.scene.lengths)
-    yield tables.contact_table(study, LIFT)
 
 
 def of_free_motion(name: str) -> Iterator[Table]:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from conrod.engines.engine import Machine
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.joint_equations import active_arcs, pose_jets
-from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile
 from conrod.mechanism.cam_law import LawProfile, Profile, concave_reason
@@ -181,46 +180,6 @@ def _otherwise(mechanism: Mechanism, contact: CamContact) -> str | None:
     if len(mechanism.bodies) != CAM_AND_FOLLOWER:
         return f"here {len(mechanism.bodies)} bodies move"
     return None
-
-
-LIFT_SAMPLES = 3600  # in a turn; the top of a lift is flat, so that one of them is on it, but for the square of this
-
-
-@dataclass(frozen=True)
-class FollowerLift:
-    """The way of a follower that slides in the ground.
-
-    Attributes:
-        point: an observed point of it.
-        along: direction of the slide (2,), from its lowest place.
-        lowest: that place, along the direction [m].
-        full: the whole lift [m].
-    """
-
-    point: str
-    along: Array
-    lowest: float
-    full: float
-
-    def reached(self, positions: Array) -> float:
-        """Highest of positions (T, 2) [m] of the point, along the direction [m]."""
-        return float((positions @ self.along).max())
-
-
-def follower_lift(kinematics: Kinematics) -> FollowerLift | None:
-    """The lift of the machine's first cam; None where there is none, or its follower does not slide in the ground."""
-    followers = [contact.b for contact in kinematics.mechanism.cam_contacts]
-    points = [o for o in kinematics.mechanism.observed if followers and o.body == followers[0]]
-    if not points or not isinstance(kinematics.mechanism.guide(followers[0]), Prismatic):
-        return None
-    name = points[0].name
-    places = kinematics.point_derivatives([kinematics.poses(kinematics.angles(LIFT_SAMPLES))])[name][0]
-    shaft = np.array(kinematics.mechanism.driven_joint.point_a)
-    ends = places[np.argmax(np.linalg.norm(places - places[0], axis=1))], places[0]
-    low, high = sorted(ends, key=lambda place: float(np.linalg.norm(place - shaft)))
-    along = (high - low) / np.linalg.norm(high - low)
-    ways = places @ along
-    return FollowerLift(name, along, float(ways.min()), float(np.ptp(ways)))
 
 
 SAMPLES = 7200

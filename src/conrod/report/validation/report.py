@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines.cam_polygon import follower_lift
 from conrod.report import numbers
 from conrod.report.charts.errors import overview_figure, refinement_figure
 from conrod.report.charts.motion import motion_figure
@@ -126,8 +125,6 @@ def _page(part: Part[SceneStudy]) -> Page:
     has_contact = bool(scene.mechanism().cam_contacts)
     figures = _figures(study, part.options.get("figures", FIGURE_NAMES))
     whole, last = _stretch(scene, runs[0].revolutions) if runs else ("", "")
-    lift = follower_lift(scene.kinematics)
-    full_lift = lift.full if lift else None
     points = [(p, tables.errors_table(study, p)) for p in scene.lengths] if runs else []
     text = rendered(
         "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures, whole=whole,
@@ -137,8 +134,7 @@ def _page(part: Part[SceneStudy]) -> Page:
         one_pass=scene.kinematics.mechanism.driver.span is not None, kinematic=tables.kinematic_table(study),
         refined=any(run.refinement for run in runs), points=points, orders=tables.orders_table(study),
         closure=tables.closure_table(study), prediction=tables.prediction_table(study),
-        contact=tables.contact_table(study, full_lift),
-        full_lift=full_lift, breaks=_breaks(scene),
+        breaks=_breaks(scene),
         cam=scene if isinstance(scene, CamFollower) else None, tolerances=tables.tolerances_table(study),
         settings=tables.settings_tables(study, has_contact),
     )  # fmt: skip

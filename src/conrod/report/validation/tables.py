@@ -185,17 +185,6 @@ def tolerances_table(study: SceneStudy) -> Table:
     return table(["engine", "preset", *(name.replace("_", ", ") for name in JUDGED), "because"], rows)
 
 
-def contact_table(study: SceneStudy, lift: float | None) -> Table:
-    """Lift and rms errors of a cam's follower; full lift [m], of one that rises and falls."""
-    head = ["lift error / lift", "lift error [mm]", "velocity error / (ω L), rms", "acceleration error / (ω² L), rms"]
-
-    def cells(run: ValidationResult) -> list[str]:
-        in_mm = numbers.in_mm(run.lift_error, {} if lift is None else {"lift": lift})
-        return [numbers.measured(run.lift_error), in_mm, *(_largest(run, q, "rms") for q in QUANTITIES[1:])]
-
-    return _table(study, "errors", head, cells)
-
-
 QUALIFICATION = "planted into these runs, and judged again: noticed or not, and the smallest size that would be"
 
 

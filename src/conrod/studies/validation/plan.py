@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.cam_polygon import follower_lift
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.numerics import largest_derivatives, phase_bound
@@ -23,7 +22,7 @@ from conrod.runs.convergence import claimed_order
 from conrod.runs.outcome import Verdict
 from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.runs.trajectory import Outcome
-from conrod.scenes import CamFollower, Scene
+from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import LEAST_STEPS, Prediction
@@ -71,9 +70,9 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     if not result.completed:
         return result
     steps, revolutions = plan.steps(scene), result.revolutions
-    errors, prediction, drawn, lift = RunErrors(), Prediction(scene), Drawn(steps), Lift(scene)
+    errors, prediction, drawn = RunErrors(), Prediction(scene), Drawn(steps)
     poses = DrawnPoses(scene, steps)
-    ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, lift, poses)
+    ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, poses)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
     def point(n: int, turns: float, start: float) -> RefinementPoint:
@@ -91,7 +90,6 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         **errors.found(),
         peak=drawn.peaks,
         prediction=prediction.sizes,
-        lift_error=lift.error,
         curves=drawn.curves,
         poses=poses.errors,
     )
@@ -157,31 +155,6 @@ def _point(steps: int, ended: Verdict, found: PointSizes) -> RefinementPoint:
     """Largest errors over all observed points; None for a run that did not complete."""
     completed = ended.outcome is Outcome.COMPLETED
     return RefinementPoint(steps, ended.outcome.slug, **{q: found.worst(q) if completed else None for q in QUANTITIES})
-
-
-class Lift:
-    """Recorder of how far a follower is lifted; of nothing where there is none that slides in the ground."""
-
-    def __init__(self, scene: Scene) -> None:
-        self._cam = scene if isinstance(scene, CamFollower) else None
-        contacts = self._cam is None and scene.kinematics.mechanism.cam_contacts
-        self._lift = follower_lift(scene.kinematics) if contacts else None
-        self._reached = -math.inf
-
-    def add(self, stretch: Stretch) -> None:
-        points = stretch.trajectory.points
-        if self._cam:
-            self._reached = max(self._reached, float(points["roller"].position.values[:, 1].max()))
-        elif self._lift:
-            self._reached = max(self._reached, self._lift.reached(points[self._lift.point].position.values))
-
-    @property
-    def error(self) -> float | None:
-        """|largest lift reached - full lift| / full lift."""
-        if self._cam:
-            lifted = self._reached - self._cam.base_radius - self._cam.roller_radius
-            return abs(lifted / self._cam.full_lift - 1.0)
-        return abs((self._reached - self._lift.lowest) / self._lift.full - 1.0) if self._lift else None
 
 
 class Drawn:

@@ -118,7 +118,6 @@ class ValidationResult(Result):
         phase: [rad].
         prediction: by quantity the largest error predicted from the joints' gaps alone, and how far it is from the
             measured one at most.
-        lift_error: of a cam, |largest lift reached - full lift| / full lift.
         curves: by point and quantity, for figures.
         poses: how far the bodies are off, for a moving drawing.
         qualified: what the verdict notices of planted defects; None where that was not asked for.
@@ -137,7 +136,6 @@ class ValidationResult(Result):
     tolerance: Tolerance = field(default_factory=Tolerance)
     refinement: tuple[RefinementPoint, ...] = ()
     prediction: Mapping[str, Mapping[str, float]] | None = None
-    lift_error: float | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
     poses: PoseErrors | None = None
     qualified: Qualified | None = None
