@@ -32,7 +32,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """What tests that passed have to say: other bits, baselines that were written again."""
+    """What tests that passed have to say: baselines that were written again."""
     reports = itertools.chain.from_iterable(terminalreporter.stats.values())
     calls = [one for one in reports if isinstance(one, pytest.TestReport) and one.when == "call"]
     notes = [(one.nodeid, text) for one in calls for name, text in one.user_properties if name == NOTE]

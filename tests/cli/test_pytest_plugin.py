@@ -120,11 +120,6 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
     kept = json.loads(file.read_text(encoding="utf-8"))
     line = kept["results"]["mujoco hardened"]
-    line["bits"] = "0"
-    file.write_text(json.dumps(kept), encoding="utf-8")
-    other = run(pytester)
-    other.assert_outcomes(passed=1)
-    other.stdout.fnmatch_lines(["test_a.py::test_saw: other bits only, which is no failure: mujoco hardened"])
     # A digit that is another, a hundred bands off.
     position = line["numbers"]["position"]
     position["value"] -= 100.0 * position["band"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 import shlex
@@ -12,8 +11,6 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-
-import msgspec
 
 from conrod.cli.options import RunOptions, as_given
 from conrod.cli.validate_request import CheckOptions, Request
@@ -49,8 +46,6 @@ from conrod.studies.frame.result import Result, SceneResults
 Again = Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
 NO_PART = (RunOptions, CheckOptions, "tolerance", "scene", "assignments", "out", "document", "figures")
-# Of a result, what was asked for and not found.
-ASKED_FOR = ("scene", "engine_version", "parameters", "settings", "tolerance", "passed", "reason", "qualified")
 
 
 def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
@@ -61,10 +56,10 @@ def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
         return {f"{name}{one.engine} {one.preset or 'kinematic'}": _result(one) for name, one in pairs}
     if isinstance(study, TableStudy):
         sizes = {name: study.largest(name) for name in (*ERRORS, "phase")}
-        return {"table": _line("completed", study.passed, sizes, study.errors)}
+        return {"table": _line("completed", study.passed, sizes)}
     assert isinstance(study, ModelStudy)
     runs = [*study.runs.values(), *([study.own_run] if study.own_run else [])]
-    paths = _line("completed", study.is_machine, {"position": study.identity.largest}, study.identity.off_by)
+    paths = _line("completed", study.is_machine, {"position": study.identity.largest})
     return {"paths": paths} | {run.label: _run(study, run) for run in runs}
 
 
@@ -73,26 +68,23 @@ def _result(result: Result) -> Line:
     # Whatever may be judged: tolerances may be others the next time.
     names = [*orders, *(TOLERANCES if result.preset else QUANTITIES)] if result.completed else []
     sizes = {name: result.judged_error(name) for name in names} | {f"{ORDER}{name}": orders[name] for name in orders}
-    shown = {name: value for name, value in vars(result).items() if name not in ASKED_FOR}
-    return _line(result.outcome, result.passed, sizes, shown, getattr(result, "settings", None))
+    return _line(result.outcome, result.passed, sizes, getattr(result, "settings", None))
 
 
 def _run(study: ModelStudy, run: JudgedRun) -> Line:
     passed = not study.exceeded(run) if run in study.judged else None
     sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
-    return _line(run.outcome.slug, passed, sizes, (run.errors, run.phase))
+    return _line(run.outcome.slug, passed, sizes)
 
 
 def _line(
     outcome: str,
     passed: bool | None,
     sizes: Mapping[str, float | None],
-    shown: Any,
     settings: Mapping[str, Any] | None = None,
 ) -> Line:
     numbers = {name: Number(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)}
-    bits = hashlib.sha256(msgspec.json.encode(plain(shown))).hexdigest()[:16]
-    return Line(outcome, passed, numbers, bits, {k: v for k, v in (settings or {}).items() if k != "preset"})
+    return Line(outcome, passed, numbers, {k: v for k, v in (settings or {}).items() if k != "preset"})
 
 
 @dataclass(frozen=True)

@@ -44,13 +44,11 @@ class Line:
     Attributes:
         passed: the verdict by the law, or by the tolerance asked for; None where nothing is judged.
         numbers: errors by quantity, and observed orders.
-        bits: digest of all that the run showed.
     """
 
     outcome: str
     passed: bool | None
     numbers: Mapping[str, Number]
-    bits: str
     settings: Mapping[str, Any]
 
 
@@ -167,7 +165,6 @@ class Held:
         written: whether the file was written, for the first time or again.
         accepted: whether that was asked for.
         drifts: from what the file had.
-        other_bits: results that differ in bits alone.
         versions: that are others, in words.
     """
 
@@ -175,7 +172,6 @@ class Held:
     written: bool = False
     accepted: bool = False
     drifts: tuple[Drift, ...] = ()
-    other_bits: tuple[str, ...] = ()
     versions: tuple[str, ...] = ()
 
     @property
@@ -190,9 +186,7 @@ class Held:
         for _, same in groupby(self.drifts, key=lambda drift: drift.result):
             worst, *others = sorted(same, key=lambda drift: -(drift.digits or math.inf))
             lines.append(f"  {worst}" + (f" ({', '.join(one.what for one in others)} too)" if others else ""))
-        if self.other_bits:
-            lines.append(f"other bits only, which is no failure: {', '.join(self.other_bits)}")
-        if self.versions and (self.drifts or self.other_bits):
+        if self.versions and self.drifts:
             lines.append(f"the baseline was made with {', '.join(self.versions)}")
         if self.written:
             first = f"no baseline yet: {self.file} is written, look at it, keep it, run again"
@@ -209,12 +203,11 @@ def check_same(file: Path, before: Baseline, now: Baseline) -> None:
 
 
 def compared(file: Path, before: Baseline, now: Baseline) -> Held:
-    """What has drifted from the baseline in a file, and what has other bits alone."""
+    """What has drifted from the baseline in a file."""
     drifts = tuple(drift for name in {**before.results, **now.results} for drift in _drifts(name, before, now))
-    drifted, was = {drift.result for drift in drifts}, before.made_with
-    bits = [name for name, one in now.results.items() if name not in drifted and one.bits != before.results[name].bits]
+    was = before.made_with
     versions = [f"{k} {was[k]}, now {now.made_with.get(k)}" for k in was if now.made_with.get(k) != was[k]]
-    return Held(file, drifts=drifts, other_bits=tuple(bits), versions=tuple(versions))
+    return Held(file, drifts=drifts, versions=tuple(versions))
 
 
 def _differing(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:
