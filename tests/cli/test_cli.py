@@ -6,19 +6,14 @@ import csv
 import io
 import json
 import os
-import signal
 import subprocess
 import sys
-import time
-import weakref
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import conrod, conrod_process, said
 
-from conrod.__main__ import _interrupt_again
-from conrod.cli import cli, main
 from conrod.scenes import SCENES
 
 ENTRY_KEYS = {
@@ -204,16 +199,10 @@ def test_a_report_of_a_run_has_its_figures(tmp_path: Path) -> None:
         assert (tmp_path / "report" / name).read_text().rstrip().endswith("</svg>")
 
 
-# What an extension raises that is interrupted while it is loaded.
-HALF_LOADED = ImportError("initialization failed")
-HALF_LOADED.__cause__ = KeyboardInterrupt()
-
-
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("name", "raised", "status", "words"),
     [
-        ("conrod.cli.runner.pursue", HALF_LOADED, 130, "interrupted"),
         ("conrod.report.figure.Figure.svg", KeyboardInterrupt, 130, "interrupted"),
         ("conrod.report.writer.json_text", KeyboardInterrupt, 130, "interrupted"),
         ("conrod.cli.runner.pursue", MemoryError, 2, "out of memory: fewer --steps-per-rev or --revolutions"),
@@ -235,35 +224,6 @@ def test_an_interrupt_or_no_memory_leaves_nothing_and_says_no_more_than_that(
     assert done.returncode == status
     assert said(done)[-1] == f"conrod: {words}"
     assert files_in(tmp_path) == []
-
-
-def test_an_extension_that_fails_by_itself_is_no_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(**_: object) -> None:
-        raise ImportError("no such symbol")
-
-    monkeypatch.setattr(cli, "main", missing)
-    with pytest.raises(ImportError, match="symbol"):
-        main()
-
-
-def test_an_interrupt_that_python_drops_comes_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One in a callback of an import was printed as a traceback, and the command went on to its end."""
-
-    def interrupted(_: object) -> None:
-        raise KeyboardInterrupt
-
-    def importing() -> None:
-        weakref.ref(type("Module", (), {})(), interrupted)
-        time.sleep(60.0)
-
-    monkeypatch.setattr(sys, "unraisablehook", _interrupt_again)
-    # What a shell starts in the background ignores Ctrl-C.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            importing()
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

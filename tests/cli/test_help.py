@@ -6,12 +6,10 @@ from collections.abc import Iterator
 
 import click
 import pytest
-from click.shell_completion import ShellComplete
-from command_line import conrod, conrod_process
+from command_line import conrod
 
 from conrod.cli import VERBS, cli
 from conrod.cli.options import HEADING, SHARED
-from conrod.engines.registry import OPTIONAL
 
 LINES, COLUMNS = 24, 80
 CONTEXT = click.Context(cli)
@@ -68,35 +66,3 @@ def test_an_option_means_the_same_in_every_verb(option: str) -> None:
     assert found
     said = {(one.metavar, one.help, one.multiple, one.default, str(one.type)) for one in found}
     assert len(said) == 1, said
-
-
-def completed(*words: str) -> list[str]:
-    found = ShellComplete(cli, {}, "conrod", "_CONROD_COMPLETE").get_completions(list(words[:-1]), words[-1])
-    return [one.value if one.type == "plain" else f"<{one.type}>" for one in found]
-
-
-@pytest.mark.parametrize(
-    ("words", "offered"),
-    [
-        (("re",), ["recommend", "report", "results"]),
-        (("show", "saw"), ["saw-40rpm", "saw-500rpm", "saw-coasting", "<file>"]),
-        (("validate", "geneva", "shear"), ["shear-press", "<file>"]),
-        (("validate", "cata"), ["catalogue", "<file>"]),
-        (("validate", "m.xml", "--scene", "watt"), ["watt-straight-line", "<file>"]),
-        (("validate", "--engine", ""), ["mujoco", "pymunk", *OPTIONAL, "all"]),
-        (("limits", "--preset", "h"), ["hardened"]),
-        (("limits", "--axis", "steps-x-n"), ["steps-x-nearness"]),
-        (("sweep", "--grid", ""), ["coarse", "default", "presets"]),
-        (("export", "geneva", "--format", ""), ["mjcf", "csv", "npz", "pack", "fmu"]),
-        (("nothing", "s"), ["show", "sweep"]),
-    ],
-)
-def test_a_shell_completes_verbs_scenes_engines_presets_and_axes(words: tuple[str, ...], offered: list[str]) -> None:
-    assert completed(*words) == offered
-
-
-def test_the_shells_script_asks_conrod(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("_CONROD_COMPLETE", "bash_complete")
-    monkeypatch.setenv("COMP_WORDS", "conrod show six")
-    monkeypatch.setenv("COMP_CWORD", "2")
-    assert conrod_process().stdout.split() == ["plain,six-bar", "plain,six-bar-swing", "file,six"]

@@ -8,15 +8,13 @@ import signal
 import sys
 from importlib import import_module
 from io import TextIOWrapper
-from typing import Any, NoReturn
+from typing import Any
 
 import click
-from click.shell_completion import CompletionItem
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
-NO_THREAD = "can't start new thread"  # as Python says it
 FAILED, USAGE, INTERRUPTED = 1, 2, 130  # exit statuses
 HEADING = "Options"
 ALL = "conrod.help-all"  # set in a context whose whole help is asked for
@@ -55,10 +53,6 @@ class Verbs(click.Group):
             raise unknown_choice("command", cmd_name, VERBS)
         command: click.Command = getattr(import_module(f"conrod.cli.{cmd_name}"), cmd_name)
         return command
-
-    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        # Without loading the verbs, for their help.
-        return [CompletionItem(name, help=said) for name, said in VERBS.items() if name.startswith(incomplete)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -137,16 +131,8 @@ def main() -> None:
         _drop_output()
         _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
     except (KeyboardInterrupt, click.Abort):
-        _end_interrupted()
-    except ImportError as error:
-        # An extension that is interrupted while it is loaded fails, and names the interrupt as its cause.
-        if not isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
-            raise
-        _end_interrupted()
-    except RuntimeError as error:
-        if NO_THREAD not in str(error):
-            raise
-        _fail(f"the system allows no more threads or processes, see `ulimit -u`: {error}")
+        click.echo("conrod: interrupted", err=True)
+        sys.exit(INTERRUPTED)
 
 
 def _prepare() -> None:
@@ -165,11 +151,6 @@ def _drop_output() -> None:
         sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _end_interrupted() -> NoReturn:
-    click.echo("conrod: interrupted", err=True)
-    sys.exit(INTERRUPTED)
 
 
 def _fail(message: str) -> None:

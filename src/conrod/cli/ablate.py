@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import click
+
 from conrod.cli import options
 from conrod.cli.options import StudyOptions, TimedRunOptions, option
 
@@ -34,7 +36,7 @@ class Asked(StudyOptions, TimedRunOptions):
 
 
 @options.verb()
-@options.scene_argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
 @options.gathered("asked", Asked)
 def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what a model requires and what is optional: each ingredient's cost, and what it does to the motion.

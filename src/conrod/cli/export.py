@@ -17,12 +17,11 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
 
 @options.verb()
-@options.scene_argument()
+@click.argument("scene")
 @click.option(
     "--format",
     "kind",
     metavar="mjcf|csv|npz|pack|fmu",
-    shell_complete=options.completed(lambda: FORMATS),
     help="Model, exact trajectory, a pack for others to solve, or an FMU 3.0.",
 )
 @click.option("-o", "--output", metavar="FILE", help="File to write [standard output]; of a pack a folder or a .zip.")

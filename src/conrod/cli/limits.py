@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import click
+
 from conrod.cli import options
 from conrod.cli.options import RunOptions, StudyOptions, option
 from conrod.errors import InvalidInput, unknown_choice
@@ -42,14 +44,13 @@ class Asked(StudyOptions, RunOptions):
         multiple=True,
         metavar="AXIS",
         help="One axis or pair only, again for others [all].",
-        shell_complete=options.completed(_axis_names),
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
     preset: str | None = option("--preset")
 
 
 @options.verb(epilog=EPILOG)
-@options.scene_argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @options.gathered("asked", Asked)
 def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import click
-from click.shell_completion import CompletionItem
 
 from conrod.cli import HEADING, Verb
 from conrod.errors import InvalidInput
@@ -36,43 +35,6 @@ class HeadedOption(click.Option):
         self.heading = heading
 
 
-# -- completion --------------------------------------------------------------------------------------------------------
-
-Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
-
-
-def completed(names: Callable[[], Iterable[str]], files: bool = False) -> Complete:
-    """A completion by names, which are looked up when a shell asks; and by files, where one may stand there."""
-
-    def complete(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
-        found = [CompletionItem(name) for name in names() if name.startswith(begun)]
-        return [*found, *([CompletionItem(begun, type="file")] if files else [])]
-
-    return complete
-
-
-def _scene_names() -> Iterable[str]:
-    from conrod.scenes import SCENES
-    from conrod.scenes.catalogue import CATALOGUE, catalogue_names, dynamics_names
-
-    return (*SCENES, *catalogue_names(), *dynamics_names(), CATALOGUE)
-
-
-def _engine_names() -> Iterable[str]:
-    from conrod.engines.registry import OPTIONAL, engine_names
-
-    return (*engine_names(), *OPTIONAL)
-
-
-def _preset_names() -> Iterable[str]:
-    from conrod.engines import engine_names
-    from conrod.engines.registry import presets_of
-
-    return dict.fromkeys(preset for engine in engine_names() for preset in presets_of(engine))
-
-
-complete_scene = completed(_scene_names, files=True)
-
 # -- options that mean the same in every verb --------------------------------------------------------------------------
 
 SHARED: Mapping[str, Mapping[str, Any]] = {
@@ -83,12 +45,10 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
         "multiple": True,
         "metavar": "ENGINE",
         "help": "This engine only, again for others; or all.",
-        "shell_complete": completed(lambda: (*_engine_names(), "all")),
     },
     "--preset": {
         "metavar": "PRESET",
         "help": "One preset only; `conrod show` lists them.",
-        "shell_complete": completed(_preset_names),
     },
     "--set": {"multiple": True, "metavar": "NAME=VALUE", "help": "Override a parameter, e.g. --set crank=80mm."},
     "--ctrl": {
@@ -101,7 +61,6 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
         "show_default": True,
         "metavar": "GRID",
         "help": "coarse, default or presets.",
-        "shell_complete": completed(lambda: ("coarse", DEFAULT_GRID, "presets")),
     },
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
     "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
@@ -111,16 +70,6 @@ ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])
 document = click.option("--json", "document", **SHARED["--json"])
 html = click.option("--html", **SHARED["--html"])
-
-
-def scene_argument(name: str = "scene", **attributes: Any) -> Callable[[Command], Command]:
-    """An argument that takes scenes, or files where a verb does."""
-    return click.argument(name, shell_complete=complete_scene, **attributes)
-
-
-def engine_argument() -> Callable[[Command], Command]:
-    """An argument that takes an engine."""
-    return click.argument("engine", shell_complete=completed(_engine_names))
 
 
 def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from conrod.cli import FAILED, options
 from conrod.cli.options import StudyOptions, TimedRunOptions, option
 from conrod.cli.say import say
@@ -35,7 +37,7 @@ class Asked(StudyOptions, TimedRunOptions):
 
 
 @options.verb()
-@options.scene_argument()
+@click.argument("scene")
 @options.gathered("asked", Asked)
 def recommend(scene: str, asked: Asked) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.

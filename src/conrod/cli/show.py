@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @options.verb()
-@options.scene_argument(required=False)
+@click.argument("scene", required=False)
 @options.assignments
 @click.option("--angle", metavar="ANGLE", help="Show motion of links and points here, e.g. 60deg.")
 @click.option("--svg", "drawing", metavar="FILE", help="Draw the scene to an SVG file.")

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import click
+
 from conrod.cli import options
 from conrod.cli.options import StudyOptions, TimedRunOptions, option
 
@@ -21,7 +23,7 @@ class Asked(StudyOptions, TimedRunOptions):
 
 
 @options.verb()
-@options.scene_argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
 @options.gathered("asked", Asked)
 def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import click
+
 from conrod.cli import options
 from conrod.cli.options import RunOptions, refuse
 from conrod.cli.validate_request import FMUS, MODELS, TABLES, ModelOptions, MotionOptions, Request, TableOptions
@@ -16,7 +18,7 @@ FILES = MODELS + TABLES + FMUS
 
 
 @options.verb()
-@options.scene_argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
+@click.argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
 @options.gathered("asked", Request)
 def validate(asked: Request) -> None:
     """Compare engines with the exact motion of SCENEs, or judge a FILE.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from conrod.cli.options import ReportOptions, RunOptions, complete_scene, option
+from conrod.cli.options import ReportOptions, RunOptions, option
 
 MODELS = (".xml", ".mjcf", ".mjb")
 FMUS = (".fmu",)
@@ -125,9 +125,7 @@ class Request(
     """
 
     subjects: tuple[str, ...] = ()
-    scene: str | None = option(
-        "--scene", metavar="SCENE", help="Machine that a FILE is judged against.", shell_complete=complete_scene
-    )
+    scene: str | None = option("--scene", metavar="SCENE", help="Machine that a FILE is judged against.")
     engine: tuple[str, ...] = option("--engine")
     preset: str | None = option("--preset")
     quantity: str | None = option("--quantity", metavar="NAME,...", help="Forces instead: torque, reactions, contact.")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import click
+
 from conrod.cli import options
 from conrod.cli.options import ReportOptions, RunOptions, option
 
@@ -29,8 +31,8 @@ class Asked(ReportOptions, RunOptions):
 
 
 @options.verb()
-@options.engine_argument()
-@options.scene_argument("scenes", nargs=-1, metavar="[SCENE...]")
+@click.argument("engine")
+@click.argument("scenes", nargs=-1, metavar="[SCENE...]")
 @options.gathered("asked", Asked)
 def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what each release of an engine changed: outcome, error, and the last bit of every state.

@@ -19,12 +19,10 @@ def file_to_write(text: str, option: str) -> Path:
     """
     if text.strip() in ("", "-") or text.endswith(os.sep):
         raise InvalidInput(f"{option} {text!r}: give the name of a file")
-    path = Path(text)
-    real = real_path(path)
-    if is_folder(real):
-        raise InvalidInput(f"cannot write {path}: it is a folder; give the name of a file")
+    path, real = Path(text), real_path(Path(text))
     if is_no_file(real):
-        raise InvalidInput(f"cannot write {path}: it is not a regular file")
+        what = "a folder; give the name of a file" if is_folder(real) else "not a regular file"
+        raise InvalidInput(f"cannot write {path}: it is {what}")
     if not real.parent.is_dir():
         raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
     _try_folder(real.parent, path)
@@ -39,11 +37,23 @@ def files_to_write(given: Mapping[str, str | None], beside: Mapping[str, Path] |
         beside: other files, by what a user calls them.
 
     Raises:
-        InvalidInput: one cannot be written, or is the same as another.
+        InvalidInput: one cannot be written, or is the same as another, so that one would be lost by the other.
     """
     files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
-    check_apart({**(beside or {}), **files})
+    seen = dict(beside or {})
+    for name, path in files.items():
+        for other, there in seen.items():
+            if _same_file(path, there):
+                raise InvalidInput(f"{name} {path}: it is the same file as {other}")
+        seen[name] = path
     return files
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    # Compared without case: on some systems a.csv is A.csv. A file may have several names of its own, too.
+    if str(real_path(one)).casefold() == str(real_path(other)).casefold():
+        return True
+    return one.exists() and other.exists() and one.samefile(other)
 
 
 def folder_to_write(text: str, option: str) -> Path:
@@ -56,30 +66,6 @@ def folder_to_write(text: str, option: str) -> Path:
         raise InvalidInput(f"{option} {text!r}: give the name of a folder")
     check_writable_folder(Path(text))
     return Path(text)
-
-
-def check_apart(files: Mapping[str, Path]) -> None:
-    """Refuse files that are one and the same: one would be lost by the other.
-
-    Args:
-        files: by what a user calls them.
-
-    Raises:
-        InvalidInput: names two of them.
-    """
-    seen: dict[str, Path] = {}
-    for name, path in files.items():
-        for other, there in seen.items():
-            if _same_file(path, there):
-                raise InvalidInput(f"{name} {path}: it is the same file as {other}")
-        seen[name] = path
-
-
-def _same_file(one: Path, other: Path) -> bool:
-    # Compared without case: on some systems a.csv is A.csv. A file may have several names of its own, too.
-    if str(real_path(one)).casefold() == str(real_path(other)).casefold():
-        return True
-    return one.exists() and other.exists() and one.samefile(other)
 
 
 def check_writable_folder(path: Path) -> None:
@@ -97,20 +83,15 @@ def check_writable_folder(path: Path) -> None:
 
 def is_folder(path: Path) -> bool:
     """True if this is a folder itself, not a link to one."""
-    return stat.S_ISDIR(_mode(path))
+    return path.is_dir() and not path.is_symlink()
 
 
 def is_no_file(path: Path) -> bool:
     """True if there is something that is not a regular file: a folder, a link, a device, a pipe."""
-    mode = _mode(path)
-    return mode != 0 and not stat.S_ISREG(mode)
-
-
-def _mode(path: Path) -> int:
     try:
-        return path.lstat().st_mode
+        return not stat.S_ISREG(path.lstat().st_mode)
     except (FileNotFoundError, NotADirectoryError):
-        return 0
+        return False
     except OSError as error:
         raise InvalidInput(f"cannot write {path.name}: {error.strerror or error}") from None
 
