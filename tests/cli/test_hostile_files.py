@@ -9,18 +9,14 @@ import signal
 import struct
 import subprocess
 import sys
-import threading
 from collections.abc import Callable
-from multiprocessing import Pipe
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import conrod, said
 
-from conrod.errors import InvalidInput
 from conrod.runs.plain import json_document
-from conrod.studies.execution import worker
 
 SLOW = pytest.mark.slow
 BODY = '<body name="b"><joint name="j" type="hinge" axis="0 1 0"/><geom name="g" size="0.1" pos="0 0 -0.5"/></body>'
@@ -171,26 +167,6 @@ def test_a_report_of_no_kind_is_none(kind: str, tmp_path: Path) -> None:
 
 
 # -- the system ------------------------------------------------------------------------------------------------------
-
-
-def cannot_start(_: threading.Thread) -> None:
-    raise RuntimeError("can't start new thread")
-
-
-def test_a_system_without_threads_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(threading.Thread, "start", cannot_start)
-    line = refused("validate", "saw-40rpm", "--ledger", "l.sqlite", cwd=tmp_path)
-    assert "no more threads or processes" in line
-
-
-def test_a_worker_without_threads_refuses_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threading.Thread, "start", cannot_start)
-    owner, theirs = Pipe()
-    with owner, theirs:
-        worker.main(os.dup(theirs.fileno()), None, None)
-        refusal = owner.recv()
-    assert isinstance(refusal, InvalidInput)
-    assert "a worker process cannot start: can't start new thread" in str(refusal)
 
 
 def test_a_locale_without_the_signs_shows_the_rest() -> None:

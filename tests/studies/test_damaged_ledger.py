@@ -82,7 +82,7 @@ def test_numbers_that_json_has_not_come_back(tmp_path: Path) -> None:
     odd = Measurement("completed", phase={"max": math.nan, "final": math.inf}, beside={"none": None, "tiny": 5e-324})
     with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
         ledger.keep(CELLS[0], odd)
-        kept = ledger.measurement(KEYS[0])
+        kept = ledger.measurements(KEYS).get(KEYS[0])
     assert kept is not None
     assert repr(kept) == repr(odd)
 

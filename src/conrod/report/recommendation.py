@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from conrod.engines.engine import CUSTOM
-from conrod.exact.dynamics.inverse import mass_ratio
-from conrod.exact.linkage.course import course_of
-from conrod.exact.linkage.transmission import transmission_angles
 from conrod.report import numbers
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.template import rendered
 from conrod.scenes import Scene
-from conrod.studies.frame.run import RunCase
 from conrod.studies.sweep.recommend import (
     Answer,
     Confirmation,
@@ -110,7 +105,6 @@ def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
     confirmed = [f"{one.what} {_listed(_errors(one, allowed, choice.case.scene))}" for one in found.confirmations]
     yield f"  confirmed: {'; '.join(confirmed)}"
     yield from _rejected(found.rejected, allowed)
-    yield f"  depends on: {_groups(choice.case)}"
     yield f"  found {found.how}"
     yield "  to paste:"
 
@@ -151,17 +145,3 @@ def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]
         shown = ((c, _listed(_errors(c, allowed, one.choice.case.scene))) for c in one.why)
         lost = "; ".join(f"{c.what}: {errors or c.measurement.outcome}" for c, errors in shown)
         yield f"  cheaper, but not confirmed: {_setting(one.choice)} ({lost})"
-
-
-def _groups(case: RunCase) -> str:
-    """Dimensionless groups that a setting depends on, free of size, mass and speed."""
-    mechanism = case.scene.kinematics.mechanism
-    constant = abs(case.scene.speed) * case.settings.time_constant(bool(mechanism.cam_contacts))
-    angles = [one.worst.value for one in transmission_angles(course_of(case.scene.kinematics))]
-    words = [
-        f"{case.settings.steps_per_revolution} steps per revolution",
-        f"omega x time constant = {constant:.3g}",
-        f"mass ratio = {mass_ratio(mechanism):.3g}",
-        *([f"least transmission angle = {math.degrees(min(angles)):.1f} deg"] if angles else []),
-    ]
-    return ", ".join(words)

@@ -70,11 +70,7 @@ def main(pipe: int, memory: int | None) -> None:
     """
     os.set_inheritable(pipe, False)
     owner, calls = Connection(pipe), SimpleQueue[bytes]()
-    try:
-        threading.Thread(target=_listen, args=(owner, calls), daemon=True).start()
-    except RuntimeError as error:
-        owner.send(InvalidInput(f"a worker process cannot start: {error}, see `ulimit -u`"))
-        return
+    threading.Thread(target=_listen, args=(owner, calls), daemon=True).start()
     reserve = bytearray(0 if memory is None else RESERVE)
     while True:
         call = calls.get()

@@ -131,8 +131,7 @@ class WorkerProcess:
         with suppress(OSError):  # of a process that has ended: what it answers says so
             self._pipe.send_bytes(call)
         # It says when it begins: a new process's start is not its first call's time.
-        if refusal := self._received():
-            raise refusal
+        self._received()
         self._served = True
         if not self._pipe.poll(self._limits.timeout):
             self.kill()

@@ -95,10 +95,6 @@ class Ledger:
         wanted = set(keys) if found else ()
         return {key: (outcome, allowed) for key, outcome, allowed in found if key in wanted}
 
-    def measurement(self, key: str) -> Measurement | None:
-        """Measurement of the run of a key, None if it has not been run."""
-        return self.measurements([key]).get(key)
-
     def measurements(self, keys: Iterable[str]) -> dict[str, Measurement]:
         """Measurements of the runs of the keys that have been run; in the order of the keys.
 
@@ -167,26 +163,18 @@ class Ledger:
         from conrod.studies.frame.results_table import tidy_row
 
         self.damaged = 0
-        # In pieces, so that a reader who takes long holds nobody up; each begins behind the last row of the one before.
-        after = ("", "")
-        while piece := self._piece(*after):
-            for key, name, text, blob, *timing in piece:
+        with naming_ledger(self.path):
+            found = self._connection.execute(
+                f"SELECT cells.key, name, identity, measurement, {TIMING} FROM cells "
+                "LEFT JOIN runs ON runs.key = cells.key LEFT JOIN timings ON timings.key = cells.key "
+                "ORDER BY cells.key, machine"
+            )
+            for key, name, text, blob, *timing in found:
                 identity, measured = _identity(key, text), None if blob is None else _unpacked(blob)
                 if identity is None or (measured is None and blob is not None):
                     self.damaged += 1
                 else:
                     yield tidy_row(key, name, identity, measured, None if timing[0] is None else _timing(timing))
-            after = (piece[-1][0], piece[-1][4] or "")
-
-    def _piece(self, key: str, machine: str) -> list[Any]:
-        with naming_ledger(self.path):
-            return self._connection.execute(
-                f"SELECT cells.key, name, identity, measurement, {TIMING} FROM cells "
-                "LEFT JOIN runs ON runs.key = cells.key LEFT JOIN timings ON timings.key = cells.key "
-                "WHERE cells.key >= ? AND (cells.key, ifnull(machine, '')) > (?, ?) "
-                "ORDER BY cells.key, machine LIMIT ?",
-                (key, key, machine, AT_ONCE),
-            ).fetchall()
 
     # -- SQLite ------------------------------------------------------------------------------------------------------
 
