@@ -1,4 +1,4 @@
-"""conrod's planar scenes as MuJoCo models that stand anywhere in space: turned, mirrored, on a base that moves."""
+"""conrod's planar scenes as MuJoCo models that stand anywhere in space: turned, on a base that moves."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ def scene(name: str) -> Scene:
     return scene_named(name)
 
 
-def model_text(name: str, mirrored: bool = False, moving: bool = False, gravity: Array | None = None) -> ET.Element:
+def model_text(name: str, moving: bool = False, gravity: Array | None = None) -> ET.Element:
     """A scene's model in a frame at `PLACE`, turned by `QUATERNION`, with no more than moves in it.
 
     Args:
-        mirrored: at the frame's plane x = 0.
         moving: the frame slides and turns by `BASE`.
         gravity: (3,) [m/s^2] in the frame, turned as it is.
     """
@@ -53,10 +52,6 @@ def model_text(name: str, mirrored: bool = False, moving: bool = False, gravity:
             body.remove(geom)
     for element in frame.iter("joint"):
         element.attrib.pop("armature", None)
-    if mirrored:
-        for element in frame.iter():
-            if element is not frame:
-                _mirror(element)
     if moving:
         ET.SubElement(frame, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")
         ET.SubElement(frame, "joint", name="base_slide", type="slide", axis=text(ALONG))
@@ -65,15 +60,6 @@ def model_text(name: str, mirrored: bool = False, moving: bool = False, gravity:
     field = np.zeros(3) if gravity is None else frame_matrix() @ gravity
     root.find("option").set("gravity", text(field))
     return root
-
-
-def _mirror(element: ET.Element) -> None:
-    for key in element.attrib.keys() & {"pos", "axis", "euler"}:
-        vector = np.array(element.get(key).split(), dtype=float)
-        # Turns are the other way round.
-        turns = key == "euler" or (key == "axis" and element.get("type", "hinge") == "hinge")
-        element.set(key, text(vector * ([1.0, -1.0, -1.0] if turns else [-1.0, 1.0, 1.0])))
-    assert "quat" not in element.attrib
 
 
 def text(values: Array) -> str:
@@ -112,13 +98,12 @@ def crank_angles(name: str, times: Array) -> Array:
     return (0.0 if span is None else span[0]) + scene(name).speed * times
 
 
-def exact_points(name: str, times: Array, mirrored: bool = False, moving: bool = False) -> dict[str, Array]:
+def exact_points(name: str, times: Array, moving: bool = False) -> dict[str, Array]:
     """conrod's planar motion (4, T, 3) of the observed points, placed in space by the formulas of turned vectors."""
     found = {}
     for point, planar in scene(name).motion(crank_angles(name, times), scene(name).speed).points.items():
         parts = [planar.position, planar.velocity, planar.acceleration / 2.0, planar.jerk / 6.0]
-        sides = [part * [-1.0 if mirrored else 1.0, 1.0] for part in parts]
-        placed = Jet([np.concatenate([side, np.zeros((len(times), 1))], axis=1) for side in sides])
+        placed = Jet([np.concatenate([part, np.zeros((len(times), 1))], axis=1) for part in parts])
         if moving:
             anchor = np.array([0.1, 0.2, 0.3])
             turn = _law("base_turn", times)

@@ -19,7 +19,7 @@ from conrod.mjcf.loops.reading import tree_of
 from conrod.scenes.space import MACHINES
 
 # Machines of pins and slides without loads.
-SCENES = ("saw-40rpm", "crank-shaper", "six-bar", "slider-crank", "web-cutter", "inverted-slider-crank", "jansen-leg")
+SCENES = ("saw-40rpm", "six-bar")
 BAR = 1e-9  # of the largest
 
 
@@ -30,16 +30,14 @@ def planar(name: str, times: Array) -> JointForces:
     return joint_forces(scene(name).kinematics, state)
 
 
-def placed(name: str, upright: bool = False) -> tuple[DrivenTree, Array, SpatialForces]:
+def placed(name: str) -> tuple[DrivenTree, Array, SpatialForces]:
     root = model_text(name, gravity=np.array([*scene(name).kinematics.mechanism.gravity, 0.0]))
-    if upright:
-        next(root.iter("body")).set("quat", "1 0 0 0")
     times = np.linspace(0.0, duration(name), 40)
     machine = driven(name, root, times[-1])
     return machine, times, forces(machine, machine.motion(times))
 
 
-@pytest.mark.parametrize("name", [SCENES[0], SCENES[2], *(pytest.param(n, marks=pytest.mark.slow) for n in SCENES[3:])])
+@pytest.mark.parametrize("name", SCENES)
 def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
     machine, times, found = placed(name)
     truth = planar(name, times)
@@ -55,16 +53,6 @@ def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
     # Negative control: a thousandth more speed asks for another torque.
     faster = planar(name, times * 1.001)
     assert np.abs(torque - faster.drive_torque).max() > 1e-6 * np.abs(torque).max()
-
-
-@pytest.mark.parametrize("name", ["saw-40rpm", "six-bar"])
-def test_only_what_a_pin_carries_across_the_plane_is_open(name: str) -> None:
-    machine, _, found = placed(name, upright=True)
-    assert set(found.ambiguous) == {closure.name for closure in machine.tree.closures}
-    for closure, force in found.reactions.items():
-        assert np.isnan(force[:, 2]).all()
-        assert force[:, :2] == pytest.approx(found.least[closure][:, :2], abs=1e-12)
-    assert np.isfinite(found.drives["crank"]).all()
 
 
 @pytest.mark.parametrize(("name", "open_ones"), [

@@ -57,18 +57,6 @@ def test_a_freedom_that_no_drive_takes_is_refused_by_name_or_held() -> None:
         bench(CART, cart="hold", rocker="hold")
 
 
-def test_a_second_loop_that_nothing_drives_is_refused_by_name() -> None:
-    one, other = four_bar(), four_bar(frame='pos="2 0 0"')
-    for name in ("frame", "crank", "coupler", "rocker", "A", "B", "C", "pin"):
-        other = other.replace(f'"{name}"', f'"{name}2"')
-    world = other.split("<worldbody>")[1].split("</worldbody>")[0]
-    both = one.replace("</worldbody>", world + "</worldbody>")
-    both = both.replace("</equality>", '<connect name="pin2" site1="B2" site2="C2"/></equality>')
-    with pytest.raises(InvalidInput, match=r"leaves 2, and 1 is driven: drive 1 more.*(crank|coupler|rocker)2"):
-        bench(both)
-    assert bench(both, crank2="-30rpm").freedom.left == 2
-
-
 def free_coupler() -> str:
     """The four-bar with its coupler as a free body, pinned at both ends."""
     text = four_bar()

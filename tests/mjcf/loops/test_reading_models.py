@@ -16,7 +16,7 @@ from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.reading import tree_of
 
-SEEDS = range(12)
+SEEDS = range(6)
 ROUNDING = 1e-14  # of bodies up to a few metres away
 
 
@@ -103,20 +103,6 @@ def test_jerks_are_the_change_of_accelerations_along_a_motion(seed: int) -> None
         assert 6.0 * series[3][:, 0] == pytest.approx(expected, abs=1e-7 * (1.0 + np.abs(change).max()))
 
 
-def test_many_samples_at_once_are_each_by_itself() -> None:
-    model = random_tree(3)
-    tree = read(model)
-    states = [random_state(model, seed) for seed in range(5)]
-    coordinates = np.stack([state[0] for state in states], axis=1)
-    rates = np.stack([np.stack(state[1:]) for state in states], axis=2)
-    together = poses(tree, coordinates, rates)
-    for k in range(5):
-        alone = poses(tree, coordinates[:, k : k + 1], rates[:, :, k : k + 1])
-        for point in tree.points.values():
-            for one, many in zip(alone.point(point), together.point(point), strict=True):
-                assert np.broadcast_to(many, (3, 5))[:, k] == pytest.approx(one[:, 0], abs=1e-13)
-
-
 # -- closures ----------------------------------------------------------------------------------------------------------
 
 CONNECTS = (
@@ -182,15 +168,6 @@ def differences(tree: SpatialTree, coordinates: Array) -> Array:
         ends = [residuals(poses(tree, moved(tree, coordinates, sign * way)), 0)[0, :, 0] for sign in (1.0, -1.0)]
         columns.append((ends[0] - ends[1]) / (2.0 * step))
     return np.array(columns).T
-
-
-@pytest.mark.parametrize("closure", CONNECTS + COUPLINGS)
-def test_the_jacobian_is_the_change_of_what_is_open(closure: str) -> None:
-    model = closed_by(closure, 1)
-    _, coordinates = at(model, 1)
-    tree = read(model)
-    mine = jacobian(poses(tree, coordinates), 1)[0]
-    assert mine == pytest.approx(differences(tree, coordinates), abs=1e-7 * (1.0 + np.abs(mine).max()))
 
 
 def welded_at(model: mujoco.MjModel, seed: int) -> tuple[mujoco.MjModel, mujoco.MjData, Array]:

@@ -18,11 +18,9 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops import study
-from conrod.mjcf.loops.driving import driven_run, site_points
 from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.request import judged_points, laws_of
 from conrod.mjcf.loops.results import Question
-from conrod.mjcf.loops.runs import with_settings
 from conrod.own.models.loading import OWN_POSE, data_at_start
 from conrod.report.loops import finding
 from conrod.runs.trajectory import Outcome
@@ -119,13 +117,6 @@ def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:
         studied(model(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz"})
 
 
-def test_a_start_out_of_the_range_of_a_joint_names_the_keyframes() -> None:
-    bodies = ACHILLES.replace('range="-60 60"', 'range="5 60"')
-    keys = f'<keyframe><key name="bent" qpos="0 0 1 1 0 0 0 {" ".join(["1 0 0 0", "0.2", *["0"] * 3])}"/></keyframe>'
-    with pytest.raises(InvalidInput, match="to start elsewhere, --keyframe takes bent"):
-        studied(model(bodies, HEEL, keys), {"knee": "hold", "spring": "sine:1deg,1Hz"})
-
-
 @pytest.mark.parametrize(("coupling", "more"), [(BY_JOINT, ""), (BY_TENDON, TENDONS)])
 def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(coupling: str, more: str) -> None:
     drives = {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"}
@@ -162,29 +153,6 @@ def test_a_parallelogram_closed_twice_says_what_is_redundant_and_what_contradict
 
 
 # -- openings ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("bodies", "pins", "drives"),
-    [
-        (ACHILLES, HEEL, {"knee": "sine:10deg,5Hz", "spring": "hold"}),
-        (GRIPPER, BY_JOINT, {"rdriver": "move:0,20deg,0.2s", "rspring": "hold", "lspring": "hold"}),
-        (PARALLELOGRAM.format(0.3), LEVELS, {"arm": "sine:30deg,5Hz"}),
-    ],
-)
-def test_stock_loops_open_and_hardened_ones_do_not(bodies: str, pins: str, drives: dict[str, str]) -> None:
-    compiled = model(bodies, pins)
-    machine, found, judged = studied(compiled, drives, 0.2)
-    motion, points = machine.motion(np.arange(101) * 2e-3), site_points(compiled, tuple(judged))
-    travel = max(float(np.ptp(motion.points[name].position, axis=0).max()) for name in judged)
-    runs = {}
-    for label in ("as it is", "hardened"):
-        made = with_settings(compiled, label, 2e-3, 0.2, bool(found.idle))
-        recorded = driven_run(machine, made, motion, points, 1)
-        runs[label] = max(float(np.nanmax(gap)) for gap in recorded.gaps.values())
-    assert runs["as it is"] > 1e-4 * travel
-    assert runs["hardened"] < 1e-6 * travel
-    assert runs["hardened"] < 1e-3 * runs["as it is"]
 
 
 # -- the file as it is -------------------------------------------------------------------------------------------------
