@@ -64,7 +64,7 @@ MODELS = {
         DRIVE, "it has 1 flex: only rigid bodies have an exact motion here",
     ),
     "no number": (BAR.replace('name="A" pos="0.1 0 0"', 'name="A" pos="nan 0 0"'), DRIVE,
-                  "pos of site A is not finite"),
+                  "site_pos is not finite"),
     "ten million steps": (BAR.replace('timestep="0.001"', 'timestep="1e-7"'), DRIVE,
                           "1 s are 1e+07 of its time steps of 1e-07 s: from 2 to 1,000,000 can be run"),
     "a control out of range": (four_bar(more=MOTOR), (*DRIVE, "--ctrl", "motor=3"), "MuJoCo clamps it"),

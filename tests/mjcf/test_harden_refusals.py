@@ -138,7 +138,7 @@ def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it
 def test_a_number_that_is_none_is_refused_by_its_place(tmp_path: Path) -> None:
     model = tmp_path / "none.xml"
     model.write_text(TWO_ARMS.format(BELT.format('polycoef="nan 1 0 0 0"')))
-    with pytest.raises(InvalidInput, match=r"none\.xml: data of equality belt is not finite"):
+    with pytest.raises(InvalidInput, match=r"none\.xml: eq_data is not finite"):
         harden_file(model, Request())
 
 

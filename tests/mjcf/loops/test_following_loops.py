@@ -81,7 +81,7 @@ def test_a_crank_that_cannot_turn_is_refused_with_the_angle_that_it_reaches() ->
         machine(four_bar(lengths, crank=0.5))
     words = str(refused.value)
     assert float(words.split("crank at ")[1].split(" deg", maxsplit=1)[0]) == pytest.approx(limit, abs=0.01)
-    assert "a dead centre, or its loops reach no further; there coupler, rocker move most" in words
+    assert "a dead centre, or its loops reach no further" in words
     # Up to there it goes.
     span = f"move:{math.degrees(0.5)!r}deg,{limit - 0.1!r}deg,1s"
     assert branch_error(machine(four_bar(lengths, crank=0.5), law=span), lengths, TIMES) < 1e-11

@@ -123,18 +123,8 @@ class DrivenTree(Assembly):
 
     def _stuck(self, here: Knot) -> str:
         """Why it goes no further."""
-        rank = here.rows.shape[1]
-        margin = here.values[rank - 1] / here.values[0] if rank else 1.0
-        loose = self.joints_of(np.linalg.svd(here.columns)[0][:, :1] if not rank else self._weakest(here))
-        return (
-            f"it goes no further than {self.where(here.time)} ({here.time:.6g} s): a dead centre, or its loops reach "
-            f"no further; there {', '.join(loose)} move most (singular value {margin:.1g} of the largest)"
-        )
-
-    def _weakest(self, here: Knot) -> Array:
-        """The direction (free, 1) that the closures hold least."""
-        matrix = self.scaled(poses(self.tree, here.coordinates))
-        return np.asarray(np.linalg.svd(matrix)[2][here.rows.shape[1] - 1][:, None])
+        place = f"{self.where(here.time)} ({here.time:.6g} s)"
+        return f"it goes no further than {place}: a dead centre, or its loops reach no further"
 
     # -- at samples --------------------------------------------------------------------------------------------------
 

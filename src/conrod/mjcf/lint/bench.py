@@ -1,4 +1,4 @@
-"""A model on the bench, with its run, edited copies of it and their runs; and what a rule is.
+"""A model on the bench, with its run, edited copies of it and their runs.
 
 All runs are from one start, for the same time, and observe all bodies.
 """
@@ -6,7 +6,7 @@ All runs are from one start, for the same time, and observe all bodies.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,7 +16,6 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
 from conrod.mjcf.lint.document import Document
-from conrod.mjcf.lint.findings import Finding
 from conrod.mjcf.runs import STATE, Run, data_at, run
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
@@ -90,33 +89,3 @@ class Bench:
         # What stands has no travel.
         share = largest / (self.run.travel if self.run.travel > UNCHANGED * self.size else self.size)
         return share if math.isfinite(share) else BOUNDLESS
-
-
-Judge = Callable[[Bench], Iterator[Finding]]
-
-
-@dataclass(frozen=True)
-class Rule:
-    """One kind of trouble that a model is searched for.
-
-    Attributes:
-        judge: looks at a model on the bench; its name is the rule's, its docstring what it finds, as in docs/lint.md.
-    """
-
-    judge: Judge
-    why: str  # what it finds is harmful
-    needs_motion: bool  # whether it needs a run that does not break
-
-    @property
-    def name(self) -> str:
-        """Name for the command line and for results."""
-        return self.judge.__name__.replace("_", "-")
-
-    def findings(self, bench: Bench) -> Iterator[Finding]:
-        """What it finds in a model, with its name and reason."""
-        return (replace(found, rule=self.name, why=self.why) for found in self.judge(bench))
-
-
-def rule(why: str, needs_motion: bool = True) -> Callable[[Judge], Rule]:
-    """Make a rule of a function that judges a model; its entry in `RULES` has it judged."""
-    return lambda judge: Rule(judge, why, needs_motion)

@@ -12,7 +12,7 @@ import numpy as np
 from conrod.engines.mujoco.settings import STIFF_SOLIMP
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import close_loops, closure_name, openings
-from conrod.mjcf.lint.bench import Bench, rule
+from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at, run, state_of
 from conrod.own.models.loading import listed
@@ -30,9 +30,6 @@ STIFF_STEPS = {int(mujoco.mjtIntegrator.mjINT_RK4): 8.0}
 LEAST_STEPS = 2.0  # MuJoCo admits no less
 
 
-@rule(
-    "the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step helps",
-)
 def soft_closure(bench: Bench) -> Iterator[Finding]:
     """Closures that give way, stock softness above all."""
     opened, finer = _worst(bench), bench
@@ -68,6 +65,8 @@ def _give(bench: Bench, finer: Bench, soft: list[int], before: Array, after: Arr
             "with a step of [s]": finer.step,
             "closures": len(soft),
         },
+        why="the loop is not closed: positions are off by the opening, accelerations by far more, and no smaller step "
+        "helps",
         fix=f'solref="{solref}" solimp="{solimp}", unless they are meant to give way; `conrod harden` takes out '
         "what no file can",
         change=bench.change_to(stiff.run),
@@ -97,10 +96,6 @@ AJAR = 1e-5
 CLOSED = 1e-13  # of the machine's size
 
 
-@rule(
-    "the closures pull it shut in the first steps: a blow that no machine gets, and speeds that stay",
-    needs_motion=False,
-)
 def open_start(bench: Bench) -> Iterator[Finding]:
     """A start pose that leaves a loop open."""
     model, data = bench.model, data_at(bench.model, bench.start)
@@ -123,6 +118,7 @@ def open_start(bench: Bench) -> Iterator[Finding]:
             "opening [m]": float(opened.max()),
             "start": "qpos0" if bench.keyframe is None else f"keyframe {bench.keyframe}",
         },
+        why="the closures pull it shut in the first steps: a blow that no machine gets, and speeds that stay",
         fix=fix,
         change=change,
     )

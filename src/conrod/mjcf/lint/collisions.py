@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 import mujoco
 
 from conrod.mjcf.equalities import closure_name, ties
-from conrod.mjcf.lint.bench import UNCHANGED, Bench, rule
+from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.own.models.loading import name_or_number
 
@@ -19,10 +19,6 @@ ALWAYS = 0.9
 TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 
 
-@rule(
-    "the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
-    needs_motion=False,
-)
 def joined_links_collide(bench: Bench) -> Iterator[Finding]:
     """Geoms of links that collide where a hinge, connect or weld joins them."""
     model = bench.model
@@ -45,6 +41,7 @@ def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> F
         what=f"{names[0]} and {names[1]} collide where {joint} joins them",
         severity=Severity.NOTE,
         evidence={"steps in contact": count, "steps": bench.run.steps},
+        why="the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
         fix="exclude the pair",
     )
     if not all(bench.model.body(body).name for body in bodies):  # MJCF excludes bodies by their names

@@ -52,12 +52,12 @@ class Finding:
         change: largest change of the observed positions without it, over the travel; None where nothing was run.
     """
 
-    rule: str = ""  # name of the rule that found it; it and `why` are the rule's
+    rule: str = ""  # name of the rule that found it
     subjects: tuple[str, ...] = ()  # what it is about, by name, or by number where it has none
     what: str  # in a sentence
     severity: Severity
     evidence: dict[str, Value]  # what it rests on; the same in every run on one machine
-    why: str = ""  # it is harmful
+    why: str  # it is harmful
     fix: str  # in words
     edits: tuple[str, ...] = ()
     safe: bool = False  # whether the edits keep the machine and its observed motion

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -10,21 +12,24 @@ import mujoco
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, collisions, stepping
-from conrod.mjcf.lint.bench import Bench, Rule
+from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.document import Document, differing
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity
 from conrod.mjcf.runs import data_at, state_of
 from conrod.own.models.loading import check_finite, data_at_start, start_words
 
-STEP, SOLVER = stepping.step_too_long, stepping.solver_stops_early
-RULES: tuple[Rule, ...] = (
-    STEP,
-    SOLVER,
-    closures.soft_closure,
-    closures.open_start,
-    collisions.joined_links_collide,
-    stepping.silent_reset,
-)
+Rule = Callable[[Bench], Iterator[Finding]]
+STEP, SOLVER = "step-too-long", "solver-stops-early"
+# Each looks at a model on the bench; its docstring is what it finds, as in docs/lint.md.
+RULES: Mapping[str, Rule] = {
+    STEP: stepping.step_too_long,
+    SOLVER: stepping.solver_stops_early,
+    "soft-closure": closures.soft_closure,
+    "open-start": closures.open_start,
+    "joined-links-collide": collisions.joined_links_collide,
+    "silent-reset": stepping.silent_reset,
+}
+NEED_A_RUN = (SOLVER, "soft-closure")  # that holds together
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
 MOST_STEPS = 1_000_000
 
@@ -40,10 +45,9 @@ def lint(path: Path, request: Request) -> Report:
     Raises:
         InvalidInput: the file cannot be used, or has not what the request names.
     """
-    names = [rule.name for rule in RULES]
     for name in request.ignored:
-        if name not in names:
-            raise unknown_choice("rule", name, names)
+        if name not in RULES:
+            raise unknown_choice("rule", name, RULES)
     document = Document(path)
     with warnings_kept_quiet():
         try:
@@ -86,12 +90,12 @@ def judged(bench: Bench, path: str, request: Request) -> Report:
         steady = longest.finer
         notes.append(f"all other rules are judged with a step of {steady.step:.4g} s")
     solved = steady
-    for rule in RULES:
-        if rule.name in request.ignored or (rule.needs_motion and longest is None):
+    for name, rule in RULES.items():
+        if name in request.ignored or (longest is None and name in NEED_A_RUN):
             continue
-        found = list(rule.findings(bench if rule is STEP else solved))
+        found = [replace(one, rule=name) for one in rule(bench if name == STEP else solved)]
         findings += found
-        if rule is SOLVER and found:
+        if name == SOLVER and found:
             notes.append("the rules after it are judged with the solver as it should be")
             solved = steady.edited(found[0].edits)
     findings.sort(key=lambda finding: (list(Severity).index(finding.severity), -(finding.change or 0.0)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
-from conrod.mjcf.lint.bench import Bench, rule
+from conrod.mjcf.lint.bench import Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at
 
@@ -23,7 +23,6 @@ OUT_OF_HAND = 10.0
 OPEN = 0.1  # of the machine's size
 
 
-@rule("the motion is the integrator's, not the machine's", needs_motion=False)
 def step_too_long(bench: Bench) -> Iterator[Finding]:
     """A step above the longest stable one."""
     longest, step = longest_stable(bench), bench.step
@@ -38,6 +37,7 @@ def step_too_long(bench: Bench) -> Iterator[Finding]:
             "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
             "warnings": ", ".join(bench.run.warnings) or "none",
         },
+        why="the motion is the integrator's, not the machine's",
         fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
     )
     if longest:
@@ -79,10 +79,6 @@ ITERATIONS = 100  # MuJoCo's default; Newton takes two or three
 LOOKS = 40
 
 
-@rule(
-    "constraints get a part of their forces, or those of an earlier step, without a warning: MuJoCo scales its "
-    "tolerance by the mean inertia, so that a large armature makes it void",
-)
 def solver_stops_early(bench: Bench) -> Iterator[Finding]:
     """A solver tolerance that an armature makes void; too few iterations."""
     options = bench.model.opt
@@ -108,6 +104,8 @@ def solver_stops_early(bench: Bench) -> Iterator[Finding]:
             "largest share of the work left": float(left.max()),
             "mean inertia that the tolerance is scaled by": float(bench.model.stat.meaninertia),
         },
+        why="constraints get a part of their forces, or those of an earlier step, without a warning: MuJoCo scales its "
+        "tolerance by the mean inertia, so that a large armature makes it void",
         fix="a solver that goes on until it is done",
         edits=(edit,),
         # The model as it is written, solved: nothing of the machine changes.
@@ -133,19 +131,16 @@ def _left(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> float:
 # -- a model that starts again by itself -----------------------------------------------------------------------------
 
 
-@rule(
-    "a run that diverged is finite, smooth and wrong: the machine is back in its first pose, and one warning is the "
-    "only sign of it",
-    needs_motion=False,
-)
 def silent_reset(bench: Bench) -> Iterator[Finding]:
     """Autoreset on."""
-    if int(bench.model.opt.disableflags) & older.flag("AUTORESET"):
+    if not (flag := older.flag("AUTORESET")) or int(bench.model.opt.disableflags) & flag:
         return
     yield Finding(
         what="when its numbers go wrong the model starts again by itself, and the run goes on",
         severity=Severity.ERROR if bench.run.broke else Severity.NOTE,
         evidence={"steps made of those asked for": f"{bench.run.steps} of {bench.steps}"},
+        why="a run that diverged is finite, smooth and wrong: the machine is back in its first pose, and a warning is "
+        "the only sign of it",
         fix="autoreset off, and look at the warnings or at the numbers",
         edits=('<option><flag autoreset="disable"/></option>',),
         safe=True,
