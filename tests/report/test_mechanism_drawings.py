@@ -12,7 +12,6 @@ import pytest
 from drawn_texts import overlaps
 from matplotlib.figure import Figure
 
-from conrod.engines.cam_polygon import convex_hull
 from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
@@ -47,14 +46,6 @@ def test_a_link_is_a_bar_along_what_is_in_line_and_a_plate_around_what_is_not() 
     assert len(plate.corners) == 3
     assert len(plate.edges) == 4
     assert plate.arms == bar.arms == ()
-
-
-def test_a_hull_leaves_out_what_is_inside_and_between() -> None:
-    square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-    hull = convex_hull(np.array([*square, (0.5, 0.5), (0.5, 0.0), (1.0, 1.0)]))
-    assert sorted(map(tuple, hull)) == sorted(square)
-    np.testing.assert_array_equal(convex_hull(np.array([(1.0, 2.0), (1.0, 2.0)])), [(1.0, 2.0)])
-    np.testing.assert_array_equal(convex_hull(np.array([(0.0, 0.0), (2.0, 2.0), (1.0, 1.0)])), [(0, 0), (2, 2)])
 
 
 # -- slides ----------------------------------------------------------------------------------------------------------

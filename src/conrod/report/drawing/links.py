@@ -8,8 +8,8 @@ from typing import assert_never
 
 import numpy as np
 from matplotlib.patches import Polygon
+from scipy.spatial import ConvexHull
 
-from conrod.engines.cam_polygon import convex_hull
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of, to_world
 from conrod.report.drawing import machine_parts as parts
@@ -194,7 +194,12 @@ def _ends(places: Sequence[Array]) -> Array:
 
 
 def _spanned(places: Sequence[Array]) -> Array:
-    return _ends(places) if _in_line(places) else convex_hull(np.array(places))
+    """The two ends of places in a line; else the corners around all of them, counter-clockwise from the leftmost."""
+    if _in_line(places):
+        return _ends(places)
+    points = np.array(places)
+    corners = points[ConvexHull(points).vertices]
+    return np.roll(corners, -int(np.lexsort(corners.T[::-1])[0]), axis=0)
 
 
 def _within(plate: Array, place: Array) -> bool:
