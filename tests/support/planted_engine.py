@@ -16,9 +16,9 @@ import numpy as np
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE, STOCK, Engine, Machine, Preset, step_length
 from conrod.engines.numerics import largest_derivatives
+from conrod.engines.recording import Recorded, pieces, points_of
 from conrod.exact.motion import Array
-from conrod.runs.outcome import judge
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track, Trajectory
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece
 
 NAME = "planted"
 LEAD = 0.5  # [rad], at one step per radian
@@ -85,30 +85,16 @@ class PlantedEngine(Engine[PlantedSettings]):
         start_angle: float = 0.0,
         steps: int = PIECE,
     ) -> Iterator[Piece]:
-        samples = round(settings.steps_per_revolution * revolutions) + 1
-        for first in (0, *range(steps + 1, samples, steps)):
-            last = min(max(first, 1) + steps, samples)
-            times = np.asarray(start_angle / machine.speed + settings.timestep * np.arange(first, last))
-            yield self._piece(machine, settings, revolutions, first, times)
-
-    def _piece(
-        self, machine: Machine, settings: PlantedSettings, revolutions: float, first: int, times: Array
-    ) -> Piece:
         kinematics, speed = machine.kinematics, machine.speed * (1.0 + self.step_error)
-        poses, slopes, bends = kinematics.derivatives(speed * times + settings.lead, 2)
-        stamps = times + self.late * settings.timestep
-        instants = Instants(stamps, speed * times, np.full_like(times, speed), np.zeros_like(times))
-        states = BodyStates(instants, poses, speed * slopes, speed**2 * bends)
-        points = {
-            name: PointTracks(*(Track(instants, values) for values in told))
-            for name, told in kinematics.point_derivatives([states.poses, states.rates, states.accelerations]).items()
-        }
-        tracks = BodyTracks(states, states, states)
-        verdict = judge(kinematics, tracks, machine.speed)
-        trajectory = Trajectory(
-            NAME, self.version, settings, machine.speed, revolutions, verdict.outcome, verdict.reason, points, tracks
-        )
-        return Piece(trajectory, first, times, {}, None)
+
+        def record(_: int, times: Array) -> Recorded:
+            poses, slopes, bends = kinematics.derivatives(speed * times + settings.lead, 2)
+            stamps = times + self.late * settings.timestep
+            instants = Instants(stamps, speed * times, np.full_like(times, speed), np.zeros_like(times))
+            states = BodyStates(instants, poses, speed * slopes, speed**2 * bends)
+            return Recorded(BodyTracks(states, states, states), points_of(kinematics, states), times)
+
+        return pieces(machine, settings, self.version, revolutions, start_angle, steps, record)
 
 
 class LawfulEngine(PlantedEngine):

@@ -79,9 +79,6 @@ def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], lis
             found.append(engine_named(name))
         except InvalidInput as error:
             left_out.append(str(error))
-    for point in entry_points(group=GROUP):
-        if point.name in {**ENGINES, **OPTIONAL}:
-            left_out.append(f"engine {point.name!r} of {_from(point)} is left out: conrod's own has this name")
     return found, left_out
 
 
@@ -91,12 +88,9 @@ def is_brought(name: str) -> bool:
 
 
 def origin_of(name: str) -> str:
-    """Where an engine comes from: conrod, or the distributions that bring it."""
-    return " and ".join(map(_from, entry_points(group=GROUP, name=name))) if is_brought(name) else "conrod"
-
-
-def _from(point: EntryPoint) -> str:
-    return point.value if point.dist is None else f"{point.dist.name} {point.dist.version}"
+    """Where an engine comes from: conrod, or the distribution that brings it."""
+    point = _brought().get(name)
+    return "conrod" if point is None or point.dist is None else f"{point.dist.name} {point.dist.version}"
 
 
 @cache
@@ -104,8 +98,8 @@ def engine_named(name: str) -> Engine[Any]:
     """The engine of a name.
 
     Raises:
-        InvalidInput: there is none, with the choices; or it cannot be loaded, is no engine, is an extra that is not
-            installed, or several packages bring one of this name.
+        InvalidInput: there is none, with the choices; or it cannot be loaded, is no engine, or is an extra that is not
+            installed.
     """
     if name in OPTIONAL and name not in installed_extras():
         raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
@@ -116,8 +110,6 @@ def engine_named(name: str) -> Engine[Any]:
     point = shipped if name in OPTIONAL else _brought().get(name)
     if point is None:
         raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL))
-    if point is not shipped and len(entry_points(group=GROUP, name=name)) > 1:
-        raise InvalidInput(f"engine {name!r} is brought by {origin_of(name)}: uninstall all but one of them")
     return _loaded(name, point)
 
 
@@ -127,14 +119,8 @@ def _loaded(name: str, point: EntryPoint) -> Engine[Any]:
     except (Exception, SystemExit) as error:  # importing it runs code of another package
         reason = f"{error!r} ({origin_of(name)})"
         raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {reason}") from error
-    if not isinstance(engine, Engine):
-        kind = type(engine).__name__
-        raise InvalidInput(f"engine {name!r}: {point.value} is a {kind}, no object of a class that extends Engine")
-    for needed in ("name", "version", "presets"):
-        if not getattr(engine, needed, None):
-            raise InvalidInput(f"engine {name!r}: {point.value} has no {needed}")
-    if engine.name != name:
-        raise InvalidInput(f"engine {name!r}: {point.value} calls itself {engine.name!r}")
+    if not isinstance(engine, Engine) or engine.name != name:
+        raise InvalidInput(f"engine {name!r}: {point.value} is no object of a class that extends Engine, of this name")
     return engine
 
 
