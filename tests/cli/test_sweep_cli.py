@@ -75,8 +75,6 @@ def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
     saw = SCENES["saw-500rpm"]
     (step,) = steps
     set_to = {"iterations": space.iterations, "error_bias": space.constraints[0].error_bias}
-    if "rod as distance-joint" in text:  # what the paste says in words
-        set_to["rod"] = "distance-joint"
     settings = PymunkSettings("custom", round(saw.period / step), step, **set_to)
     assert compare(run(saw, settings), saw).worst("position") <= 1e-3
 

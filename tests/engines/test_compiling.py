@@ -10,7 +10,6 @@ import numpy as np
 from catalogue import CAM, CAMS
 
 from conrod import MuJoCoSettings
-from conrod.engines.massless_rod import model_form
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import compiled
 from conrod.engines.tree import tree_of
@@ -19,7 +18,7 @@ from conrod.mjcf.lint.document import differing
 
 def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:
     settings = replace(MuJoCoSettings.tuned(scene, steps), **changes)
-    return mjcf(tree_of(scene, model_form(scene.kinematics.mechanism, settings.rod)), settings, "model")
+    return mjcf(tree_of(scene), settings, "model")
 
 
 def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> None:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 
 from conrod.engines.registry import engine_named
 from conrod.runs.trajectory import concatenate_pieces
 
-pytest.importorskip("mujoco.mjx", reason="the extra conrod[mjx] is not installed")
 
-from benchmarks.batch import STEPS, Batch, judged, page, saws
-
-
+@pytest.mark.skipif(find_spec("mujoco.mjx") is None, reason="the extra conrod[mjx] is not installed")
 @pytest.mark.slow
 def test_each_machine_of_a_batch_is_that_machine_alone() -> None:
+    from benchmarks.batch import STEPS, Batch, judged, page, saws  # loads JAX, after which nothing may fork
+
     engine, machines = engine_named("mjx"), saws(3)
     settings = [engine.presets["tuned"](one, STEPS) for one in machines]
     runs = list(Batch(machines, settings).trajectories(STEPS))

@@ -198,9 +198,6 @@ def test_what_is_not_told_has_its_reason() -> None:
     assert tracks.drive_torque is None
     assert not tracks.joints
     assert set(tracks.unsupported) == {"drive torque", *(joint.name for joint in gears.mechanism.joints)}
-    saw = machine("saw-500rpm")
-    settings = replace(MuJoCoSettings.tuned(saw, 100), rod="distance-joint")
-    assert "distance joint" in ENGINE.forces(saw, settings, 1.0).unsupported["drive torque"]
 
 
 def test_the_cams_push_is_within_two_percent_between_its_arc_joints() -> None:

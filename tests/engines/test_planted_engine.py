@@ -21,9 +21,9 @@ from conrod import PymunkSettings
 from conrod.engines import ENGINES, engine_named, engine_names
 from conrod.engines.capabilities import (
     MEANINGS,
+    HasIngredients,
     Lacking,
     ModelFile,
-    Reproduces,
     capability,
     required,
 )
@@ -252,7 +252,6 @@ def test_an_engine_that_cannot_be_loaded_is_named(
     forget()
     with pytest.raises(InvalidInput, match=f"engine '{name}'.*{reason}"):
         engine_named(name)
-    forget()
     # In a command it is refused where it is named, and else left out with a line.
     words, ledger = (
         ("validate", "saw-40rpm", "--steps-per-rev", "100", "--revolutions", "1"),
@@ -264,6 +263,7 @@ def test_an_engine_that_cannot_be_loaded_is_named(
     assert unnamed.returncode in (0, 1)
     assert f"conrod: left out: engine '{name}'" in unnamed.stderr
     assert "pymunk" in unnamed.stdout
+    forget()
 
 
 @pytest.mark.parametrize("kind", MEANINGS, ids=lambda kind: kind.__name__)

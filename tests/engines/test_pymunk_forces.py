@@ -237,7 +237,6 @@ def test_the_contact_force_is_the_impulse_of_the_engines_arbiter(monkeypatch: py
     ("scene", "change", "reason"),
     [
         (scene_named("rack-and-wheel"), {}, "pymunk has no joint that ties the way along a line to a turn"),
-        (SAW, {"rod": "distance-joint"}, "a distance joint stands in the engine for links"),
         (SAW, {"rounded_state": True}, "rounded after every step"),
         (SAW, {"iterations": 1, "error_bias": 1.0}, "the run ended as"),
     ],

@@ -100,14 +100,6 @@ def test_run_that_leaves_the_span_is_refused_with_the_pass_that_fits() -> None:
             run(machine, settings, *asked)
 
 
-@pytest.mark.parametrize(("name", "engine"), IN_ENGINES)
-def test_compiled_models_have_one_freedom_with_no_row_to_spare(name: str, engine: str) -> None:
-    machine, of = driven(MACHINES[name]), engine_named(engine)
-    count = of.mobility(machine, of.presets["tuned"](machine, 500), machine.kinematics.angles(5))
-    assert count.freedom == 1
-    assert not count.redundant
-
-
 def test_pass_takes_whole_steps_within_the_span_from_the_end_that_the_sense_tells() -> None:
     forth, back = driven(swinging_four_bar((-0.4, 0.3))), GenericReference(swinging_four_bar((-0.4, 0.3)), -SPEED)
     for machine, start, stop in ((forth, -0.4, 0.3), (back, 0.3, -0.4)):

@@ -13,7 +13,6 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 from conrod import MuJoCoSettings, Outcome
 from conrod.engines import engine_named
 from conrod.engines.centres import body_states
-from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.points import point_tracks, staggered
@@ -32,7 +31,7 @@ REVERSED = VARIATIONS["saw-reversed"]
 RUNS: dict[str, tuple[Any, MuJoCoSettings]] = {
     "press": (PRESS, MuJoCoSettings.hardened(PRESS, 200)),  # slow: its accelerations are of gravity's size
     "press, rounded": (PRESS, replace(MuJoCoSettings.tuned(PRESS, 200), rounded_state=True)),
-    "saw, rod left out": (REVERSED, replace(MuJoCoSettings.tuned(REVERSED, 200), rod=DISTANCE_JOINT)),
+    "saw": (REVERSED, MuJoCoSettings.tuned(REVERSED, 200)),
     "cam": (CAM, replace(MuJoCoSettings.tuned(CAM, 2000), cam_vertices=400)),
 }
 

@@ -15,7 +15,6 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
-from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.engines.mujoco import older, recorder
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.recorder import ended_by_engine
@@ -38,7 +37,6 @@ RUNS: dict[str, tuple[Any, Any]] = {
     "cam, tuned": (CAM, replace(TUNED(CAM, 20 * STEPS), cam_vertices=400)),
     "press, two iterations": (PRESS, replace(TUNED(PRESS, STEPS), solver="CG", iterations=2)),
     "saw, three of PGS": (SAW, replace(STOCK(SAW, STEPS), solver="PGS", iterations=3)),
-    "saw reversed, rod left out": (REVERSED, replace(TUNED(REVERSED, STEPS), rod=DISTANCE_JOINT)),
     "press, rounded": (PRESS, replace(TUNED(PRESS, STEPS), rounded_state=True)),
     "saw, gone wild": (SAW, replace(TUNED(SAW, STEPS), **WILD)),
     "saw, reset": (SAW, replace(TUNED(SAW, STEPS), autoreset=True, **WILD)),
@@ -48,11 +46,7 @@ WARNED = [name for name in RUNS if name.endswith(("wild", "reset"))]
 IN_PYMUNK: dict[str, tuple[Any, Any]] = {
     "pymunk: saw, stock": (SAW, PymunkSettings.stock(SAW, STEPS)),
     "pymunk: press, tuned": (PRESS, PymunkSettings.tuned(PRESS, STEPS)),
-    "pymunk: press, rod left out": (PRESS, replace(PymunkSettings.tuned(PRESS, STEPS), rod=DISTANCE_JOINT)),
-    "pymunk: saw reversed, rod left out": (
-        REVERSED,
-        replace(PymunkSettings.tuned(REVERSED, STEPS), rod=DISTANCE_JOINT),
-    ),
+    "pymunk: saw reversed": (REVERSED, PymunkSettings.tuned(REVERSED, STEPS)),
     "pymunk: saw, rounded": (SAW, replace(PymunkSettings.tuned(SAW, STEPS), rounded_state=True)),
     "pymunk: cam": (CAM, PymunkSettings.tuned(CAM, STEPS)),
 }
@@ -142,7 +136,7 @@ def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.M
     in_pieces.cache_clear()
 
 
-@pytest.mark.parametrize("name", ["press, rod left out", "saw, rounded", "saw, stock", "cam"])
+@pytest.mark.parametrize("name", ["saw reversed", "saw, rounded", "saw, stock", "cam"])
 def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
     monkeypatch.setattr(stepping, "memory_is_known", lambda: False)
@@ -253,7 +247,7 @@ def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped
         assert "step 551" in found.reason
 
 
-@pytest.mark.parametrize("name", ["saw, stock", "press, rod left out", "cam"])
+@pytest.mark.parametrize("name", ["saw, stock", "cam"])
 def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     engine, scene, settings, turns = asked(f"pymunk: {name}")
     advance = stepping.advance

@@ -13,7 +13,6 @@ from large_mechanisms import large_mechanism
 
 from conrod.engines import engine_named
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.running import whole_run
 from conrod.engines.tree import tree_of
 from conrod.exact.elimination import triangular_blocks
@@ -79,7 +78,7 @@ def test_what_cannot_be_told_apart_is_one_block() -> None:
 
 
 def test_every_loop_is_closed_in_the_models(largest: DescribedScene) -> None:
-    tree = tree_of(machine_of(largest), model_form(largest.mechanism(), BODY))
+    tree = tree_of(machine_of(largest))
     assert len(tree.cuts) == 24
 
 

@@ -16,7 +16,6 @@ from described import CATALOGUE, changed
 from rolling_machines import gear_pair
 
 from conrod.engines import engine_named
-from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.kinematics import Kinematics
 from conrod.scenes import Saw
@@ -71,8 +70,8 @@ def test_a_pass_is_watched_with_the_drive_torque_beside_it() -> None:
 
 
 def test_a_drive_that_takes_nothing_has_no_torque_to_be_compared() -> None:
-    wheels = ExactTorque(gear_pair_kinematics(), 5.0, gravity=False, rod=BODY)
-    linkage = ExactTorque(read(TURNS).kinematics, 5.0, gravity=False, rod=BODY)
+    wheels = ExactTorque(gear_pair_kinematics(), 5.0, gravity=False)
+    linkage = ExactTorque(read(TURNS).kinematics, 5.0, gravity=False)
     assert wheels.is_nothing
     assert not linkage.is_nothing
 

@@ -14,7 +14,6 @@ from watched import cell, coarse_cam, extremes, watched
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.engines import engine_named
-from conrod.engines.massless_rod import DISTANCE_JOINT
 from conrod.exact.dynamics.inverse import reactions
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
@@ -30,12 +29,12 @@ STEPS = 100
 
 @pytest.mark.parametrize("scene", [SAW, PRESS, VARIATIONS["saw-reversed"]], ids=["saw", "press", "saw reversed"])
 def test_the_exact_torque_is_the_drivers_reaction(scene: Any) -> None:
-    exact = ExactTorque(scene.kinematics, scene.speed, gravity=True, rod="body")
+    exact = ExactTorque(scene.kinematics, scene.speed, gravity=True)
     angle = np.linspace(0.0, TURN, 720)
     told = reactions(scene.kinematics, angle, scene.speed).drive_torque
     np.testing.assert_allclose(exact.at(angle), told, atol=1e-12 * exact.peak)
     assert exact.peak == pytest.approx(np.abs(told).max(), rel=1e-3)
-    light = ExactTorque(scene.kinematics, scene.speed, gravity=False, rod="body")
+    light = ExactTorque(scene.kinematics, scene.speed, gravity=False)
     assert np.abs(light.at(angle) - told).max() > 1e-3 * exact.peak
 
 
@@ -53,17 +52,6 @@ def test_a_hardened_drive_gives_the_exact_torque(scene: Any, gravity: bool) -> N
     assert soft > 20.0 * error
 
 
-def test_the_mass_of_a_rod_that_is_left_out_is_not_in_the_exact_torque() -> None:
-    saw: Any = SCENES["saw-500rpm"]
-    angle = np.linspace(0.0, TURN, 100)
-    without = ExactTorque(saw.kinematics, saw.speed, gravity=True, rod=DISTANCE_JOINT)
-    light = saw.with_parameters(rod_mass=1e-6, rod_inertia=1e-8)
-    told = ExactTorque(light.kinematics, saw.speed, gravity=True, rod="body").at(angle)
-    np.testing.assert_allclose(without.at(angle), told, atol=1e-5 * without.peak)
-    whole = ExactTorque(saw.kinematics, saw.speed, gravity=True, rod="body").at(angle)
-    assert np.abs(whole - told).max() > 0.01 * without.peak
-
-
 def test_what_no_engine_tells_is_none() -> None:
     assert extremes(watched(SAW, PymunkSettings.tuned(SAW, STEPS))).torque is None
     assert extremes(watched(CAM, coarse_cam(MuJoCoSettings.tuned(CAM, 5 * STEPS)))).torque is None
@@ -73,7 +61,7 @@ def test_what_no_engine_tells_is_none() -> None:
 
 def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = PRESS
-    exact = ExactTorque(scene.kinematics, scene.speed, gravity=True, rod="body")
+    exact = ExactTorque(scene.kinematics, scene.speed, gravity=True)
     pieces = engine_named("pymunk").run
 
     def told(*args: Any) -> Iterator[Piece]:

@@ -83,6 +83,8 @@ class EngineSettings(ABC):
     """What the settings of every engine that ships have; SI. InvalidInput names a value out of its range."""
 
     engine: ClassVar[str]
+    # Fields that settings have lost since results were kept, with the value that they had: keys stay what they were.
+    former: ClassVar[Mapping[str, Any]] = {}
 
     preset: str
     steps_per_revolution: int
@@ -97,9 +99,9 @@ class EngineSettings(ABC):
         """Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields as values that JSON has, later ones only where they differ from before."""
+        """The fields as values that JSON has, former ones too, and later ones only where they differ from before."""
         # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
-        return {
+        return {**self.former} | {
             name: list(value) if type(value) is tuple else value
             for name, value in vars(self).items()
             if name not in LATER_FIELDS or value != LATER_FIELDS[name]

@@ -18,7 +18,6 @@ from conrod.runs.trajectory import Instants, Outcome
 
 DRIVE = "drive torque"
 EDITED = "what the model carries beside its joints takes a part of the load"
-FORM = "a distance joint stands in the engine for links whose masses it does not have"
 SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
 
 

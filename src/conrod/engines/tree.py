@@ -7,12 +7,11 @@ joint coordinate is zero in the start pose.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import DistanceJoint, ModelForm
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import GROUND, HigherPair, Mechanism, Mesh, Point, Prismatic, Rack, Revolute, Rolling
@@ -30,13 +29,12 @@ class Branch:
 
 @dataclass(frozen=True)
 class Tree:
-    """Branches, parents first, and what closes the loops: pins, and distance joints in place of links left out."""
+    """Branches, parents first, and the pins that close the loops."""
 
     mechanism: Mechanism
     branches: tuple[Branch, ...]
     cuts: tuple[Revolute, ...]
     start: Array  # (3 n,) exact poses at crank angle 0
-    distances: tuple[DistanceJoint, ...] = ()
 
     def coordinates(self, poses: Array) -> Array:
         """Joint coordinates (T, nv) of poses (T, 3 n)."""
@@ -149,10 +147,9 @@ class Tree:
         return (joint.point_a, joint.point_b) if branch.child == joint.b else (joint.point_b, joint.point_a)
 
 
-def tree_of(machine: Machine, form: ModelForm) -> Tree:
-    """The tree of a machine in a form of its model."""
-    start = machine.kinematics.start[0]
-    return replace(spanning_tree(form.mechanism, form.kept(start)), distances=form.distances)
+def tree_of(machine: Machine) -> Tree:
+    """The tree of a machine."""
+    return spanning_tree(machine.kinematics.mechanism, machine.kinematics.start[0])
 
 
 def spanning_tree(mechanism: Mechanism, start: Array) -> Tree:

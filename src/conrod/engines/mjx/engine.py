@@ -16,7 +16,6 @@ import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import DOUBLE, PIECE, SINGLE, Engine, Machine
-from conrod.engines.massless_rod import BODY
 from conrod.engines.mjx import rollout
 from conrod.engines.mjx.settings import PRESETS, MJXSettings
 from conrod.engines.mujoco import dynamics
@@ -42,7 +41,7 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
     """Bounds for Euler in double precision with a constant impedance, for links as bodies that have their weight."""
     if machine.kinematics.change_angles.size:
         return ExpectedError(law=UNDETERMINED)
-    if settings.dressing or settings.rod != BODY or not settings.gravity or settings.precision == "single":
+    if settings.dressing or not settings.gravity or settings.precision == "single":
         return ExpectedError()
     if settings.integrator not in ("Euler", "implicitfast") or settings.solref[0] < LEAST_STEPS * settings.timestep:
         return ExpectedError()

@@ -1,16 +1,15 @@
 """Closures of the loops of a tree as MJCF, with the elements and numbers that all of it is written with.
 
 Imports no engine.
-A cut pin is an equality `connect` of two sites. A link that is left out is a spatial tendon between two sites, whose
-length an equality keeps at the one of the compiled pose, which is exact. A rolling pair is a fixed tendon, a linear
-combination of joint coordinates, kept the same way: where a pair's equation is linear the engine has it exactly.
+A cut pin is an equality `connect` of two sites. A rolling pair is a fixed tendon, a linear combination of joint
+coordinates, that an equality keeps at its length of the compiled pose, which is exact: where a pair's equation is
+linear the engine has it exactly.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from conrod.engines.massless_rod import DistanceJoint
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Branch, Tree, mesh_row
 from conrod.mechanism.mechanism import Point, Revolute
@@ -52,14 +51,10 @@ def short(value: float) -> str:
 def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """Equalities of all loops, with the tendons that they hold."""
     meshes = tree.mechanism.meshes
-    if not tree.cuts and not tree.distances and not meshes:
+    if not tree.cuts and not meshes:
         return
-    if tree.distances or meshes:
+    if meshes:
         tendons = add(root, "tendon")
-        for distance in tree.distances:
-            tendon = add(tendons, "spatial", name=distance.link)
-            for site in _sites(distance):
-                add(tendon, "site", site=site)
         for mesh in meshes:
             tendon = add(tendons, "fixed", name=mesh.name)
             for branch, coefficient in zip(tree.branches, mesh_row(tree, mesh), strict=True):
@@ -70,8 +65,6 @@ def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None
     for joint in tree.cuts:
         first, second = _sites(joint)
         add(equality, "connect", name=joint.name, site1=first, site2=second, **stiffness)
-    for distance in tree.distances:
-        add(equality, "tendon", name=distance.link, tendon1=distance.link, **stiffness)
     for mesh in meshes:
         add(equality, "tendon", name=mesh.name, tendon1=mesh.name, **stiffness)
 
@@ -83,15 +76,13 @@ def joint_name(tree: Tree, branch: Branch) -> str:
 
 def closure_points(body: str, tree: Tree) -> list[tuple[str, Point]]:
     """Names and places of the sites of a body that closures hold."""
-    closing: tuple[Revolute | DistanceJoint, ...] = (*tree.cuts, *tree.distances)
     points = []
-    for joint in closing:
+    for joint in tree.cuts:
         ends = ((joint.a, joint.point_a), (joint.b, joint.point_b))
         points += [(site, point) for site, (holder, point) in zip(_sites(joint), ends, strict=True) if holder == body]
     return points
 
 
-def _sites(joint: Revolute | DistanceJoint) -> tuple[str, str]:
+def _sites(joint: Revolute) -> tuple[str, str]:
     """Names of the two sites that a closure holds."""
-    name = joint.name if isinstance(joint, Revolute) else joint.link
-    return f"{name}.{joint.a}", f"{name}.{joint.b}"
+    return f"{joint.name}.{joint.a}", f"{joint.name}.{joint.b}"

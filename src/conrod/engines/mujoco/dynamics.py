@@ -13,7 +13,7 @@ from conrod.engines.engine import PIECE, Machine
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.recorder import Recorder, ended_by_engine
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.recording import Recorded, pieces, points_of
+from conrod.engines.recording import Recorded, pieces
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
@@ -48,17 +48,16 @@ def recorded(
     version: str,
 ) -> Iterator[Piece]:
     """The run of a recorder that has just been started; it may be another engine's, of some version."""
-    poses: Array | None = None
     clock, end = -settings.timestep, None  # up to the sample before
 
     def record(first: int, times: Array) -> Recorded:
-        nonlocal poses, clock, end
+        nonlocal clock, end
         states, sensors = recorder.next(len(times))
         instants = instants_of(made, times, states, sensors)
-        bodies = body_states(made, instants, states, sensors, poses)
-        points = point_tracks(made, instants, sensors) | unseen_points(machine, made, bodies)
+        bodies = body_states(made, instants, states, sensors)
+        points = point_tracks(made, instants, sensors)
         end = end or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
-        poses, clock = bodies.poses[-1], float(states[-1, 0])
+        clock = float(states[-1, 0])
         return Recorded(
             BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings,
             drive_torque(settings, instants), partial(verdict_of, ended=end),
@@ -93,7 +92,7 @@ def drive_torque(settings: MuJoCoSettings, instants: Instants) -> Array | None:
 
 def instants_of(made: Build, times: Array, states: Array, sensors: Array) -> Instants:
     """Times of the samples and crank angles at these times."""
-    angle, rate, mechanism = 1 + made.crank_coordinate, 1 + made.model.nq + made.crank_dof, made.form.whole
+    angle, rate, mechanism = 1 + made.crank_coordinate, 1 + made.model.nq + made.crank_dof, made.tree.mechanism
     turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
     return Instants(times, states[:, angle], states[:, rate], mechanism.driver.sense * turn)
 
@@ -106,7 +105,7 @@ def point_tracks(made: Build, instants: Instants, sensors: Array) -> dict[str, P
             Track(instants, made.sensor(sensors, f"{p.name}.velocity")[:, :2]),
             Track(instants, _acceleration(made, sensors, p.name)),
         )
-        for p in made.form.mechanism.observed
+        for p in made.tree.mechanism.observed
     }
 
 
@@ -119,31 +118,16 @@ def _acceleration(made: Build, sensors: Array, name: str) -> Array:
     return made.sensor(sensors, f"{name}.acceleration")[:, :2] + fall
 
 
-def body_states(
-    made: Build, instants: Instants, states: Array, sensors: Array, after: Array | None = None
-) -> BodyStates:
-    """States of all links.
-
-    Args:
-        after: poses (3 n,) that these follow in a run reported in pieces; None at its beginning.
-    """
+def body_states(made: Build, instants: Instants, states: Array, sensors: Array) -> BodyStates:
+    """States of all links."""
     nq, nv = made.model.nq, made.model.nv
-    poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv], after)
+    poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
     read = [
         column
-        for body in made.form.mechanism.bodies
+        for body in made.tree.mechanism.bodies
         for column in (
             _acceleration(made, sensors, body.name),
             made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2:],
         )
     ]
-    accelerations = made.form.completed([made.form.kept(poses), made.form.kept(speeds), np.hstack(read)])[2]
-    return BodyStates(instants, poses, speeds, accelerations)
-
-
-def unseen_points(machine: Machine, made: Build, bodies: BodyStates) -> dict[str, PointTracks]:
-    """Observed points on links that the engine does not have, and so no sensor reads."""
-    seen = {point.name for point in made.form.mechanism.observed}
-    if len(seen) == len(made.form.whole.observed):
-        return {}
-    return {name: tracks for name, tracks in points_of(machine.kinematics, bodies).items() if name not in seen}
+    return BodyStates(instants, poses, speeds, np.hstack(read))

@@ -8,7 +8,6 @@ import mujoco
 
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.engine import Engine, Machine, with_fields
-from conrod.engines.massless_rod import form_refusal, model_form
 from conrod.engines.mujoco import dynamics, ingredients, kinematic, law, older, standalone, timing
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run
@@ -63,8 +62,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
             return reason
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        reason = older.lacking(settings) or form_refusal(mechanism, settings.rod) or edit_refusal(mechanism, settings)
-        return reason or tree_refusal(tree_of(machine, model_form(mechanism, settings.rod)))
+        reason = older.lacking(settings) or edit_refusal(mechanism, settings)
+        return reason or tree_refusal(tree_of(machine))
 
     def forces(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0

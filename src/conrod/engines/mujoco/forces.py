@@ -21,11 +21,10 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import Build, build, laws_acting
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.tracks import EDITED, FORM, ForceTracks, applied_forces, no_forces
+from conrod.engines.tracks import EDITED, ForceTracks, applied_forces, no_forces
 from conrod.engines.tree import Branch
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array
@@ -101,8 +100,6 @@ def _refusal(settings: MuJoCoSettings) -> str | None:
     """The reason why these settings report no forces; None where they do."""
     if settings.armature == 0.0:
         return NO_DRIVE
-    if settings.rod != BODY:
-        return FORM
     return EDITED if settings.dressing else None
 
 
@@ -128,7 +125,7 @@ class _Reading:
 
     def __init__(self, made: Build) -> None:
         self._made, self._model, self._data = made, made.model, mujoco.MjData(made.model)
-        self._mechanism = made.form.whole
+        self._mechanism = made.tree.mechanism
         uncounted_loads = [
             x for x in self._mechanism.loads if not (isinstance(x.along, Distance) and spatial_tendons_count())
         ]

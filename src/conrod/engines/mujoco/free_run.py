@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK
-from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.mujoco.recorder import Recorder
@@ -82,7 +81,7 @@ def free_run(
     model = compiled(mjcf(tree, settings, f"conrod-{mechanism.name}", sensors=False))
     if settings.hardening is not None:
         harden(model, settings.hardening)
-    made = Build(ModelForm(mechanism, mechanism), tree, model)
+    made = Build(tree, model)
     recorder = Recorder(made, settings, made.coordinates(poses[None])[0], made.rates(poses[None], rates[None])[0])
     kept, clock = list[Array](), -settings.timestep
     length = max(1, PIECE // every) * every

@@ -14,7 +14,6 @@ import numpy as np
 from conrod.engines.cam_polygon import FollowerMotion, cam_polygon
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import BODY
 from conrod.engines.mujoco.closure_errors import closure_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import LEAST_STEPS, MuJoCoSettings, exchanged_inertia
@@ -69,7 +68,7 @@ def _bounds(machine: Machine, settings: MuJoCoSettings, start_angle: float) -> E
         return none if settings.dressing else _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
         return replace(none, law=UNDETERMINED)
-    if settings.dressing or settings.rod != BODY or not settings.gravity or settings.integrator != "RK4":
+    if settings.dressing or not settings.gravity or settings.integrator != "RK4":
         return none
     # A time constant that is shorter MuJoCo raises, or RK4 cannot follow.
     if settings.solref[0] < LEAST_STEPS * settings.timestep:

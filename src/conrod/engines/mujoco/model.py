@@ -24,7 +24,6 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import ModelForm, model_form
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.closures import joint_name
 from conrod.engines.mujoco.loads import by_program, moves_nothing, origin_of
@@ -88,7 +87,6 @@ def laws_acting(model: mujoco.MjModel, tree: Tree, begin: float = 0.0) -> Iterat
 class Build:
     """A compiled model with the tree that its coordinates belong to; states are those of all links."""
 
-    form: ModelForm
     tree: Tree
     model: mujoco.MjModel
 
@@ -110,24 +108,19 @@ class Build:
     def coordinates(self, poses: Array) -> Array:
         """Model coordinates (T, nq) of poses (T, 3 n)."""
         found = np.zeros((len(poses), self.model.nq))
-        found[:, [place for place, _ in self._joints]] = self.tree.coordinates(self.form.kept(poses))
+        found[:, [place for place, _ in self._joints]] = self.tree.coordinates(poses)
         return found
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Model rates (T, nv) of rates of the poses (T, 3 n); a joint's rate is linear in them."""
         found = np.zeros((len(poses), self.model.nv))
-        found[:, [rate for _, rate in self._joints]] = self.tree.rates(self.form.kept(poses), self.form.kept(rates))
+        found[:, [rate for _, rate in self._joints]] = self.tree.rates(poses, rates)
         return found
 
-    def forward(self, coordinates: Array, rates: Array, after: Array | None = None) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv).
-
-        Args:
-            after: poses (3 n,) that these follow in a run reported in pieces; None at its beginning.
-        """
+    def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
+        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv)."""
         places, rate_places = [place for place, _ in self._joints], [rate for _, rate in self._joints]
-        poses, speeds = self.form.completed(self.tree.forward(coordinates[:, places], rates[:, rate_places]), after)
-        return poses, speeds
+        return self.tree.forward(coordinates[:, places], rates[:, rate_places])
 
     @cached_property
     def _joints(self) -> list[tuple[int, int]]:
@@ -155,12 +148,11 @@ class Build:
 def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> Build:
     """Translate and compile; hardened where the settings say so."""
     kinematics = machine.kinematics
-    form = model_form(kinematics.mechanism, settings.rod)
-    tree = tree_of(machine, form)
+    tree = tree_of(machine)
     model = compiled(mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors))
     if settings.hardening is not None:
         harden(model, settings.hardening)
-    return Build(form, tree, model)
+    return Build(tree, model)
 
 
 def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:

@@ -28,7 +28,7 @@ def body_element(root: ET.Element, name: str) -> ET.Element:
 def open_loops(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """Without what closes the loops."""
     equality = section(root, "equality")
-    closures = [joint.name for joint in tree.cuts] + [distance.link for distance in tree.distances]
+    closures = [joint.name for joint in tree.cuts]
     closures += [mesh.name for mesh in tree.mechanism.meshes]
     for element in list(equality):
         if element.get("name", "").split("/")[0] in closures:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, ForceBars, Machine, Preset, step_length
-from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.tracks import load_work
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
@@ -64,6 +63,7 @@ class MuJoCoSettings(EngineSettings):
     """Settings of a MuJoCo run; the names are MuJoCo's own where it has one. SI."""
 
     engine: ClassVar[str] = "mujoco"
+    former: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
 
     integrator: str = "Euler"
     solver: str = "Newton"
@@ -79,7 +79,6 @@ class MuJoCoSettings(EngineSettings):
     contact_solref: tuple[float, float] = STOCK_SOLREF
     contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
     cam_vertices: int = 4000
-    rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     refsafe: bool = True  # a time constant below two steps is raised to them
     rounded_state: bool = False  # coordinates and rates to single precision, after each step
     dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
@@ -91,7 +90,6 @@ class MuJoCoSettings(EngineSettings):
         for kind, value, choices in (
             ("integrator", self.integrator, INTEGRATORS),
             ("solver", self.solver, SOLVERS),
-            ("rod", self.rod, ROD_FORMS),
         ):
             if value not in choices:
                 raise unknown_choice(kind, value, choices)

@@ -6,14 +6,12 @@ import math
 import re
 import textwrap
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Protocol
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
 from conrod.engines.engine import CUSTOM, Machine, default_steps, run_of
-from conrod.engines.massless_rod import DISTANCE_JOINT, model_form
 from conrod.engines.mujoco.loads import by_program, moves_nothing
 from conrod.engines.mujoco.mjcf import Dress, mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings
@@ -51,13 +49,11 @@ def standalone_mjcf(
     if settings is None:
         settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     kinematics = machine.kinematics
-    form = model_form(kinematics.mechanism, settings.rod)
     poses, slopes = kinematics.derivatives(np.array([run_of(machine, 1, 1.0)[0]]), 1)
     # Coordinates count from the poses that the model begins in: an input that makes one pass begins where that does.
     turns = kinematics.mechanism.driver.span is None
-    tree = spanning_tree(form.mechanism, form.kept(kinematics.start[0] if turns else poses[0]))
-    tree = replace(tree, distances=form.distances)
-    rates = tree.rates(form.kept(poses), form.kept(slopes) * machine.speed)[0]
+    tree = spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
+    rates = tree.rates(poses, slopes * machine.speed)[0]
     dress = Dress(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
     return mjcf(tree, settings, f"conrod-{name}", dress)
 
@@ -150,8 +146,7 @@ PARTS = ("option", "tendon", "equality", "contact")
 
 def paste(machine: Machine, settings: MuJoCoSettings) -> str:
     """Options, closures or contacts and the drive as MJCF; what MJCF cannot say (hardening, rounding) as Python."""
-    form = model_form(machine.kinematics.mechanism, settings.rod)
-    model = ET.fromstring(mjcf(tree_of(machine, form), settings, "model"))
+    model = ET.fromstring(mjcf(tree_of(machine), settings, "model"))
     parts = [
         element for name in PARTS if (element := model.find(name)) is not None and len(element.attrib) + len(element)
     ]
@@ -170,8 +165,8 @@ def paste(machine: Machine, settings: MuJoCoSettings) -> str:
 
 def after_compiling(settings: MuJoCoSettings) -> list[str]:
     """Statements on a compiled model, of what MJCF cannot say: hardening."""
-    parts = ["body", "dof", *(["tendon"] if settings.rod == DISTANCE_JOINT else [])]
-    return [] if (factor := settings.hardening) is None else [f"model.{p}_invweight0[:] *= {factor:g}" for p in parts]
+    factor = settings.hardening
+    return [] if factor is None else [f"model.{part}_invweight0[:] *= {factor:g}" for part in ("body", "dof")]
 
 
 def _text(element: ET.Element) -> str:

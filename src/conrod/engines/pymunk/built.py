@@ -8,7 +8,6 @@ from importlib.metadata import version
 import pymunk
 
 from conrod.engines.centres import centre_state
-from conrod.engines.massless_rod import ModelForm
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Point
 
@@ -18,19 +17,14 @@ Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the 
 
 @dataclass(frozen=True)
 class Build:
-    """A space and its bodies, in the order of the bodies of the form's mechanism."""
+    """A space and its bodies, in the order of the mechanism's."""
 
-    form: ModelForm
+    mechanism: Mechanism  # as the engine has it, see `shaft_centred`
     space: pymunk.Space
     bodies: tuple[pymunk.Body, ...]
     # Constant forces have to be given again before every step, which clears them.
     pushed: Pushed
     names: dict[pymunk.Constraint, str]  # the joint that each constraint is of
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism that the engine has: without links that are left out."""
-        return self.form.mechanism
 
     @property
     def crank(self) -> pymunk.Body:
@@ -39,7 +33,6 @@ class Build:
 
     def place(self, poses: Array, rates: Array) -> None:
         """Put the bodies into poses (3 n,) with rates (3 n,) of all links."""
-        poses, rates = self.form.kept(poses), self.form.kept(rates)
         for i, (link, body) in enumerate(zip(self.mechanism.bodies, self.bodies, strict=True)):
             own = slice(3 * i, 3 * i + 3)
             gx, gy, turn, vx, vy, spin = centre_state(link, poses[own], rates[own])
@@ -53,7 +46,7 @@ class Build:
         self.space.add(constraint)
 
     def link(self, name: str) -> pymunk.Body:
-        """The body of a link; KeyError for a link that is left out."""
+        """The body of a link, or the ground."""
         return self.space.static_body if name == GROUND else self.bodies[self.mechanism.body_index[name]]
 
     def local(self, name: str, point: Point) -> Point:
@@ -64,15 +57,14 @@ class Build:
         return (point[0] - cx, point[1] - cy)
 
 
-def shaft_centred(form: ModelForm) -> ModelForm:
-    """The form with the crank's centre of gravity on its shaft.
+def shaft_centred(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with the crank's centre of gravity on its shaft.
 
     A kinematic body turns about its centre of gravity, and its mass acts on nothing: so where its real one lies does
     not matter, but the place about which it turns does.
     """
-    mechanism = form.mechanism
     shaft = mechanism.driven_joint.point_b
     bodies = tuple(
         replace(body, centre_of_gravity=shaft) if body.name == mechanism.crank else body for body in mechanism.bodies
     )
-    return replace(form, mechanism=replace(mechanism, bodies=bodies))
+    return replace(mechanism, bodies=bodies)

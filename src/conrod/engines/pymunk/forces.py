@@ -25,14 +25,13 @@ import numpy as np
 
 from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import BODY
 from conrod.engines.pymunk.dynamics import body_tracks, started
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.points import Staggered, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
-from conrod.engines.tracks import DRIVE, FORM, ForceTracks, no_forces
+from conrod.engines.tracks import DRIVE, ForceTracks, no_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
@@ -65,7 +64,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         given[1:] = pushed
     with np.errstate(all="ignore"):
         at = staggered(made.mechanism, h, times, centres, rates)
-        verdict = judge(machine.kinematics, body_tracks(made.form, at, centres, rates), machine.speed)
+        verdict = judge(machine.kinematics, body_tracks(made.mechanism, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
         return no_forces(mechanism, verdict)
     poses, _ = body_states(made.mechanism, centres, rates)
@@ -78,8 +77,6 @@ def _unreported(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str
     """Quantities that these settings do not report, with the reasons; with the drive torque none is reported."""
     if settings.rounded_state:
         return {DRIVE: ROUNDED}
-    if settings.rod != BODY:
-        return {DRIVE: FORM}
     if mechanism.meshes:
         return {joint.name: GEARS for joint in mechanism.joints}
     return {}

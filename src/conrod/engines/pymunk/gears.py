@@ -41,11 +41,11 @@ def gear_joints(made: Build, start: Array) -> dict[str, pymunk.GearJoint]:
     Raises:
         InvalidInput: pymunk cannot have a pair; says why.
     """
-    poses, joints = made.form.kept(start), {}
+    joints = {}
     for name, tie in _ties(made.mechanism).items():
         (first, weight_first), (second, weight_second) = tie.items()
         ratio = -weight_second / weight_first
-        turns = [float(poses[3 * made.mechanism.body_index[body] + 2]) for body in (first, second)]
+        turns = [float(start[3 * made.mechanism.body_index[body] + 2]) for body in (first, second)]
         joints[name] = pymunk.GearJoint(made.link(first), made.link(second), ratio * turns[1] - turns[0], ratio)
     return joints
 

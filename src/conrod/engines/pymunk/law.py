@@ -33,7 +33,6 @@ from conrod.engines.cam_polygon import CamPolygon, FollowerMotion
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine, run_of, step_length
-from conrod.engines.massless_rod import BODY, model_form
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
 from conrod.engines.pymunk.built import shaft_centred
 from conrod.engines.pymunk.iteration import SHARE
@@ -51,7 +50,7 @@ FIRST_STEPS = 5  # with the start; the first reported acceleration is of the fou
 def largest_lags(machine: Machine) -> tuple[float, float, float]:
     """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle."""
     kinematics = machine.kinematics
-    mechanism = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism
+    mechanism = shaft_centred(kinematics.mechanism)
     derivatives = kinematics.derivatives(kinematics.angles(SAMPLES), ORDER)
     # The lag belongs to the sense of the motion: seen backwards, odd derivatives change their sign.
     sense = math.copysign(1.0, machine.speed)
@@ -79,7 +78,7 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
     start = start if kinematics.mechanism.driver.span is None else begin
     # Velocities belong to half a step later, where one pass may have ended.
     count = max(1, min(FIRST_STEPS, round(turns * steps)))
-    mechanism, h = shaft_centred(model_form(kinematics.mechanism, BODY)).mechanism, step_length(machine, steps)
+    mechanism, h = shaft_centred(kinematics.mechanism), step_length(machine, steps)
     poses, slopes = kinematics.derivatives(np.array([start]), 1)
     states = [body_states(mechanism, poses, speed * slopes, -1.0)]
     for n in range(1, count):
@@ -135,8 +134,8 @@ LAW = (
 
 
 def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for full correction; none where a share of the error is left at each step, or a rod is no body."""
-    if settings.error_bias > 0.0 or settings.rod != BODY:
+    """Bounds for full correction; none where a share of the error is left at each step."""
+    if settings.error_bias > 0.0:
         return ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, ForceBars, Machine, Preset
-from conrod.engines.massless_rod import BODY, ROD_FORMS
 from conrod.engines.pymunk.iteration import MOST, iterations_needed
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics.inverse import mass_ratio
@@ -25,6 +24,7 @@ class PymunkSettings(EngineSettings):
     """Settings of a pymunk run; the names are pymunk's own where it has one. SI."""
 
     engine: ClassVar[str] = "pymunk"
+    former: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
 
     iterations: int = 10
     error_bias: float = STOCK_BIAS  # of the joints: share of an error left after a second
@@ -32,14 +32,11 @@ class PymunkSettings(EngineSettings):
     collision_slop: float = 0.1  # [m], overlap that contacts may keep
     gravity: bool = True
     cam_vertices: int = 4000
-    rod: str = BODY  # the form of links that carry nothing but two pins, see `ROD_FORMS`
     rounded_state: bool = False  # to single precision, after each step
 
     def __post_init__(self) -> None:
         # On most of what is out of these ranges Chipmunk would abort the interpreter.
         super().__post_init__()
-        if self.rod not in ROD_FORMS:
-            raise unknown_choice("rod", self.rod, ROD_FORMS)
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
         check_number("error_bias", self.error_bias, 0.0, 1.0)

@@ -11,7 +11,6 @@ import pymunk
 
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.engine import Machine
-from conrod.engines.massless_rod import DistanceJoint, ModelForm, form_refusal, model_form
 from conrod.engines.pymunk.built import Build, shaft_centred
 from conrod.engines.pymunk.gears import gear_joints, gears_refusal
 from conrod.engines.pymunk.settings import PymunkSettings
@@ -26,7 +25,7 @@ WEDGE_FACETS = 240
 def refusal(machine: Machine, settings: PymunkSettings) -> str | None:
     """None, or the reason why these settings cannot be used on this machine."""
     mechanism = machine.kinematics.mechanism
-    return contact_refusal(mechanism) or form_refusal(mechanism, settings.rod) or gears_refusal(mechanism)
+    return contact_refusal(mechanism) or gears_refusal(mechanism)
 
 
 def build(machine: Machine, settings: PymunkSettings) -> Build:
@@ -35,17 +34,16 @@ def build(machine: Machine, settings: PymunkSettings) -> Build:
     A link on a slide from the ground cannot turn, so it gets an infinite moment and a groove at its centre of
     gravity. A driven crank is a kinematic body: its speed has no ripple.
     """
-    form = shaft_centred(model_form(machine.kinematics.mechanism, settings.rod))
-    return _built(form, settings, machine.kinematics.start[0], driven=True)
+    kinematics = machine.kinematics
+    return _built(shaft_centred(kinematics.mechanism), settings, kinematics.start[0], driven=True)
 
 
 def build_free(mechanism: Mechanism, settings: PymunkSettings, poses: Array) -> Build:
     """Translate, with the bodies in the given poses (3 n,) and a crank that is a body like every other one."""
-    return _built(ModelForm(mechanism, mechanism), settings, poses, driven=False)
+    return _built(mechanism, settings, poses, driven=False)
 
 
-def _built(form: ModelForm, settings: PymunkSettings, start: Array, driven: bool) -> Build:
-    mechanism = form.mechanism
+def _built(mechanism: Mechanism, settings: PymunkSettings, start: Array, driven: bool) -> Build:
     space = pymunk.Space()
     space.iterations = settings.iterations
     space.gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
@@ -53,15 +51,13 @@ def _built(form: ModelForm, settings: PymunkSettings, start: Array, driven: bool
     bodies = tuple(_body(mechanism, link.name, driven) for link in mechanism.bodies)
     space.add(*bodies)
     pushed = tuple((bodies[mechanism.body_index[name]], push) for name, push in mechanism.pushes.items())
-    made = Build(form, space, bodies, pushed, {})
+    made = Build(mechanism, space, bodies, pushed, {})
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:
         if not driven or joint.name != mechanism.driver.joint:
             _add_joint(made, joint, settings)
     for name, gear in gear_joints(made, start).items():
         _add(made, name, gear, settings)
-    for distance in form.distances:
-        _add(made, distance.link, _rod(made, distance), settings)
     return made
 
 
@@ -96,14 +92,6 @@ def _add(made: Build, name: str, constraint: pymunk.Constraint, settings: Pymunk
     constraint.error_bias = settings.error_bias
     constraint.collide_bodies = False
     made.hold(name, constraint)
-
-
-def _rod(made: Build, joint: DistanceJoint) -> pymunk.PinJoint:
-    a = made.local(joint.a, joint.point_a)
-    b = made.local(joint.b, joint.point_b)
-    rod = pymunk.PinJoint(made.link(joint.a), made.link(joint.b), a, b)
-    rod.distance = joint.length  # without it the distance is measured, and has the rounding of the start pose
-    return rod
 
 
 def _slide(made: Build, joint: Prismatic) -> list[pymunk.Constraint]:

@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import default_steps, run_of
-from conrod.engines.massless_rod import ModelForm
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
@@ -148,7 +147,7 @@ def _benches(scene: Scene) -> Iterator[tuple[str, Bench]]:
         if tree_refusal(tree) or text in seen:
             continue
         seen.add(text)
-        made = Build(ModelForm(declared, declared), tree, compiled(text))
+        made = Build(tree, compiled(text))
         coordinates, rates = made.coordinates(poses), made.rates(poses, scene.speed * by_angle)
         states = np.array([_state(made.model, *one) for one in zip(coordinates, rates, strict=True)])
         yield (

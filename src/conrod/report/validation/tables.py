@@ -240,13 +240,12 @@ MEANINGS = {
     "error_bias": "share of a joint's error left after 1 s",
     "collision_bias": "share of a contact's error left after 1 s",
     "collision_slop": "overlap that contacts may keep [m]",
-    "rod": "links with nothing but two pins: a body, or a distance joint",
     "refsafe": "a time constant below two steps is raised to them",
     "rounded_state": "the state is rounded to single precision after each step",
 }
 OF_CONTACT = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
-OF_LOOPS = {"solref", "solimp", "hardening", "rod"}
-NAMED_ELSEWHERE = {"preset", "steps_per_revolution"}
+OF_LOOPS = {"solref", "solimp", "hardening"}
+NAMED_ELSEWHERE = {"preset", "steps_per_revolution", "rod"}  # the last one says "body" of all
 
 
 def settings_tables(study: SceneStudy, has_contact: bool) -> list[tuple[str, Table]]:

@@ -9,7 +9,6 @@ from functools import cached_property
 
 import numpy as np
 
-from conrod.engines.massless_rod import model_form
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.kinematics import Kinematics
@@ -70,13 +69,11 @@ class ExactTorque:
     Args:
         speed: of the crank [rad/s].
         gravity: whether the engine is given any.
-        rod: form of links that carry nothing but two pins, see `ROD_FORMS`.
     """
 
-    def __init__(self, kinematics: Kinematics, speed: float, *, gravity: bool, rod: str) -> None:
+    def __init__(self, kinematics: Kinematics, speed: float, *, gravity: bool) -> None:
         self._kinematics, self._speed = kinematics, speed
-        self._form = model_form(kinematics.mechanism, rod)
-        given = self._form.mechanism
+        given = kinematics.mechanism
         self._given = given if gravity else replace(given, gravity=(0.0, 0.0))
 
     @cached_property
@@ -100,7 +97,7 @@ class ExactTorque:
 
     def at(self, angle: Array) -> Array:
         """Torque (T,) [N m] about the crank, in the sense of the crank angle, at crank angles (T,) [rad]."""
-        poses, first, second = (self._form.kept(d) for d in self._kinematics.derivatives(angle, 2))
+        poses, first, second = self._kinematics.derivatives(angle, 2)
         rates = first * self._speed
         forces = inertia_forces(self._given, poses, rates, second * self._speed**2)
         forces -= load_forces(self._given, poses, rates, angle / self._speed)

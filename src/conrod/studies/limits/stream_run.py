@@ -9,7 +9,6 @@ import numpy as np
 
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE
-from conrod.engines.massless_rod import BODY
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import Verdict, joint_gaps
@@ -96,8 +95,8 @@ class RunStatistics:
         self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
         # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
         # Settings that have no such fields are of an engine that is given every link, with its weight.
-        weights = {"gravity": given.get("gravity", True), "rod": given.get("rod", BODY)}
-        self._exact_torque = None if contacts else ExactTorque(kinematics, machine.speed, **weights)
+        gravity = given.get("gravity", True)
+        self._exact_torque = None if contacts else ExactTorque(kinematics, machine.speed, gravity=gravity)
         self._torque: float | None = None
         self._waiting: list[Piece] = []  # to be compared together
 
