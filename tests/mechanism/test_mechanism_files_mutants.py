@@ -42,13 +42,6 @@ ANYTHING = some.recursive(
 )
 
 
-@pytest.mark.slow
-@RANDOM
-@given(some.dictionaries(some.sampled_from([*tables(), "extra"]) | some.text(max_size=9), ANYTHING, max_size=8))
-def test_any_tables_are_refused_in_one_line(whole: dict[str, Any]) -> None:
-    assert isinstance(mutants.read(whole), str)
-
-
 @settings(RANDOM, max_examples=100)
 @given(some.sampled_from(SHIPPED), some.randoms(use_true_random=False), ANYTHING)
 def test_a_shipped_file_with_anything_in_one_place(path: Path, chance: random.Random, value: Any) -> None:
@@ -56,20 +49,6 @@ def test_a_shipped_file_with_anything_in_one_place(path: Path, chance: random.Ra
     scene = mutants.read(mutants.put(whole, chance.choice(mutants.places(whole)), value))
     if isinstance(scene, DescribedScene):
         mutants.moved(scene)
-
-
-@pytest.mark.slow
-@settings(RANDOM, max_examples=20)
-@given(some.sampled_from(SHIPPED), some.randoms(use_true_random=False), some.floats(0.2, 5.0))
-def test_a_shipped_file_with_a_number_scaled(path: Path, chance: random.Random, factor: float) -> None:
-    scene = read_scene(path)
-    name = chance.choice(sorted(scene.parameters))
-    try:
-        other = scene.with_parameters(**{name: factor * scene.parameters[name]})
-    except InvalidInput:
-        return
-    assert other.parameters[name] == factor * scene.parameters[name]
-    assert other.with_parameters(**{name: scene.parameters[name]}).parameters_text == scene.parameters_text
 
 
 # -- mutants ---------------------------------------------------------------------------------------------------------
