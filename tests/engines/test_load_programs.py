@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod import MuJoCoSettings
 from conrod.engines import engine_named
-from conrod.engines.mujoco.dynamics import advance
-from conrod.engines.mujoco.model import build
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
@@ -50,14 +47,3 @@ def test_a_pulse_acts_at_its_time_and_not_at_that_time_of_the_run(engine: str) -
     assert np.array_equal(over, without)
     acting = slider(engine, TimePulse(3e3, BEGIN, 2.0 * BEGIN))
     assert not np.array_equal(acting, without)
-
-
-def test_states_that_forces_are_read_from_have_a_pulse_at_its_time() -> None:
-    settings = MuJoCoSettings.stock(SAW, 200)  # whose loops give way to a load
-
-    def states(*pulses: TimePulse) -> Array:
-        machine: Any = Loaded(SAW, *pulses)
-        return advance(build(machine, settings), machine, settings, 20, START)[1]
-
-    assert np.array_equal(states(TimePulse(3e3, 0.0, 0.9 * BEGIN)), states())
-    assert not np.array_equal(states(TimePulse(3e3, BEGIN, 2.0 * BEGIN)), states())

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,8 +11,7 @@ import pytest
 
 from conrod.engines.mujoco.engine import ENGINE
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.engines.tracks import ForceTracks, applied_forces
+from conrod.engines.tracks import ForceTracks
 from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (
@@ -31,10 +28,8 @@ from conrod.mechanism.loads import (
     Viscous,
 )
 from conrod.mechanism.mechanism import Mechanism, Prismatic
-from conrod.scenes import Scene
 from conrod.studies.frame.resolve_arguments import select_scene
 
-LINKAGES = ("shear-press", "saw-40rpm", "saw-500rpm", "six-bar")
 LOADS = (
     Load("spring", Distance("ground", "rod", (0.1, -0.5), (0.05, 0.0)), Elastic(3e3, 0.2)),
     Load("damper", Distance("crank", "slider", (0.05, 0.0), (0.1, 0.1)), Viscous(80.0)),
@@ -88,20 +83,6 @@ def errors(tracks: ForceTracks, judge: Machine) -> tuple[float, float]:
     return float(torque), worst
 
 
-@pytest.mark.parametrize("name", LINKAGES)
-def test_hardened_forces_are_exact_to_their_bars(name: str) -> None:
-    torque, reactions = errors(told(machine(name)), machine(name))
-    assert torque < 1e-7
-    assert reactions < 1e-6
-
-
-@pytest.mark.parametrize("name", LINKAGES)
-def test_hardened_drive_torque_is_of_order_four(name: str) -> None:
-    found = [errors(told(machine(name), steps), machine(name))[0] for steps in (125, 250, 500)]
-    orders = np.log2(np.divide(found[:-1], found[1:]))
-    assert np.all(np.abs(orders - 4.0) < 0.3), orders
-
-
 def test_the_flywheel_of_a_run_costs_the_slow_saw_its_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Why forces have settings of their own: the solver stops at corrections shorter than 1e-15."""
     saw = machine("saw-40rpm")
@@ -118,78 +99,13 @@ def test_the_flywheel_knows_the_work_of_loads() -> None:
     assert errors(tracks, press)[0] < 1e-7
 
 
-@pytest.mark.parametrize("load", [*([load] for load in LOADS), LOADS], ids=[*(load.name for load in LOADS), "all"])
+@pytest.mark.parametrize("load", [LOADS[:1], LOADS[-1:], LOADS], ids=["spring", "knock", "all"])
 def test_loads_are_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
     saw = machine("saw-500rpm", loads=tuple(load))
     tracks = told(saw, 500)
     assert max(errors(tracks, saw)) < 1e-6
     assert max(errors(tracks, machine("saw-500rpm"))) > 1e-3  # which has no loads
     assert mujoco.get_mjcb_act_bias() is None
-
-
-def test_an_exported_model_carries_springs_dampers_and_constant_forces() -> None:
-    """What MuJoCo makes of the file alone: its generalised forces at the start are the exact ones."""
-    linear = tuple(load for load in LOADS if load.name not in {"friction", "cut", "knock", "torque-on-slider"})
-    _, scene = select_scene("saw-500rpm", ())
-    text = standalone_mjcf("saw-500rpm", Described(scene, machine("saw-500rpm", loads=LOADS)))
-    header = "".join(text[: text.index("-->")].split())
-    assert all(name in header for name in ("friction(", "cut(", "knock(", "torque-on-slider("))
-    assert mujoco.MjModel.from_xml_string(text).nu == 3  # push, spring-to-line, motor, and nothing for the others
-    assert all(f'name="{load.name}"' in text for load in linear)
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_forward(model, data)
-    saw = machine("saw-500rpm", loads=linear)
-    poses, slopes = saw.kinematics.derivatives(np.zeros(1), 1)
-    pushes = applied_forces(saw.mechanism, poses, saw.speed * slopes, np.zeros(1))[0]
-    expected = np.zeros(model.nv)
-    for body, (fx, fy, moment) in zip(saw.mechanism.bodies, pushes, strict=True):
-        number = model.body(body.name).id
-        force, torque, place = np.array([fx, fy, 0.0]), np.array([0.0, 0.0, moment]), data.xipos[number]
-        mujoco.mj_applyFT(model, data, force, torque, place, number, expected)
-    found = data.qfrc_passive + data.qfrc_actuator
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
-
-
-@dataclass(frozen=True)
-class Described:
-    """A scene's words with another machine."""
-
-    scene: Scene
-    machine: Machine
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.machine if name in {"kinematics", "speed"} else self.scene, name)
-
-
-def heavier(mechanism: Mechanism, k: int) -> Mechanism:
-    body = mechanism.bodies[k]
-    return with_body(mechanism, k, replace(body, mass=1.01 * body.mass))
-
-
-def unbalanced(mechanism: Mechanism, k: int) -> Mechanism:
-    body = mechanism.bodies[k]
-    length = max(abs(v) for pose in mechanism.poses.values() for v in pose[:2])
-    x, y = body.centre_of_gravity
-    return with_body(mechanism, k, replace(body, centre_of_gravity=(x + 0.01 * length, y)))
-
-
-def with_body(mechanism: Mechanism, k: int, body: object) -> Mechanism:
-    return replace(mechanism, bodies=(*mechanism.bodies[:k], body, *mechanism.bodies[k + 1 :]))  # type: ignore[arg-type]
-
-
-def slower(mechanism: Mechanism, k: int) -> Mechanism:
-    body = mechanism.bodies[k]
-    return with_body(mechanism, k, replace(body, inertia=1.05 * body.inertia))
-
-
-@pytest.mark.parametrize("name", ["shear-press", "saw-500rpm"])
-@pytest.mark.parametrize("defect", [heavier, unbalanced, slower])
-def test_a_wrong_rod_is_seen(name: str, defect: Callable[[Mechanism, int], Mechanism]) -> None:
-    right = machine(name)
-    wrong = Machine(defect(right.mechanism, 1), right.speed)
-    assert max(errors(told(wrong, 250), right)) > 1e-4 > 1e-2 * max(errors(told(right, 250), right))
 
 
 def test_what_is_not_told_has_its_reason() -> None:

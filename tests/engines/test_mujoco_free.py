@@ -56,17 +56,6 @@ def error(run: FreeRun, motion: FreeMotion) -> float:
     return float(np.abs(run.poses - motion.poses).max())
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 2])
-def test_chains_turn_over_through_their_change_points_to_a_millionth_of_their_length(count: int) -> None:
-    motion = exact(0, count)
-    assert np.ptp(motion.poses[:, 2]) > 2.0 * np.pi  # through two change points a turn
-    run = swing(chain(count), motion)
-    assert error(run, motion) < 1e-6 * LENGTH
-    exchanged = 2.0 * 9.81 * (count + 1 + 2 * count) * 0.5 * LENGTH  # [J], from the top to the bottom
-    assert np.abs(run.energy - run.energy[0]).max() < 1e-7 * exchanged
-
-
 def test_stock_leaves_the_branch_at_change_points_and_tuned_converges() -> None:
     motion = exact(0, 2)
     assert not np.abs(swing(chain(2), motion, "stock").poses - motion.poses).max() < 0.1
@@ -122,31 +111,3 @@ def test_laws_are_taken_back_when_a_run_fails() -> None:
     with pytest.raises((Broken, ValueError, RuntimeError, mujoco.FatalError)):
         ENGINE.free_run(replace(mechanism, loads=(law,)), "hardened", STEP, 10, motion.poses[0], motion.rates[0], PACE)
     assert mujoco.get_mjcb_act_bias() is None
-
-
-def wrong_mass(mechanism: Mechanism) -> Mechanism:
-    first, *others = mechanism.bodies
-    return replace(mechanism, bodies=(replace(first, mass=1.01 * first.mass), *others))
-
-
-def wrong_centre(mechanism: Mechanism) -> Mechanism:
-    first, *others = mechanism.bodies
-    return replace(mechanism, bodies=(replace(first, centre_of_gravity=(0.51, 0.0)), *others))
-
-
-def wrong_inertia(mechanism: Mechanism) -> Mechanism:
-    first, *others = mechanism.bodies
-    return replace(mechanism, bodies=(replace(first, inertia=1.05 * first.inertia), *others))
-
-
-@pytest.mark.parametrize("defect", [wrong_mass, wrong_centre, wrong_inertia])
-def test_a_wrong_body_is_seen(defect) -> None:  # type: ignore[no-untyped-def]  # a parameter
-    motion = exact(0, 2)
-    assert error(swing(defect(chain(2)), motion), motion) > 1e-3
-
-
-def test_a_wrong_stiffness_is_seen() -> None:
-    mechanism, motion = loaded(1, 1), exact(1, 1)
-    right = error(swing(mechanism, motion), motion)
-    wrong = replace(mechanism, loads=(replace(LOADS[0], law=Elastic(20.2, 0.7)),))
-    assert error(swing(wrong, motion), motion) > 100.0 * right

@@ -187,16 +187,6 @@ def test_without_what_the_minimal_model_consists_of_the_motion_is_another(machin
     assert change(machine, with_one(machine, name)) > 1e-6
 
 
-def test_the_default_tolerance_is_no_trap_where_closures_are_hard_and_one_where_they_are_soft() -> None:
-    hard = minimal_of("saw")
-    soft = replace(MuJoCoSettings.tuned(SAW, STEPS), iterations=1)
-    assert change("saw", replace(hard, tolerance=1e-8)) < 1e-12
-    opened = run(SAW, replace(soft, tolerance=1e-8), 0.2)
-    kept = run(SAW, soft, 0.2)
-    assert opened.outcome is Outcome.OPENED or compare(opened, SAW).worst("position") > 1e-3
-    assert compare(kept, SAW).worst("position") < 1e-4
-
-
 def test_without_its_contact_the_follower_falls_through_the_cam() -> None:
     gone = piece("cam", with_one("cam", "contact"), 0.05).trajectory
     assert gone.outcome is not Outcome.COMPLETED

@@ -24,7 +24,6 @@ from conrod.report.free_motion import KIND
 from conrod.report.saved import shortened
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names, dynamics_names
-from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, duration, exact_course, shortest_pulse
 from conrod.studies.free_motion.perform import MotionCase, _errors, _run, left_out, run_motion
@@ -32,14 +31,6 @@ from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
 SHORT = MotionPlan(FREE, 2.0)
-# Machines of which free motion is judged; contact, a follower's flight and other reasons leave the rest unjudged.
-JUDGED = (
-    "shear-press", "saw-40rpm", "saw-500rpm", "crank-shaper", "double-rocker", "geneva", "inverted-slider-crank",
-    "jansen-leg", "one-cylinder-engine", "planetary-gear", "rack-and-wheel", "rolling-on-concave",
-    "rolling-on-convex", "rolling-on-flat", "six-bar", "slider-crank", "swinging-four-bar", "two-slider-linkage",
-    "watt-straight-line", "web-cutter", "whitworth", "four-bar-swing", "press-cutting-flywheel", "six-bar-swing",
-    "slider-crank-spring",
-)  # fmt: skip
 
 
 @cache
@@ -52,16 +43,6 @@ def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", pl
 
 
 # -- what is found ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_two_four_bars_swing_through_their_change_points_within_tolerance() -> None:
-    found = result(course("four-bar-chain-2"))
-    assert len(course("four-bar-chain-2").motion.crossings) == 2
-    assert found.passed is True
-    assert found.leaves is None
-    assert 0.0 < found.largest("position", "rms") < found.largest("position") < 1e-6  # type: ignore[operator]
-    assert course("four-bar-chain-2").motion.drift < EXACT_DRIFT
 
 
 def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
@@ -79,11 +60,6 @@ def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
     assert replace(held, results=(measured,)).passed  # and not judged
 
 
-def heavier(mechanism: Mechanism) -> Mechanism:
-    first, *others = mechanism.bodies
-    return replace(mechanism, bodies=(replace(first, mass=1.01 * first.mass), *others))
-
-
 def stiffer(mechanism: Mechanism) -> Mechanism:
     springs = [load for load in mechanism.loads if isinstance(load.law, Elastic)]
     assert springs
@@ -91,10 +67,9 @@ def stiffer(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, loads=tuple(wrong if load is springs[0] else load for load in mechanism.loads))
 
 
-@pytest.mark.parametrize(("name", "defect"), [("four-bar-chain-2", heavier), ("slider-crank-spring", stiffer)])
-def test_a_mass_or_a_spring_wrong_by_a_hundredth_is_seen(name: str, defect: Callable[[Mechanism], Mechanism]) -> None:
-    right = course(name)
-    good, bad = result(right), result(replace(right, mechanism=defect(right.mechanism)))
+def test_a_spring_wrong_by_a_hundredth_is_seen() -> None:
+    right = course("slider-crank-spring")
+    good, bad = result(right), result(replace(right, mechanism=stiffer(right.mechanism)))
     assert good.passed is True
     assert bad.passed is False
     assert bad.largest("position") > 1000.0 * good.largest("position")  # type: ignore[operator]
@@ -196,13 +171,6 @@ def heaviest(mechanism: Mechanism) -> Mechanism:
 @pytest.mark.parametrize("name", CHEAP)
 def test_a_moved_pin_and_a_body_heavier_all_over_are_out_of_tolerance(name: str) -> None:
     found_wrong(name, 0.5)
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("unrefined")
-@pytest.mark.parametrize("name", JUDGED)
-def test_every_judged_machine_shows_a_moved_pin_and_a_body_heavier_all_over_with_default_settings(name: str) -> None:
-    found_wrong(name, None)
 
 
 def test_a_run_lasts_ten_seconds_or_fifty_of_the_fastest_turns(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -363,64 +331,8 @@ def test_bad_usage_is_one_line_and_status_2(arguments: tuple[str, ...], said: st
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-SLIDER_CRANK = """
-name = "thrust"
-title = "Slider-crank, pushed along its stroke"
-source = "a test"
-output = "B"
-[driver]
-joint = "shaft"
-speed = "60 rpm"
-[ground.points]
-O = [0, 0]
-[bodies.crank]
-points = { A = [0.1, 0] }
-mass = 1
-inertia = 0.01
-[bodies.rod]
-points = { A = [0, 0], B = [0.3, 0] }
-uniform = "bar"
-mass = 1
-[bodies.slider]
-mass = 1
-inertia = 0.01
-[joints]
-shaft = { kind = "revolute", connects = ["ground.O", "crank"] }
-pin = { kind = "revolute", connects = ["crank.A", "rod.A"] }
-B = { kind = "revolute", connects = ["rod.B", "slider"] }
-ways = { kind = "prismatic", guide = "ground.O", direction = 0, slider = "slider" }
-[start]
-rod = { turn = 0 }
-crank = { rate = "60 rpm" }
-[forces.push]
-point = "slider"
-direction = 0
-law = "constant"
-force = "-10 N"
-[observed]
-B = "slider"
-"""
-
-
-def test_a_start_that_cannot_be_is_one_line(tmp_path: Path) -> None:
-    # What else an exact motion refuses is in tests/exact/test_exact_dynamics.py.
-    file, said = tmp_path / "thrust.toml", "at rest in a dead centre"
-    assert SLIDER_CRANK.count('crank = { rate = "60 rpm" }') == 1
-    file.write_text(SLIDER_CRANK.replace('crank = { rate = "60 rpm" }', "crank = { rate = 0 }"))
-    with pytest.raises(InvalidInput, match=said) as refused:
-        exact_course("thrust", read_scene(file), MotionPlan(FREE, 0.5))
-    assert "\n" not in str(refused.value)
-    done = conrod("validate", str(file), "--motion", "free", "--jobs", "1")
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert done.stderr.splitlines()[-1].startswith("conrod: thrust: ")
-
-
-def test_the_same_machine_without_a_fault_runs_and_fails_a_tolerance_that_is_too_small(tmp_path: Path) -> None:
-    (tmp_path / "thrust.toml").write_text(SLIDER_CRANK)
-    done = conrod(
-        *("validate", str(tmp_path / "thrust.toml"), "--motion", "free", "--seconds", "0.2", "--engine", "mujoco"),
-        *("--preset", "stock", "--tolerance", "position=1e-12"),
-    )
+def test_a_tolerance_that_is_too_small_ends_with_status_1() -> None:
+    asked = ("--motion", "free", "--seconds", "0.2", "--engine", "mujoco", "--preset", "stock")
+    done = conrod("validate", "pendulum", *asked, "--tolerance", "position=1e-12")
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout

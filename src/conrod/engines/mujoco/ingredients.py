@@ -15,7 +15,6 @@ from conrod.engines.mujoco.model_edits import (
     edit_refusal,
 )
 from conrod.engines.mujoco.settings import (
-    LEAST_STEPS,
     STOCK_ITERATIONS,
     STOCK_SOLIMP,
     STOCK_SOLREF,
@@ -127,6 +126,3 @@ def _required(minimal: MuJoCoSettings, contact: bool) -> Iterator[Ingredient[MuJ
         "that has the flywheel in it"
     )
     yield fields(minimal, "tolerance-0", tolerance, tolerance=STOCK_TOLERANCE, minimal=True)
-    if minimal.refsafe and 0.0 < minimal.time_constant(contact) < LEAST_STEPS * minimal.timestep:
-        guard = "time constants below two steps raised to them; without it as they are said"
-        yield fields(minimal, "refsafe", guard, refsafe=False, minimal=True)

@@ -24,7 +24,6 @@ from conrod.studies.validation.results import Noticed, ValidationResult
 
 FINE = 1.1  # a smallest size is found to a tenth
 SEEN = 1e-2  # of a tolerance: what changes a judged error by less, at its largest size, cannot be seen in it
-CLEAR = 0.01  # by which a guess lies above where it is expected
 LEAST = 1e-15  # and not looked for below this
 
 Judge = Callable[[Recording], Result]
@@ -92,29 +91,20 @@ def examined(defect: Defect, given: Recording, judged: Judge, unseen: Collection
 
 
 def _examined_at(defect: Defect, where: str, plant: Plant, given: Recording, judged: Judge) -> Noticed:
-    def of_size(size: float) -> tuple[tuple[str, ...], float]:
+    def notices(size: float) -> tuple[str, ...]:
         try:
-            result = judged(plant(given, size))
+            return noticed_by(judged(plant(given, size)))
         except InvalidInput:
-            return ("cannot be put together",), math.inf
-        return noticed_by(result), excess(result)
+            return ("cannot be put together",)
 
-    by, _ = of_size(defect.size)
+    by = notices(defect.size)
     if not defect.unit:
         return Noticed(defect.name, "", where, defect.size, by, None)
-    smallest = smallest_noticed(lambda size: of_size(size)[1], defect.largest)
-    if smallest is not None and of_size(-smallest)[1] <= 1.0:
-        smallest = smallest_noticed(lambda size: of_size(-size)[1], defect.largest)
+    smallest = smallest_noticed(lambda size: bool(notices(size)), defect.largest)
+    if smallest is not None and not notices(-smallest):
+        smallest = smallest_noticed(lambda size: bool(notices(-size)), defect.largest)
     visible = smallest is not None or _change(judged(given), judged(plant(given, defect.largest))) > SEEN
     return Noticed(defect.name, defect.unit, where, defect.size, by, smallest, visible)
-
-
-def excess(result: Result) -> float:
-    """How many times its tolerance the error of a result is that fails it; 0 of one that passed, else infinite."""
-    if result.passed is not False:
-        return 0.0
-    over = [found / allowed if found else math.inf for found, allowed in result.exceeded().values()]
-    return max(over) if over and result.completed and all(map(math.isfinite, over)) else math.inf
 
 
 def _change(healthy: Result, planted: Result) -> float:
@@ -125,25 +115,12 @@ def _change(healthy: Result, planted: Result) -> float:
     return max(abs(after - before) / allowed for before, after, allowed in sizes)
 
 
-def smallest_noticed(excess: Callable[[float], float], largest: float) -> float | None:
-    """The smallest size that is noticed, to `FINE`; None where none is up to a size.
-
-    By bisection of its logarithm, and by steps to where an error that grows with the size meets its tolerance.
-
-    Args:
-        excess: of a size, how many times its tolerance the error is; more than 1 is noticed.
-    """
-    low, high, over = LEAST, largest, excess(largest)
-    if over <= 1.0:
+def smallest_noticed(noticed: Callable[[float], bool], largest: float) -> float | None:
+    """The smallest size that is noticed, to `FINE`, by bisection of its logarithm; None where none is up to a size."""
+    low, high = LEAST, largest
+    if not noticed(largest):
         return None
-    steps = 0
     while high > FINE * low:
-        middle = high / min(max(over, FINE), 1e300) * (1.0 + CLEAR)
-        if not low < middle < high or steps % 3 == 2:
-            middle = math.sqrt(low * high)
-        found, steps = excess(middle), steps + 1
-        if found > 1.0:
-            high, over = middle, found
-        else:
-            low = middle
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if noticed(middle) else (middle, high)
     return high
