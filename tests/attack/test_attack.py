@@ -12,29 +12,19 @@ import pickle
 import random
 import resource
 import shutil
-import signal
-import sqlite3
 import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import attacks
-import cell_tasks as tasks
-import damaged_ledgers as damaged
 import model_mutants as models
-import numpy as np
 import planted_faults as faulty
 import pytest
-from described import SHIPPED
-from outside_kills import killing, waiting_cell, was_alone
 
-from conrod.errors import InvalidInput
-from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.ledger import Ledger
@@ -89,21 +79,6 @@ def test_what_is_planted_is_executed_by_who_looks_for_it(tmp_path: Path) -> None
     assert mark.exists()
 
 
-def test_mechanism_files(arena: Path, report: Callable[[str], None]) -> None:
-    each, first = -(-MECHANISMS // len(SHIPPED)), SEED * 1_000_000
-    with LocalProcesses(2, cell_timeout=PATIENCE, cell_memory=MEMORY) as executor:
-        parts = [executor.submit(attacks.mechanisms, path, range(first, first + each)) for path in SHIPPED]
-        refused, moved, slowest, wrong = zip(*(part.result() for part in parts), strict=True)
-    lines = [line for part in wrong for line in part]
-    report(
-        f"{sum(refused) + sum(moved) + len(lines)} mutated mechanism files, {sum(refused)} refused in one line, "
-        f"{sum(moved)} move, {len(lines)} tracebacks, the longest {max(slowest):.1f} s"
-    )
-    assert lines == []
-    assert max(slowest) < LONGEST
-    assert min(sum(refused), sum(moved)) > MECHANISMS // 10
-
-
 def test_models(arena: Path, report: Callable[[str], None]) -> None:
     cases = [
         (base, f"{SEED} {k}", models.VERBS[k // len(models.MODELS) % len(models.VERBS)], arena)
@@ -135,31 +110,6 @@ def ended(future: Future[models.End], case: Any) -> models.End:
         before = cpu(resource.RUSAGE_CHILDREN)
         end = models.attempt(*case)
         return models.End(end.status, end.wrong, cpu(resource.RUSAGE_CHILDREN) - before)
-
-
-def test_ledgers(arena: Path, report: Callable[[str], None]) -> None:
-    chance, refused, again = random.Random(f"ledgers {SEED}"), list[str](), 0
-    whole = damaged.kept_whole(arena / "whole")
-    for k in range(LEDGERS):
-        path = Path(shutil.copy(whole, arena / f"{k}.sqlite"))
-        if k % 10 == 0:
-            with closing(sqlite3.connect(path)) as raw, raw:
-                payload = (arena / "payload.pickle").read_bytes()
-                raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (payload, chance.choice(damaged.KEYS)))
-        elif k % 2:
-            damaged.overwrite_value(path, chance)
-        else:
-            damaged.overwrite_place(path, chance)
-        try:
-            again += len(damaged.resumed(path).ran)  # all results are those of the whole one
-        except InvalidInput as error:
-            refused.append(str(error))
-    report(
-        f"{LEDGERS} corrupted ledgers: {LEDGERS - len(refused)} made whole, {again} runs again, {len(refused)} refused"
-    )
-    assert all("the ledger" in line and "\n" not in line for line in refused)
-    assert len(refused) < LEDGERS // 3
-    assert again > LEDGERS // 3
 
 
 def test_kills_of_a_sweep(arena: Path, report: Callable[[str], None]) -> None:
@@ -211,31 +161,3 @@ def test_faults_in_cells(arena: Path, report: Callable[[str], None]) -> None:
     sound = [cell for cell in undisturbed if cell.key in table and cell.key not in faults]
     assert len(sound) == len(cells) - FAULTS
     assert {table[cell.key].outcome for cell in sound} == {"completed"}
-
-
-def test_outside_kills(arena: Path, report: Callable[[str], None]) -> None:
-    for k in range(OUTSIDE_KILLS):
-        folder = arena / str(k)
-        folder.mkdir()
-        cells = tasks.kept_in(folder, tasks.cells(12))
-        how = (signal.SIGKILL, signal.SIGTERM)[k % 2]
-        with (
-            Ledger.open(arena / f"{k}.sqlite") as ledger,
-            killing(waiting_cell(folder), how) as killed,
-            LocalProcesses(3, cell_timeout=LONGEST) as executor,
-        ):
-            table = run_cases(tasks.assigned(cells, tasks.wait_for_a_kill), ledger, executor)
-            assert ledger.measurements(table) == table
-        assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(n)) for n in range(12)}
-        assert len(killed) == 1
-        assert was_alone(folder, *killed)
-    report(
-        f"{OUTSIDE_KILLS} kills of workers from outside: {12 * OUTSIDE_KILLS} cells completed, the killed ones alone"
-    )
-
-
-def test_a_table_with_a_pickle_in_it(arena: Path, report: Callable[[str], None]) -> None:
-    np.savez(arena / "t.npz", time=np.arange(9.0), C_x=np.array([attacks.Payload(arena.parent / "executed")] * 9))
-    done = conrod("validate", "t.npz", "--scene", "saw-40rpm")
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    report("a table with a pickle in it: refused in one line, not executed")

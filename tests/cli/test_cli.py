@@ -7,7 +7,6 @@ import io
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -80,23 +79,6 @@ def test_stock_is_judged_only_where_asked_for_and_exit_status_is_1_out_of_tolera
     assert "OUT OF TOLERANCE" in exceeded.stdout
 
 
-def test_a_machine_without_closures_is_validated_in_kinematic_and_dynamic_mode() -> None:
-    done = conrod("validate", "pendulum", "--steps-per-rev", "100")
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("kinematic mode") == 2
-
-
-@pytest.mark.parametrize(
-    ("given", "value", "unit"),
-    [("crank=8cm", "80", "mm"), *((f"speed={text}", "-500", "rpm") for text in ("-500rpm", "-500 revolution/minute"))],
-)
-def test_values_take_units_as_machinists_write_them(given: str, value: str, unit: str) -> None:
-    done = conrod("show", "saw-40rpm", "--set", given)
-    assert done.returncode == 0, done.stderr
-    lines = {line.split()[0]: line.split()[1:3] for line in done.stdout.splitlines() if line}
-    assert lines[given.partition("=")[0]] == [value, unit]
-
-
 def test_exported_csv_is_the_exact_trajectory_with_units() -> None:
     done = conrod("export", "shear-press", "--format", "csv", "--steps-per-rev", "36")
     rows = list(csv.reader(io.StringIO(done.stdout)))
@@ -106,17 +88,6 @@ def test_exported_csv_is_the_exact_trajectory_with_units() -> None:
     exact = SCENES["shear-press"].reference(values[:, 0]).point("A")
     assert np.array_equal(values[:, 2:4], exact.position)
     assert np.array_equal(values[:, 8:10], exact.jerk)
-
-
-def test_exported_npz_holds_the_same_columns_measured_by_its_own_samples(tmp_path: Path) -> None:
-    # The 62832 steps of the cam's model would have been far too many.
-    done = conrod("export", "cam-follower", "--format", "npz", "--revolutions", "20", "-o", "cam.npz", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    with np.load(tmp_path / "cam.npz") as archive:
-        exact = SCENES["cam-follower"].reference(archive["time"]).point("roller")
-        assert len(archive["time"]) == 20 * 360 + 1
-        assert np.array_equal(archive["roller.ay"], exact.acceleration[:, 1])
-        assert dict(archive["units"])["roller.ay"] == "m/s^2"
 
 
 # -- what is written, and what is left alone -------------------------------------------------------------------------
@@ -153,19 +124,6 @@ def test_what_is_not_a_regular_file_is_refused(command: tuple[str, ...], kind: s
     assert target.lstat().st_mode == mode
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_a_link_stays_a_link_and_the_file_behind_it_is_written(there: bool, tmp_path: Path) -> None:
-    (tmp_path / "data").mkdir()
-    if there:
-        (tmp_path / "data" / "real.csv").write_text("old")
-    (tmp_path / "link.csv").symlink_to("data/real.csv")
-    done = conrod("export", "saw-40rpm", "--format", "csv", "-o", "link.csv", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "link.csv").is_symlink()
-    assert (tmp_path / "data" / "real.csv").read_text().startswith("time [s]")
-    assert files_in(tmp_path) == ["data", "data/real.csv", "link.csv"]
-
-
 @pytest.mark.parametrize("name", ["README.md", "figures", "figures/saw-40rpm-error.svg"])
 def test_a_report_with_a_link_in_it_is_refused(name: str, tmp_path: Path) -> None:
     if "/" in name:
@@ -187,16 +145,6 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
         assert {"README.md", "all.json", "data", "figures", "results.json", "saw-40rpm.md"} == {
             path.name for path in (tmp_path / "real").iterdir()
         }
-
-
-def test_a_report_of_a_run_has_its_figures(tmp_path: Path) -> None:
-    assert conrod(*QUICK, "--out", "report", cwd=tmp_path).returncode == 0
-    page = (tmp_path / "report" / "saw-40rpm.md").read_text()
-    named = {path for path in files_in(tmp_path / "report") if path.endswith(".svg") and "overview" not in path}
-    assert {f"figures/saw-40rpm-{name}.svg" for name in ("mechanism", "moving", "motion", "error", "order")} == named
-    for name in named:
-        assert f"]({name})" in page
-        assert (tmp_path / "report" / name).read_text().rstrip().endswith("</svg>")
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -234,15 +182,6 @@ def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     done = conrod("export", "saw-40rpm", "--format", "csv", "-o", "table.csv", cwd=tmp_path)
     refused(done, "No space left on device", "table.csv")
     assert files_in(tmp_path) == []
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_a_full_standard_output_is_named_too() -> None:
-    with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "conrod", "export", "saw-40rpm", "--format", "csv"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=300, check=False)
-    assert done.returncode == 2
-    assert done.stderr == "conrod: No space left on device: standard output\n"
 
 
 def test_a_command_has_one_thread_of_linear_algebra_unless_the_user_asks_for_others(

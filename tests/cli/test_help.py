@@ -56,10 +56,6 @@ def test_all_help_has_every_option_once_under_its_heading(name: str, monkeypatch
         assert option.opts[-1] in short
 
 
-def test_what_is_longer_than_a_screen_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert not fits_one_screen(help_of("validate", "--help-all", monkeypatch=monkeypatch))
-
-
 @pytest.mark.parametrize("option", SHARED)
 def test_an_option_means_the_same_in_every_verb(option: str) -> None:
     found = [one for name in VERBS for one in options_of(verb(name)) if option in one.opts]

@@ -55,12 +55,6 @@ def test_figures_that_are_not_finite_are_null_in_json() -> None:
     assert json.loads(json_document({"a": [np.inf, -np.inf, np.nan], "b": 1e-5})) == {"a": [None] * 3, "b": 1e-5}
 
 
-def test_a_sound_timestep_is_not(tmp_path: Path) -> None:
-    # Negative control.
-    model(tmp_path, '<option timestep="0.002"/>')
-    assert conrod("lint", "m.xml", cwd=tmp_path).returncode in (0, 1)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_height_field_of_gigabytes_is_out_of_memory(verb: str, tmp_path: Path) -> None:
@@ -104,14 +98,6 @@ def test_an_include_without_end_is_refused_before_anything_is_compiled(verb: str
     (tmp_path / "other.xml").write_text('<mujoco><include file="m.xml"/></mujoco>', encoding="utf-8")
     model(tmp_path, '<include file="other.xml"/>')
     assert "includes itself" in refused(*VERBS[verb], cwd=tmp_path)
-
-
-@pytest.mark.usefixtures("at_once")
-def test_an_include_in_a_comment_is_none(tmp_path: Path) -> None:
-    # Negative control.
-    model(tmp_path, '<!-- <include file="m.xml"/> --><include file="other.xml"/>')
-    (tmp_path / "other.xml").write_text("<mujoco><option/></mujoco>", encoding="utf-8")
-    assert conrod("lint", "m.xml", cwd=tmp_path).returncode in (0, 1)
 
 
 # -- tables and documents ----------------------------------------------------------------------------------------------
@@ -158,37 +144,4 @@ def test_a_memory_that_is_none_is_refused(size: str, tmp_path: Path) -> None:
     assert "--cell-memory" in refused("validate", "saw-40rpm", "--cell-memory", size, cwd=tmp_path)
 
 
-@pytest.mark.parametrize("kind", ["[]", "{}", "3", '"none"', "null"])
-def test_a_report_of_no_kind_is_none(kind: str, tmp_path: Path) -> None:
-    text = f'{{"schema": 2, "conrod": "0", "kind": {kind}}}'
-    (tmp_path / "results.json").write_text(text, encoding="utf-8")
-    (tmp_path / "deep.json").write_text("[" * 100_000, encoding="utf-8")
-    refused("report", str(tmp_path), cwd=tmp_path)
-
-
 # -- the system ------------------------------------------------------------------------------------------------------
-
-
-def test_a_locale_without_the_signs_shows_the_rest() -> None:
-    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
-    done = subprocess.run(
-        [sys.executable, "-m", "conrod", "show", "saw-40rpm"], capture_output=True, env=ascii_only, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"sqrt(l? - e?)" in done.stdout
-
-
-@pytest.mark.parametrize("module", ["click", "conrod.cli"])
-def test_an_interrupt_while_the_command_line_is_loaded_ends_it_without_a_word(module: str) -> None:
-    # The interrupt comes while its modules are imported: a finder of modules sends it.
-    code = (
-        "import os, signal, sys\n"
-        "class Finder:\n"
-        "    def find_spec(self, name, *_):\n"
-        f"        if name == '{module}': os.kill(os.getpid(), signal.SIGINT)\n"
-        "sys.meta_path.insert(0, Finder())\n"
-        "from conrod.__main__ import main\n"
-        "main()\n"
-    )
-    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, b"", b"")

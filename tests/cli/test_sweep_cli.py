@@ -22,7 +22,6 @@ import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, compare, run
-from conrod.studies.execution.cluster import DaskCluster
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
@@ -123,11 +122,6 @@ def error_in_plain_mujoco(model: Any) -> float:
     return float(np.linalg.norm(np.array(places) - exact, axis=1).max() / saw.lengths["C"])
 
 
-def test_a_model_of_an_engine_without_files_is_refused(tmp_path: Path) -> None:
-    arguments = ("recommend", "saw-500rpm", "--engine", "pymunk", "--position", "1e-3", "--model", "a.xml")
-    told_in_one_line(conrod(*arguments, cwd=tmp_path), "--model", "pymunk")
-
-
 def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path) -> None:
     ledger = (folder / "ledger.sqlite").read_bytes()
     for *arguments, other in (
@@ -216,20 +210,6 @@ def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
 # -- sweep -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_cluster_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # A refused connection is tried again until patience ends, ten seconds unless told otherwise.
-    monkeypatch.setitem(DaskCluster.__init__.__kwdefaults__, "patience", 1.0)
-    done = conrod(*RECOMMEND, "--position", "1e-3", "--cluster", "tcp://127.0.0.1:9", cwd=tmp_path)
-    told_in_one_line(done, "tcp://127.0.0.1:9")
-
-
-@pytest.mark.slow
-def test_a_cell_that_takes_too_long_is_an_outcome(tmp_path: Path) -> None:
-    done = conrod(*RECOMMEND, "--position", "1e-3", "--cell-timeout", "0.3", "--jobs", "1", cwd=tmp_path)
-    assert done.returncode in (0, 1), done.stderr
-    assert "timed-out" in conrod("results", cwd=tmp_path).stdout
-
-
 def kept(ledger: Path) -> int:
     """Number of results in a ledger, which may not be there yet."""
     if not ledger.exists():
@@ -258,14 +238,3 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(sent: signal.
     assert "the same command goes on from there" in errors
     assert "Traceback" not in errors
     assert conrod("results", cwd=tmp_path, ledger="l.sqlite").stdout.count("\n") > 1
-
-
-@pytest.mark.slow
-def test_a_sweep_writes_its_report_and_results_and_goes_on_from_its_ledger(tmp_path: Path) -> None:
-    first = conrod("sweep", *QUICK, "--out", "report", "--json", "sweep.json", cwd=tmp_path)
-    assert first.returncode == 0, first.stderr
-    assert "report: report/README.md" in first.stdout
-    before = json.loads((tmp_path / "sweep.json").read_text())
-    again = conrod("sweep", *QUICK, "--json", "again.json", cwd=tmp_path)
-    assert again.returncode == 0, again.stderr
-    assert json.loads((tmp_path / "again.json").read_text()) == before

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from handmade import STEPS, errors_of, handmade_sweep
+from handmade import errors_of, handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -29,7 +29,6 @@ from conrod.report.sweep.tables import (
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
-from conrod.runs.convergence import observed_order
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
@@ -144,12 +143,6 @@ def test_the_cheapest_settings_come_first_and_what_does_not_reach_them(study: Sw
     for point in (p for p in study.points if p.preset == "stock" and p.completed):
         good = changed(good, point.label, errors=errors_of(1e-7))
     assert not [text for text in findings(good) if "never" in text]
-
-
-def test_an_error_that_falls_has_no_plateau(study: SweepStudy) -> None:
-    falls = dict.fromkeys(QUANTITIES, observed_order(STEPS, [1.0 / n for n in STEPS]))
-    falling = replace(study, rules=tuple(replace(rule, orders=falls) for rule in study.rules))
-    assert set(column(orders_table(falling), "position")) == {"1.0"}
 
 
 # -- tables ------------------------------------------------------------------------------------------------------------

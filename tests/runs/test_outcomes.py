@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import CAM, DEFECTIVE_LINKAGES, PRESS, SAW, SCENES
+from catalogue import CAM, DEFECTIVE_LINKAGES, SAW, SCENES
 from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
 
-from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, run
-from conrod.exact.kinematics import Kinematics
-from conrod.mechanism.mechanism import Prismatic, Revolute
+from conrod import Outcome, compare
+from conrod.mechanism.mechanism import Prismatic
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict, joint_gaps, judge, prevailing
 from conrod.runs.trajectory import BodyStates, BodyTracks
-from conrod.scenes import CamFollower, Saw, ShearPress
+from conrod.scenes import Saw, ShearPress
 from conrod.studies.frame.resolve_arguments import select_scene
 
 LINKAGES: dict[str, Any] = {name: s for name, s in SCENES.items() if isinstance(s, ShearPress | Saw)}
@@ -31,14 +30,6 @@ Change = Callable[[BodyStates], BodyStates]
 def _log_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """MuJoCo writes its warnings into a file of the working folder."""
     monkeypatch.chdir(tmp_path)
-
-
-@dataclass(frozen=True)
-class Machine:
-    """A mechanism that is no scene, driven at a speed [rad/s]."""
-
-    speed: float
-    kinematics: Kinematics
 
 
 @cache
@@ -167,16 +158,6 @@ def test_a_joint_that_gapes_by_a_twentieth_of_the_travel_is_open(name: str) -> N
         assert found.reason.endswith(f"gap up to {gap:.3g} m") == (expected is Outcome.OPENED)
 
 
-def test_a_slider_off_its_slide_is_open_too() -> None:
-    scene = SAW
-    poses_up = (0.0, 0.06 * scene.kinematics.travel)
-
-    def everything_up(states: BodyStates) -> BodyStates:
-        return moved(2, poses_up)(moved(1, poses_up)(states))
-
-    assert verdict(scene, everything_up).outcome is Outcome.OPENED
-
-
 def test_a_slider_that_tilts_in_its_slide_leaves_no_gap() -> None:
     poses = exact_states(SAW).poses.copy()
     poses[:, 3 * SAW.mechanism().body_index["slider"] + 2] += 0.1
@@ -207,11 +188,6 @@ def test_a_roller_whose_centre_is_inside_the_cam_has_tunnelled() -> None:
     name, deep = cam.mechanism().cam_contacts[0].name, found.largest[1]
     assert deep == pytest.approx(2.0 * cam.roller_radius)
     assert found.reason == f"{name}: the roller's centre is {deep:.3g} m deep"
-
-
-def test_a_roller_that_only_sinks_into_the_cam_is_an_error_and_not_an_outcome() -> None:
-    cam = CAM
-    assert verdict(cam, moved(1, (0.0, -0.9 * cam.roller_radius))).outcome is Outcome.COMPLETED
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
@@ -264,119 +240,3 @@ def test_a_small_defect_is_an_error_and_not_an_outcome(name: str) -> None:
 
 
 # -- told from real runs ---------------------------------------------------------------------------------------------
-
-
-def refused(trajectory: Trajectory, scene: Any) -> bool:
-    """Whether the run has no error figures."""
-    assert trajectory.reason
-    with pytest.raises(ValueError, match=trajectory.outcome.slug):
-        compare(trajectory, scene)
-    return True
-
-
-def unstable(saw: Any, autoreset: bool) -> MuJoCoSettings:
-    """Loop closures far stiffer than the step can follow: the state grows a thousandfold at each step."""
-    stock = MuJoCoSettings.stock(saw, 100)
-    return replace(stock, preset="custom", solref=(-1e9, -1e3), hardening=1e-6, autoreset=autoreset)
-
-
-@pytest.mark.filterwarnings("default")
-def test_mujocos_silent_reset_is_called_reset() -> None:
-    saw = SAW
-    trajectory = run(saw, unstable(saw, autoreset=True))
-    assert trajectory.outcome is Outcome.RESET
-    assert trajectory.bodies is not None
-    assert np.all(np.isfinite(trajectory.bodies.position.poses))  # which is why it takes a rule of its own
-    assert refused(trajectory, saw)
-
-
-@pytest.mark.filterwarnings("default")
-def test_the_same_run_without_autoreset_has_exploded_or_diverged() -> None:
-    saw = SAW
-    trajectory = run(saw, unstable(saw, autoreset=False))
-    assert trajectory.outcome in (Outcome.EXPLODED, Outcome.DIVERGED), trajectory.reason
-    assert refused(trajectory, saw)
-
-
-@pytest.mark.parametrize("name", ["shear-press", "saw-40rpm"])
-def test_mujocos_default_tolerance_with_the_drives_armature_opens_the_loop(name: str) -> None:
-    scene = LINKAGES[name]
-    trap = replace(MuJoCoSettings.stock(scene, 500), preset="custom", tolerance=1e-8)
-    trajectory = run(scene, trap)
-    assert trajectory.outcome is Outcome.OPENED
-    assert refused(trajectory, scene)
-    # Negative control: the tolerance alone makes the difference.
-    assert run(scene, replace(trap, tolerance=0.0)).outcome is Outcome.COMPLETED
-
-
-def test_pymunk_comes_apart_where_its_iterations_do_not_follow_the_mass_ratio() -> None:
-    heavy = Saw(slider_mass=600.0)
-    tuned = PymunkSettings.tuned(heavy, 1000)
-    trajectory = run(heavy, replace(tuned, preset="custom", iterations=100))
-    assert trajectory.outcome in (Outcome.OPENED, Outcome.EXPLODED)
-    assert refused(trajectory, heavy)
-    # Negative control: the preset's own iterations hold it together.
-    assert run(heavy, tuned, revolutions=0.5).outcome is Outcome.COMPLETED
-
-
-@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
-def test_a_preload_below_the_least_acceleration_loses_contact(settings: Any) -> None:
-    cam = CamFollower(preload=0.5)
-    trajectory = run(cam, settings.tuned(cam, 3927))
-    assert trajectory.outcome is Outcome.LOST_CONTACT
-    assert refused(trajectory, cam)
-
-
-def test_a_contact_softer_than_a_turn_is_long_does_not_complete() -> None:
-    cam = CAM
-    soft = replace(MuJoCoSettings.tuned(cam, 500), preset="custom", contact_solref=(5.0, 1.0))
-    assert run(cam, soft).outcome in (Outcome.EXPLODED, Outcome.TUNNELLED, Outcome.OPENED)
-
-
-@pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
-def test_a_flywheel_that_is_too_light_stalls(scene: Any) -> None:
-    light = replace(MuJoCoSettings.tuned(scene, 500), preset="custom", armature=1e-2)
-    trajectory = run(scene, light)
-    assert trajectory.outcome is Outcome.STALLED
-    assert refused(trajectory, scene)
-
-
-def test_a_light_flywheel_is_locked_where_the_rod_lies_across_the_slide() -> None:
-    press = ShearPress(crank=0.3899)
-    light = replace(MuJoCoSettings.tuned(press, 500), preset="custom", armature=1.0)
-    trajectory = run(press, light)
-    assert trajectory.outcome is Outcome.LOCKED
-    assert refused(trajectory, press)
-
-
-def test_a_linkage_that_cannot_turn_is_locked() -> None:
-    saw = SAW
-    mechanism = saw.mechanism()
-    # Half the rod is too short for crank and offset: it is straight before the crank is round.
-    joints = tuple(
-        replace(j, point_a=(0.5 * saw.rod, 0.0)) if isinstance(j, Revolute) and j.name == "slider-pin" else j
-        for j in mechanism.joints
-    )
-    machine = Machine(saw.speed, Kinematics(replace(mechanism, joints=joints)))
-    light = replace(MuJoCoSettings.tuned(saw, 500), preset="custom", armature=1.0)
-    trajectory = run(machine, light)
-    assert trajectory.outcome is Outcome.LOCKED
-    assert trajectory.reason
-
-
-def test_a_run_through_a_change_point_ends_on_the_other_branch() -> None:
-    press = ShearPress(crank=0.38999)
-    settings = replace(MuJoCoSettings.tuned(press, 500), preset="custom", armature=1000.0)
-    trajectory = run(press, settings)
-    assert trajectory.outcome is Outcome.FLIPPED
-    assert trajectory.bodies is not None
-    assert refused(trajectory, press)
-
-
-@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
-@pytest.mark.parametrize("name", SCENES)
-def test_the_presets_themselves_complete(name: str, settings: Any) -> None:
-    scene = SCENES[name]
-    steps = 3927 if isinstance(scene, CamFollower) else 500
-    trajectory = run(scene, settings.tuned(scene, steps))
-    assert (trajectory.outcome, trajectory.reason) == (Outcome.COMPLETED, "")

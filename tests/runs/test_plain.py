@@ -71,8 +71,3 @@ def test_a_missing_value_is_named_and_an_unknown_one_left_out() -> None:
     del values["sizes"]
     with pytest.raises(InvalidInput, match="sizes"):
         restore(Found, values)
-
-
-def test_what_is_not_plain_is_refused() -> None:
-    with pytest.raises(TypeError, match="object"):
-        plain({"a": object()})

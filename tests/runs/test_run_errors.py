@@ -19,7 +19,7 @@ from conrod.engines.engine import Engine
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import size_of
 from conrod.runs.plain import plain
-from conrod.runs.run_errors import DrawnCurve, Parts, PointSizes, RunErrors, RunningSize, halves, paired
+from conrod.runs.run_errors import DrawnCurve, RunningSize
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
@@ -43,44 +43,6 @@ def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(cou
     for first in range(0, count, piece):
         running.add(values[first : first + piece], max(0, count - first - piece))
     assert running.size == size_of(values)
-
-
-def test_numbers_are_halved_as_numpy_halves_them_and_added_up_to_the_last_bit() -> None:
-    assert [halves(n) for n in (4096, 4097, 8200)] == [[4096], [2048, 2049], [4096, 2048, 2056]]
-    values = np.random.default_rng(5).random(60_000)
-    # Where halves become parts, at powers of two, a sum that is put together otherwise shows in the last bit.
-    for count in (*range(4090, 60_000, 6000), *range(8185, 8225), *range(16_370, 16_420)):
-        parts = [float(np.sum(part)) for (part,) in Parts(halves(count)).add(values[:count])]
-        assert paired(count, iter(parts)) == float(np.sum(values[:count]))
-
-
-def test_a_part_is_given_as_soon_as_it_is_whole_and_series_are_of_one_number() -> None:
-    parts = Parts([2, 3])
-    assert [one.tolist() for (one,) in parts.add(np.arange(5))] == [[0, 1], [2, 3, 4]]
-    parts = Parts([3])
-    list(parts.add(np.arange(2)))
-    with pytest.raises(ValueError, match="zip"):
-        list(parts.add(np.arange(2), np.arange(2)))
-
-
-def stretch(errors: float, closure: Any, phase: list[float], left: int = 0) -> Any:
-    one = SimpleNamespace(**dict.fromkeys(("position", "velocity", "acceleration", "total"), SimpleNamespace()))
-    for series in vars(one).values():
-        series.error = np.array([errors])
-    return SimpleNamespace(
-        points={"C": one}, closure={"position": np.array(closure)}, drive={}, phase=[np.array(phase)] * 2, left=left
-    )
-
-
-def test_the_largest_of_all_stretches_is_kept_and_the_last_phase() -> None:
-    assert PointSizes().worst("position") is None
-    found = RunErrors()
-    for one in (stretch(2.0, [], [0.1, 0.5], 1), stretch(1.0, [3.0, 0.5], [0.2]), stretch(0.5, [1.0], [0.3])):
-        found.add(one)
-    assert found.worst("velocity") == 2.0
-    every = found.found()
-    assert (every["closure"], every["phase"]) == ({"position": 3.0}, {"max": 0.5, "final": 0.3})
-    assert found._largest["phase"] == {"0": 0.5, "1": 0.5}
 
 
 @pytest.mark.parametrize(("count", "piece"), [(1001, 1001), (1001, 7), (100, 100), (100, 33)])
@@ -109,16 +71,6 @@ def test_added_up_piece_by_piece_it_would_not_be() -> None:
     by_piece = [sum(float(np.sum(NOISE[k : min(k + 1000, n)] ** 2)) for k in range(0, n, 1000)) for n in counts]
     assert whole != by_piece
     assert whole == pytest.approx(by_piece, rel=1e-13)
-
-
-@pytest.mark.parametrize("left", [0, 5000, 90_000], ids=["more came than was said", "fewer", "far fewer"])
-def test_a_run_of_another_length_than_it_said_has_its_size_all_the_same(left: int) -> None:
-    running = RunningSize()
-    for k in range(5):
-        running.add(NOISE[9000 * k : 9000 * (k + 1)], max(0, left - 9000 * k))
-    expected = size_of(NOISE[:45_000])
-    assert (running.size.max, running.size.final) == (expected.max, expected.final)
-    assert running.size.rms == pytest.approx(expected.rms, rel=1e-14)
 
 
 def test_what_is_no_number_is_not_passed_over() -> None:
@@ -211,10 +163,6 @@ else:
 assert case.perform().outcome == "completed"
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
-WHOLE = """
-for made in map(engine_named, ("mujoco", "pymunk")):
-    made.run = lambda *asked, run=made.run: run(*asked[:4], 10**9)
-"""
 
 
 def peak(kind: str, engine: str, steps: int, turns: int, first: str = "") -> float:
@@ -235,8 +183,3 @@ def peak(kind: str, engine: str, steps: int, turns: int, first: str = "") -> flo
 )
 def test_a_run_of_a_million_steps_takes_little_memory(kind: str, engine: str, steps: int, turns: int) -> None:
     assert peak(kind, engine, steps, turns) < 150.0  # 1.4 to 1.7 GB as one piece
-
-
-@pytest.mark.slow
-def test_a_run_in_one_piece_would_take_more() -> None:
-    assert peak("sweep", "pymunk", 1000, 250, WHOLE) > 300.0

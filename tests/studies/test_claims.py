@@ -7,13 +7,11 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 from pathlib import Path
 
 import pytest
-from command_line import conrod_process
 
 from conrod.studies.execution import dispatch
 from conrod.studies.frame.ledger_file import Claims
@@ -127,26 +125,3 @@ def test_a_claim_keeps_others_off_as_long_as_its_process_lives(path: Path) -> No
     assert claims.take("one")
     claims.close()
     assert [entry.name for entry in path.parent.iterdir()] == [f"{path.name}-claims"]
-
-
-def test_where_no_claim_can_be_made_all_are_granted(tmp_path: Path) -> None:
-    claims = Claims(tmp_path / "no folder" / "ledger")
-    assert claims.take("one")
-    claims.give_back("one")
-    claims.close()
-
-
-@pytest.mark.slow
-def test_two_sweeps_at_once_write_one_table(tmp_path: Path) -> None:
-    def swept(name: str) -> tuple[str, bytes]:
-        file = tmp_path / name
-        asked = ("sweep", "saw-500rpm", "--grid", "coarse", "--engine", "pymunk", "--jobs", "1", "--json", str(file))
-        done = conrod_process(*asked, "--ledger", str(tmp_path / "ledger.sqlite"))
-        assert done.returncode == 0, done.stderr
-        return done.stderr, file.read_bytes()
-
-    with ThreadPoolExecutor(2) as threads:
-        (one, first), (other, second) = threads.map(swept, ("one.json", "other.json"))
-    assert first == second
-    # Runs and timings were shared.
-    assert (one + other).count("by another process") >= 2

@@ -13,16 +13,12 @@ import numpy as np
 import pytest
 from catalogue import CAM, SAW
 
-from conrod import MuJoCoSettings, PymunkSettings, run
+from conrod import MuJoCoSettings, run
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.centres import body_states
 from conrod.engines.mujoco.model import build
-from conrod.engines.pymunk import stepping
-from conrod.engines.pymunk import timing as bare
-from conrod.engines.pymunk.timing import reference_loop as pymunk_reference
 from conrod.exact.motion import Array
-from conrod.scenes.catalogue import scene_named
-from conrod.studies.frame.timing import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, fingerprint, time_run
+from conrod.studies.frame.timing import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, time_run
 
 MILLISECOND = 1_000_000  # [ns]
 REFERENCE_COST = 1000  # [ns] a step
@@ -107,24 +103,11 @@ def test_what_takes_too_long_is_given_up() -> None:
     assert timed(FakeEngine([MILLISECOND]), 2000, limit=3.0) is None
 
 
-def test_the_machine_is_told_by_its_processor_and_python() -> None:
-    assert timed(FakeEngine([7000]), 1000).machine == fingerprint()
-    assert "cores, Python 3" in fingerprint()
-
-
 # -- the engines' own steppers ---------------------------------------------------------------------------------------
 
 
 def settings_of(engine: str, preset: str, machine: Any, steps: int) -> Any:
     return engine_named(engine).presets[preset](machine, steps)
-
-
-def test_the_model_that_is_timed_has_no_sensors() -> None:
-    engine, settings = engine_named("mujoco"), MuJoCoSettings.tuned(SAW, 100)
-    loops: list[Any] = [engine.stepper(SAW, settings), engine.reference_loop()]
-    assert [loop.model.nsensor for loop in loops] == [0, 0]
-    # Negative control: the model that is recorded has some.
-    assert build(SAW, settings).model.nsensor > 0
 
 
 RECORDED = [
@@ -148,12 +131,6 @@ def test_the_steps_that_are_timed_are_those_of_a_recorded_run(engine: str, prese
     assert np.array_equal(rates[0], recorded.position.rates[-1])
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_the_steps_that_are_timed_carry_the_loads(engine: str) -> None:
-    # Full correction at every step leaves nothing of a load in pymunk's motion: stock settings give way to it.
-    test_the_steps_that_are_timed_are_those_of_a_recorded_run(engine, "stock", scene_named("press-cutting"))
-
-
 def poses_and_rates(engine: str, machine: Any, settings: Any, advance: Any) -> tuple[Array, Array]:
     """States of the bodies, as a recorded run has them."""
     if engine == "mujoco":
@@ -165,29 +142,6 @@ def poses_and_rates(engine: str, machine: Any, settings: Any, advance: Any) -> t
         centres,
         np.array([[x for b in bodies for x in (*b.velocity, b.angular_velocity)]]),
     )
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_diverged_run_does_not_hang_or_crash_the_timer(engine: str) -> None:
-    class Diverged:
-        """The engine, with a state that is not finite from the start."""
-
-        reference_loop = engine_named(engine).reference_loop
-
-        @staticmethod
-        def stepper(machine: Any, settings: Any) -> Any:
-            advance: Any = engine_named(engine).stepper(machine, settings)
-            if engine == "mujoco":
-                advance.data.qvel[:] = math.nan
-            else:
-                for body in advance.space.bodies:
-                    body.velocity = (math.nan, math.nan)
-            return advance
-
-    for machine in (SAW, CAM):
-        settings = settings_of(engine, "tuned", machine, 20)
-        diverged: Any = Diverged
-        assert time_run(diverged, machine, settings, repeats=1) is not None
 
 
 # -- the reference loops ---------------------------------------------------------------------------------------------
@@ -224,16 +178,6 @@ def test_the_reference_loop_is_what_it_always_was(engine: str) -> None:
     after = states(engine, loop)
     assert np.abs(np.array(after) - before).max() > 0.1
     assert after == pytest.approx(AFTER_100[engine], rel=1e-6, abs=1e-9)
-
-
-def test_pymunks_private_loop_and_its_public_one_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = PymunkSettings.tuned(SAW, 100)
-    private, public = bare.started(SAW, settings), bare.started(SAW, settings)
-    private(150)
-    monkeypatch.setattr(stepping, "lib", None)
-    public(150)
-    assert states("pymunk", private) == states("pymunk", public)
-    assert states("pymunk", pymunk_reference()) != states("pymunk", private)
 
 
 class ThreadedEngine:

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import cell_tasks as tasks
 import pytest
-from outside_kills import killing, waiting_cell, was_alone
 
 from conrod import InvalidInput
 from conrod.studies.execution import cluster as dask_cluster
@@ -161,44 +160,6 @@ def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blame
     assert sum(m.outcome == "completed" for m in table.values()) == 11
 
 
-@pytest.mark.slow  # a faster sibling, of workers of this machine, is in test_outside_kills.py
-def test_a_cell_whose_process_beside_a_worker_is_killed_is_repeated_alone(own_cluster: Cluster, tmp_path: Path) -> None:
-    folder = tmp_path / "attempts"
-    folder.mkdir()
-    cells = tasks.kept_in(folder, tasks.cells(60))
-    with (
-        Ledger.open(tmp_path / "ledger") as ledger,
-        killing(waiting_cell(folder)) as killed,
-        DaskCluster(own_cluster.address, cell_timeout=60.0) as executor,
-    ):
-        table = run_cases(tasks.assigned(cells, tasks.wait_for_a_kill), ledger, executor)
-    assert killed
-    assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(60)}
-    assert was_alone(folder, *killed)
-
-
-@pytest.mark.slow
-def test_bad_usage_of_a_cell_and_mistakes_arrive(cluster: Cluster, ledger: Ledger) -> None:
-    with DaskCluster(cluster.address) as executor:
-        with pytest.raises(InvalidInput, match="cannot be run"):
-            run_cases(tasks.assigned(tasks.cells(5), tasks.refuse), ledger, executor)
-        with pytest.raises(RuntimeError, match=r"ZeroDivisionError on .*: a mistake"):
-            run_cases(tasks.assigned(tasks.cells(5), tasks.fail), ledger, executor, fresh=True)
-        assert run_cases(tasks.assigned(tasks.cells(5), tasks.echo), ledger, executor, fresh=True)
-
-
-@pytest.mark.slow
-def test_an_interrupt_leaves_the_cluster_usable(cluster: Cluster, ledger: Ledger) -> None:
-    class Interrupt(After):
-        def advanced(self, cell: RunCase, how: str) -> None:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt), DaskCluster(cluster.address) as executor:
-        run_cases(tasks.assigned(tasks.cells(8), tasks.echo), ledger, executor, watcher=Interrupt(1, threading.Event()))
-    with DaskCluster(cluster.address) as executor:
-        assert len(run_cases(tasks.assigned(tasks.cells(8), tasks.echo), ledger, executor)) == 8
-
-
 # -- a cluster that fails --------------------------------------------------------------------------------------------
 
 
@@ -214,25 +175,6 @@ def test_a_cluster_that_loses_all_its_workers_is_given_up_and_finished_cells_are
     ):
         run_cases(tasks.assigned(tasks.cells(200), tasks.sleep_half), ledger, executor, watcher=After(2, lost))
     assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
-
-
-@pytest.mark.slow
-def test_a_command_whose_scheduler_dies_ends_with_one_line(own_cluster: Cluster, tmp_path: Path) -> None:
-    sweep = ("sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite", "--cluster", own_cluster.address)
-    with subprocess.Popen(
-        [sys.executable, "-m", "conrod", *sweep],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as command:
-        assert command.stderr is not None
-        assert "to do" in command.stderr.readline()
-        own_cluster.scheduler.kill()
-        lines = command.stderr.read().splitlines()
-    assert command.returncode == 2
-    assert [line.split(":")[0] for line in lines] == ["runs", "conrod"]
-    assert lines[-1].startswith("conrod: lost the connection to the cluster at tcp://")
 
 
 def refusal(address: str) -> str:

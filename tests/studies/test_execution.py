@@ -144,11 +144,6 @@ def test_workers_are_used_again_until_one_dies(ledger: Ledger, local: LocalProce
     assert not workers & {int(m.reason) for m in table.values()}
 
 
-def test_what_an_engine_prints_does_not_disturb(ledger: Ledger, local: LocalProcesses) -> None:
-    table = run_cases(tasks.assigned(CELLS[:3], tasks.print_and_echo), ledger, local)
-    assert [m.reason for m in table.values()] == ["0", "1", "2"]
-
-
 def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(
     ledger: Ledger, local: LocalProcesses
 ) -> None:
@@ -157,20 +152,6 @@ def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(
     kept = ledger.measurements(cell.key for cell in CELLS)
     assert all(m.outcome == "completed" for m in kept.values())
     assert CELLS[tasks.CRASHES].key not in kept
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"jobs": 0}, "0 jobs"),
-        ({"cell_timeout": 0.0}, "--cell-timeout: 0 s"),
-        ({"cell_timeout": float("nan")}, "--cell-timeout: nan s"),
-        ({"cell_memory": 0}, "no memory at all"),
-    ],
-)
-def test_limits_without_a_meaning_are_refused(options: dict[str, float], message: str) -> None:
-    with pytest.raises(InvalidInput, match=message):
-        LocalProcesses(**options)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("python", ["/bin/false", "/no/such/python"])
@@ -216,14 +197,6 @@ def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(led
     table = run_cases(tasks.assigned(CELLS, tasks.echo), ledger, rest)
     assert len(rest.ran) == 30 - len(kept)
     assert [int(m.reason) for m in table.values()] == list(range(30))
-
-
-def test_an_interrupt_does_not_wait_for_cells_that_take_long(ledger: Ledger) -> None:
-    cells = [CELLS[0], CELLS[tasks.HANGS], CELLS[1]]
-    with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
-        run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor, watcher=Interrupter(2))
-    # That this line is reached is the claim: the third cell sleeps for longer than any test may take.
-    assert len(ledger.finished(c.key for c in CELLS)) == 2
 
 
 SWEEP = """
@@ -305,11 +278,3 @@ def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
     assert (first, more) == ("sweep: 2 to do, 2 in the ledger", "sweep: 1 more to do, 0 in the ledger")
     assert last.startswith("sweep: 3 done in ")
     assert last.endswith("of which 1 crashed")
-
-
-def test_progress_is_told_of_cells_that_need_not_run(ledger: Ledger) -> None:
-    run_cases(tasks.assigned(CELLS[:4], tasks.echo), ledger, Here())
-    watcher = Interrupter(-1)
-    run_cases(tasks.assigned(CELLS[:6], tasks.echo), ledger, Here(), watcher=watcher)
-    assert watcher.told == (6, 4)
-    assert sorted(watcher.kept) == [4, 5]

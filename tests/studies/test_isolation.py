@@ -13,10 +13,9 @@ from typing import Any
 import planted_faults as planted
 import pymunk
 import pytest
-from planted_faults import ENDS, JOBS, MEMORY
+from planted_faults import MEMORY
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings, Saw, Trajectory, run
-from conrod.mechanism.mechanism import Body
 from conrod.runs.plain import plain
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.isolation import Ended, isolated
@@ -24,7 +23,6 @@ from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker import perform
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import Declaration, LimitCase
 
 SAW = Saw()
@@ -73,10 +71,6 @@ def test_a_fault_ends_as_its_outcome(
     assert isolated(*task, **limits) == Ended(outcome, reason)
 
 
-def test_what_fits_into_the_memory_that_is_allowed_is_no_fault() -> None:
-    assert isolated(take, 10_000_000, memory=100_000_000) == 10_000_000
-
-
 class Unportable(Exception):
     """It cannot be made again from what a pickle keeps of it."""
 
@@ -110,24 +104,7 @@ def test_settings_that_abort_pymunk_are_refused(change: dict[str, float]) -> Non
         dataclasses.replace(SETTINGS, **change)
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, float("inf"), float("nan")])
-def test_masses_that_are_no_masses_are_refused(mass: float) -> None:
-    with pytest.raises(InvalidInput, match="mass of rod"):
-        Body("rod", mass, 1.0)
-
-
 # -- runs and engines in workers; many faults among many runs are in tests/attack --------------------------------------
-
-
-def test_an_engines_abort_in_a_sweep_is_the_outcome_of_its_cell(ledger: Ledger) -> None:
-    sound = [cell for cell in planted.runs(10) if type(cell) is RunCase]
-    cells = list(sound)
-    cells[5] = planted.faulty(sound[5], planted.ABORT)
-    with LocalProcesses(JOBS) as executor:
-        table = run_cases(cells, ledger, executor)
-    assert (table[cells[5].key].outcome, table[cells[5].key].reason) == ENDS[planted.ABORT]
-    others = [cell for cell in sound if cell is not sound[5]]
-    assert {cell.key: table[cell.key] for cell in others} == {cell.key: measure(cell) for cell in others}
 
 
 def test_a_run_at_an_engines_limits_is_the_same_in_a_worker_process(ledger: Ledger) -> None:

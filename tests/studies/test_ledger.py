@@ -14,11 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from conrod import InvalidInput, PymunkSettings, Saw, ShearPress
-from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod import InvalidInput, PymunkSettings, Saw
 from conrod.studies.frame import ledger as ledger_module
 from conrod.studies.frame import ledger_file
-from conrod.studies.frame.ledger import Ledger, default_path
+from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.results_table import study_of
 from conrod.studies.frame.run import RunCase, measure
@@ -49,14 +48,6 @@ def test_a_measurement_comes_back_to_the_last_bit(ledger: Ledger, path: Path) ->
     with Ledger.open(path) as again:
         assert again.measurements(KEYS).get(KEYS[0]) == MEASURED
         assert again.measurements(KEYS).get(KEYS[1]) is None
-
-
-def test_only_what_is_asked_for_is_given_in_its_order(ledger: Ledger) -> None:
-    for k in (4, 2, 3):
-        ledger.keep(CELLS[k], Measurement("completed", str(k)))
-    wanted = [KEYS[2], KEYS[9], KEYS[4]]
-    assert list(ledger.measurements(wanted)) == [KEYS[2], KEYS[4]]
-    assert ledger.finished(wanted) == {KEYS[2], KEYS[4]}
 
 
 def test_more_keys_than_one_statement_takes(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,29 +118,6 @@ def test_what_only_one_study_asks_for_is_known_by_its_identity() -> None:
     assert study_of({"scene": "saw"}) == "sweep"
 
 
-def test_rows_of_different_runs_have_the_same_columns_but_for_parameters_and_settings(ledger: Ledger) -> None:
-    press = ShearPress()
-    other = RunCase("shear-press", press, MuJoCoSettings.hardened(press, 100))
-    ledger.keep(CELLS[0], MEASURED)
-    ledger.keep(other, Measurement("crashed", "ended by signal SIGSEGV"))
-    columns = [[n for n in row if not n.startswith(("parameter.", "setting."))] for row in ledger.rows()]
-    assert columns[0] == columns[1]
-    crashed = next(row for row in ledger.rows() if row["outcome"] == "crashed")
-    assert (crashed["study"], crashed["preset"]) == ("sweep", "hardened")
-    assert crashed["position_max"] is None
-    assert crashed["reason"] == "ended by signal SIGSEGV"
-    assert all(value is None or isinstance(value, str | int | float) for row in ledger.rows() for value in row.values())
-
-
-def test_a_run_timed_on_several_machines_has_as_many_rows(ledger: Ledger) -> None:
-    for c in CELLS[:5]:
-        ledger.keep(c, MEASURED)
-        for machine in ("a", "b", "c"):
-            ledger.keep_timing(c, dataclasses.replace(TIMING, machine=machine))
-    found = [(row["key"], row["machine"]) for row in ledger.rows()]
-    assert found == [(key, machine) for key in sorted(KEYS[:5]) for machine in "abc"]
-
-
 # -- several processes, and killed ones ------------------------------------------------------------------------------
 
 WRITER = f"""
@@ -189,19 +157,6 @@ def test_what_was_kept_outlives_a_process_killed_in_the_middle_of_the_next_write
         assert writer.wait() == -9
     with Ledger.open(path) as ledger:
         assert ledger.finished(KEYS) == set(KEYS[:30])
-
-
-@pytest.mark.parametrize("left_over", [b"", "blank"])
-def test_a_file_that_somebody_killed_left_without_tables_is_taken_over(path: Path, left_over: bytes | str) -> None:
-    if left_over == "blank":
-        with closing(sqlite3.connect(path)) as half_made:
-            half_made.execute("PRAGMA journal_mode = WAL")
-        assert path.stat().st_size > 0
-    else:
-        path.write_bytes(b"")
-    with Ledger.open(path) as ledger:
-        ledger.keep(CELLS[0], MEASURED)
-        assert ledger.finished(KEYS) == {KEYS[0]}
 
 
 # -- what is refused -------------------------------------------------------------------------------------------------
@@ -272,12 +227,6 @@ def test_a_ledger_locked_for_too_long_is_said_to_be(ledger: Ledger, path: Path) 
         assert ledger.finished(KEYS) == set(KEYS[:2])
 
 
-def test_a_new_file_locked_for_too_long_is_said_to_be(path: Path) -> None:
-    with closing(sqlite3.connect(path)) as holder:
-        holder.execute("BEGIN EXCLUSIVE")
-        assert "is locked" in refusal(path, patience=0.2)
-
-
 def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> None:
     pages = ledger._connection.execute("PRAGMA page_count").fetchone()[0]
     ledger._connection.execute(f"PRAGMA max_page_count = {pages + 20}")
@@ -314,27 +263,6 @@ def powerless() -> Iterator[Path]:
 def test_a_read_only_place_is_said_to_be(powerless: Path, name: str) -> None:
     message = refusal(powerless / name)
     assert any(words in message for words in ("readonly", "unable to open", "Permission denied"))
-
-
-def test_a_missing_folder_is_made(tmp_path: Path) -> None:
-    path = tmp_path / "some" / "where" / "ledger.sqlite"
-    Ledger.open(path).close()
-    assert path.is_file()
-
-
-def test_a_file_in_the_place_of_a_folder_is_said_to_be(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    assert "cannot use the ledger" in refusal(tmp_path / "file" / "ledger.sqlite")
-
-
-def test_the_default_is_in_the_cache_folder_unless_the_environment_names_another(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setenv("CONROD_LEDGER", str(tmp_path / "mine.sqlite"))
-    assert default_path() == tmp_path / "mine.sqlite"
-    monkeypatch.delenv("CONROD_LEDGER")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert default_path().parent.name == "conrod"
 
 
 def test_an_error_of_conrod_itself_is_not_dressed_as_one_of_the_file(ledger: Ledger) -> None:

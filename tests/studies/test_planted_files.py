@@ -68,15 +68,6 @@ def test_no_command_imports_what_lies_beside_a_model(folder: Path, command: str)
     assert done.returncode == (1 if command == "lint" else 0), done.stderr  # the saw has findings
 
 
-@pytest.mark.slow
-def test_a_sweep_imports_nothing_of_it_either(folder: Path) -> None:
-    done = command_line.conrod(
-        "sweep", *SAW, "--grid", "coarse", cwd=folder, ledger=folder / "ledger.sqlite", own_workers=True
-    )
-    assert executed(folder) == []
-    assert done.returncode == 0, done.stderr
-
-
 @pytest.mark.parametrize("options", [("-m", "conrod"), pytest.param(("-Bmconrod",), marks=pytest.mark.slow)])
 def test_python_m_conrod_does_not_search_the_working_folder(folder: Path, options: tuple[str, ...]) -> None:
     done = start(folder, *options, "show", "saw-500rpm")
@@ -92,11 +83,6 @@ def test_what_is_planted_is_executed_where_python_searches_the_working_folder(fo
 
 def start(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
-
-
-def test_python_m_conrod_is_found_in_the_working_folder_if_it_is_there() -> None:
-    done = start(Path(HOME), "-m", "conrod", "show")
-    assert done.returncode == 0, done.stderr
 
 
 def here_and_where_from() -> tuple[list[str], str]:

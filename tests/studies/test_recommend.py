@@ -16,7 +16,6 @@ from benchmarks.prior import table_of
 from conrod.engines import engine_named
 from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics.inverse import mass_ratio
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import pursue
@@ -29,10 +28,9 @@ from conrod.studies.sweep.recommend import (
     Recommendation,
     Refusal,
     check_tolerances,
-    confirming_cases,
     recommend_for,
 )
-from conrod.studies.sweep.step_search import Choice, StepSearch, Tried, finer_than, run_at
+from conrod.studies.sweep.step_search import Choice, StepSearch, Tried
 from conrod.studies.sweep.study import SweepPlan, plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
@@ -105,13 +103,6 @@ def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
     assert answer.choice.case.settings.iterations == 10
 
 
-def test_all_tolerances_have_to_be_met() -> None:
-    runs = PretendedRuns(second_order, per_step)
-    alone = recommended(runs, position=1e-4)
-    both = recommended(runs, position=1e-4, acceleration=1e-6)
-    assert both.choice.case.settings.steps_per_revolution > 5 * alone.choice.case.settings.steps_per_revolution
-
-
 @pytest.mark.parametrize("what", ["start", "revolutions", "slower", "faster"])
 def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(what: str) -> None:
     """The planted defect: with ten iterations the error is a hundredfold wherever the grid did not look."""
@@ -150,16 +141,6 @@ def test_after_a_rejection_the_same_rule_is_tried_at_a_finer_step() -> None:
     assert 200 < answer.choice.steps < 240
     assert {rejected.choice.steps for rejected in answer.rejected} == {200}
     assert recommended(PretendedRuns(lambda _: 1e-4, per_step), position=1e-4).rejected == ()  # just does everywhere
-
-
-def test_what_is_out_of_tolerance_in_the_grid_alone_is_not_chosen() -> None:
-    """The planted defect: errors a fifth larger in the grid, where 2000 steps are then not enough."""
-
-    answer = recommended(
-        PretendedRuns(lambda c: second_order(c) * (1.0 if elsewhere(c) else 1.2), per_step), position=1.05e-5
-    )
-    assert answer.choice.case.settings.steps_per_revolution > 2000
-    assert answer.margin >= 1.0
 
 
 def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
@@ -244,14 +225,6 @@ def test_an_answer_says_all_that_it_rests_on() -> None:
     assert {c.name for c in runs.ran} == {"saw-500rpm"}
 
 
-def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
-    geneva = scene_named("geneva")
-    rule = plan_sweep("geneva", geneva, [PYMUNK], "coarse").rules[0]
-    found = dict(confirming_cases(rule, rule.cases[-1]))
-    assert list(found) == ["as pasted", "the pass backwards", "speed -10%", "speed +10%"]
-    assert [c.scene.speed / geneva.speed for c in found.values()] == pytest.approx([1.0, -1.0, 0.9, 1.1])
-
-
 @pytest.mark.parametrize(("worse", "most"), [(2.0, 30864), (12.0, 20000)])
 def test_what_only_does_in_the_grid_may_go_beyond_it_where_that_should_do(worse: float, most: int) -> None:
     """At 20,000 steps, the most of the grid, the error just does: elsewhere it would at 30,864 or 75,600."""
@@ -259,33 +232,6 @@ def test_what_only_does_in_the_grid_may_go_beyond_it_where_that_should_do(worse:
     answer = recommended(runs, position=1.05e-7)
     assert max(c.settings.steps_per_revolution for c in runs.ran) == pytest.approx(most, rel=0.01)
     assert isinstance(answer, Recommendation) == (worse == 2.0)
-
-
-@pytest.mark.parametrize(
-    ("tried", "error", "found"),
-    [
-        ((), 0.5, 1416), ((), 1.0, 1416), ((), 1.5, None),  # run: the error there decides
-        ((1416,), 0.5, 1416), ((1200, 1416), 0.5, 1200), ((2000,), 0.5, 1416), ((1200,), 1.5, None),  # known ones
-    ],
-)  # fmt: skip
-def test_the_finer_step_is_the_one_that_makes_up_for_the_excess(tried: Any, error: float, found: int | None) -> None:
-    """At order 2 an excess of 1.6, with a margin of 1.25, takes 1.414 times the steps."""
-    runs, rule = PretendedRuns(lambda _: error * 1e-6, per_step), grid_of_saw().rules[0]
-    search = StepSearch(rule, [])
-    pursue([run_at([(search, n) for n in (1000, *tried)])], runs.run)
-    rejected, asked = search.tried[0], len(runs.ran)
-    (one,) = pursue([finer_than(search, rejected, 1.6, {"position": 1e-6})], runs.run)
-    assert (one and one.steps) == found
-    assert len(runs.ran) - asked == (0 if min(tried, default=9999) <= 1416 else 1)
-
-
-def test_confirming_runs_are_none_of_the_grid() -> None:
-    runs = PretendedRuns(second_order, per_step)
-    answer = recommended(runs, position=1e-4)
-    grid = {cell.key for cell in grid_of_saw().cases}
-    others = [c for c in runs.ran if elsewhere(c)]
-    assert len({c.key for c in others} - grid) == 4
-    assert answer.choice.case.key not in {c.key for c in others}
 
 
 def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> None:
@@ -347,29 +293,6 @@ def test_the_shipped_sweeps_save_nearly_all_runs() -> None:
     assert len(grid_of_saw().cases) > 150
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-@pytest.mark.parametrize(("position", "vertices"), [(2e-4, 250), (2e-5, 1000)])
-def test_a_cam_gets_no_more_vertices_than_it_needs(engine: str, position: float, vertices: int) -> None:
-    """They are most of what a step with contact costs; a table of the presets alone has 4000."""
-
-    def vertices_of(cell: RunCase) -> int:
-        return int(cell.settings.as_dict()["cam_vertices"])
-
-    def error(cell: RunCase) -> float:
-        return 4e3 / cell.settings.steps_per_revolution**2 + 3.0 / vertices_of(cell) ** 2
-
-    def asked(prior: Mapping[str, Any]) -> int:
-        runs = PretendedRuns(error, lambda cell: per_step(cell) * (1.5 + 1e-3 * vertices_of(cell)))
-        (answer,) = pursue(recommend_for(cam, {"position": position}, runs.time, prior), runs.run)
-        return vertices_of(answer.choice.case)
-
-    cam = plan_sweep("cam-follower", SCENES["cam-follower"], [engine_named(engine)], "default")
-    swept = shipped()["cam-follower"]
-    presets = {"steps": swept["steps"], engine: dict(list(swept[engine].items())[:2])}
-    assert asked(shipped()) == vertices
-    assert asked({"cam-follower": presets}) == 4000
-
-
 @pytest.mark.parametrize("decibels", [-20, 20])
 @pytest.mark.parametrize("cost", [0.01, 100.0])
 def test_a_table_that_is_wrong_by_a_hundredfold_breaks_no_promise(decibels: int, cost: float) -> None:
@@ -393,15 +316,6 @@ def of_rules(count: int, order: int = 2, machines: tuple[str, ...] = ("shear-pre
     return {name: {"steps": [20, 200, 2000], "pymunk": dict.fromkeys(rules, row)} for name in machines}
 
 
-def test_a_quick_search_begins_at_the_steps_and_with_the_order_of_the_table() -> None:
-    def tried(order: int) -> list[int]:
-        runs = PretendedRuns(lambda c: 2e-4 if c.settings.steps_per_revolution == 200 else 9e-5, per_step)
-        recommended(runs, of_rules(1, order), position=1e-4)
-        return [c.settings.steps_per_revolution for c in runs.ran if not elsewhere(c)][:2]
-
-    assert [tried(order) for order in (1, 2, 4)] == [[200, 504], [200, 320], [200, 252]]
-
-
 def test_a_quick_search_goes_on_in_waves_and_counts_them_all() -> None:
     """Seven rules are expected to do, of which none does elsewhere: six in the first wave, and one in the second."""
     runs = PretendedRuns(lambda c: 1e3 if elsewhere(c) else 9e-5, per_step)
@@ -409,15 +323,6 @@ def test_a_quick_search_goes_on_in_waves_and_counts_them_all() -> None:
     assert {one.choice.swept.rule.name for one in answer.rejected} == set(of_rules(7)["saw-40rpm"]["pymunk"])
     # Seven runs, and three finer ones for each rule of the first wave.
     assert answer.how == "from the shipped sweeps of shear-press, by 25 runs"
-
-
-def test_the_nearest_of_all_waves_is_said() -> None:
-    first = grid_of_saw().rules[0].rule
-    runs = PretendedRuns(
-        lambda c: 2e-4 if c.settings == first.settings(SAW, c.settings.steps_per_revolution) else 3e-4, per_step
-    )
-    answer = recommended(runs, of_rules(7), position=1e-4)
-    assert answer.nearest.excess({"position": 1e-4}) == pytest.approx(2.0)
 
 
 def test_what_an_engine_has_no_rule_for_is_refused_with_its_reason() -> None:
@@ -470,8 +375,3 @@ def test_a_tolerance_that_nothing_can_meet_is_refused_and_one_is_needed(bad: flo
     with pytest.raises(InvalidInput, match="^no tolerance: give at least one of" if bad is None else "^--position"):
         check_tolerances({"position": bad})
     assert check_tolerances({"position": 1e-6, "velocity": None}) == {"position": 1e-6}
-
-
-def test_the_mass_ratio_counts_what_a_joint_feels() -> None:
-    # Saw: slider 6 kg; the rod, a uniform bar of 1.5 kg, feels a quarter of its mass at an end.
-    assert mass_ratio(SAW.kinematics.mechanism) == pytest.approx(6.0 / 0.375)

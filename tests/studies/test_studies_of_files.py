@@ -13,35 +13,23 @@ import numpy as np
 import pytest
 from command_line import conrod
 from described import CATALOGUE, changed
-from rolling_machines import gear_pair
 
 from conrod.engines import engine_named
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.exact.kinematics import Kinematics
-from conrod.scenes import Saw
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.ablate.study import COMPARED, change
 from conrod.studies.frame.run import LEAST_STEPS, RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.changed_machines import length_power, rescaled
-from conrod.studies.limits.recorders import ExactTorque
+from conrod.studies.limits.case import Setup
 from conrod.studies.limits.stream_run import stream_run
-from conrod.studies.sweep.recommend import confirming_cases
-from conrod.studies.sweep.study import RulePlan
 
 PASS, TURNS = CATALOGUE / "swinging-four-bar.toml", CATALOGUE / "slider-crank.toml"
 
 
 def read(path: Path, place: str = "", value: Any = None) -> DescribedScene:
     return scene_of(changed(path, place, value)) if place else catalogue_scene(path.stem)
-
-
-def gear_pair_kinematics() -> Kinematics:
-    """Of wheels about their own centres: they turn evenly."""
-    return Kinematics(gear_pair())
 
 
 def cell(scene: DescribedScene, steps: int = 200, engine: str = "mujoco", preset: str = "tuned") -> RunCase:
@@ -60,20 +48,6 @@ def test_what_is_run_of_a_pass_is_the_pass(engine: str) -> None:
     # Negative control: what turns is run as it was asked for.
     turning = cell(read(TURNS))
     assert as_run(turning) is turning
-
-
-def test_a_pass_is_watched_with_the_drive_torque_beside_it() -> None:
-    asked = cell(read(PASS), preset="stock")
-    seen = stream_run(LimitCase("a", asked.scene, asked.settings))
-    assert seen.extremes is not None
-    assert 0.0 < seen.extremes["torque"] < 1.0
-
-
-def test_a_drive_that_takes_nothing_has_no_torque_to_be_compared() -> None:
-    wheels = ExactTorque(gear_pair_kinematics(), 5.0, gravity=False)
-    linkage = ExactTorque(read(TURNS).kinematics, 5.0, gravity=False)
-    assert wheels.is_nothing
-    assert not linkage.is_nothing
 
 
 def test_a_cost_is_that_of_steps_within_the_pass() -> None:
@@ -106,17 +80,6 @@ def test_a_cost_is_that_of_steps_within_the_pass() -> None:
     assert max(made) > 200
 
 
-def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
-    scene, engine = read(PASS), engine_named("mujoco")
-    rule = engine.grid(scene, "coarse")[0]
-    one = RunCase(scene.kind, scene, rule.settings(scene, 200))
-    found = dict(confirming_cases(RulePlan(engine, rule, (one,)), one))
-    assert list(found) == ["as pasted", "the pass backwards", "speed -10%", "speed +10%"]
-    assert len({as_run(other).key for other in (one, *found.values())}) == 5
-    assert found["as pasted"].settings.timestep <= one.settings.timestep
-    assert as_run(found["the pass backwards"]).start_angle == scene.kinematics.span[1]
-
-
 def test_ingredients_of_a_pass_are_looked_at_in_the_pass() -> None:
     scene, settings = read(PASS), cell(read(PASS)).settings
     coarse, fine = (
@@ -131,17 +94,6 @@ def test_ingredients_of_a_pass_are_looked_at_in_the_pass() -> None:
     assert 0.0 < other["position"] < 0.01
 
 
-def test_an_ingredient_of_joints_leaves_the_tendon_of_wheels_alone() -> None:
-    scene = catalogue_scene("planetary-gear")
-    bare = engine_named("mujoco").minimal(scene, 200)
-    for name, quantity in (("passive-damping", "damping"), ("passive-armature", "armature")):
-        model = engine_named("mujoco").stepper(scene, replace(bare, dressing=(name,))).model
-        assert model.ntendon > 0
-        assert not getattr(model, f"tendon_{quantity}").any()
-        # Negative control: the joints have it.
-        assert getattr(model, f"dof_{quantity}")[1:].all()
-
-
 def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:
     for axis in (AXES["steps"], AXES["speed"]):
         case = Setup("a", read(PASS), "pymunk", "tuned")
@@ -152,33 +104,6 @@ def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:
         # Negative control: of what turns, two steps in a turn are run.
         ((_, last),) = axis.spans(Setup("a", read(TURNS), "pymunk", "tuned"))
         assert axis.case(Setup("a", read(TURNS), "pymunk", "tuned"), last).settings.steps_per_revolution == 2
-
-
-@pytest.mark.parametrize("axis", ["start-pose", "run-length", "nearness", "float", "flank-radius", "nose-radius"])
-def test_axes_that_a_file_does_not_have_are_refused_in_words(axis: str) -> None:
-    refusal = AXES[axis].refusal(Setup("a", read(PASS), "mujoco", "tuned"))
-    assert refusal is not None
-    assert refusal.endswith("does not apply")
-
-
-def test_a_file_called_like_a_scene_has_not_its_axes() -> None:
-    named = read(TURNS, "name", "saw")
-    assert named.kind == Saw.kind
-    assert "is not known" in str(AXES["nearness"].refusal(Setup("saw", named, "mujoco", "tuned")))
-    # Negative control: the saw has it.
-    assert AXES["nearness"].refusal(Setup("saw", Saw(), "mujoco", "tuned")) is None
-    settings = engine_named("mujoco").presets["tuned"]
-    assert RunCase("saw", named, settings(named, 200)).key != RunCase("saw", Saw(), settings(Saw(), 200)).key
-
-
-def test_a_file_in_another_unit_of_length_moves_alike() -> None:
-    scene = read(TURNS)
-    larger = scene.with_parameters(**rescaled(scene, 1000.0))
-    angles = np.linspace(0.0, 6.0, 7)
-    for name, point in scene.motion(angles, scene.speed).points.items():
-        found = larger.motion(angles, scene.speed).points[name].position
-        np.testing.assert_allclose(found, 1000.0 * point.position, rtol=1e-12, atol=1e-9)
-    assert (length_power("N"), length_power("kg*m^2"), length_power("m/s^2"), length_power("kg")) == (1, 2, 1, 0)
 
 
 @pytest.mark.parametrize("path", [PASS, TURNS, CATALOGUE / "inverted-slider-crank.toml"])

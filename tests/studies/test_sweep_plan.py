@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from measured import FAILED, errors_by_step
 
@@ -11,9 +9,8 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.variants import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES
-from conrod.studies.frame.run import SIGNED_ANGLES, RunCase, measure
-from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.study import orders_along, plan_sweep, sweep_study
+from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
+from conrod.studies.sweep.study import orders_along
 
 SAW = SCENES["saw-500rpm"]
 EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
@@ -56,45 +53,6 @@ def test_grids_contain_one_another() -> None:
         for engine in map(engine_named, ENGINES):
             coarse, default = (set(engine.grid(scene, grid)) for grid in GRIDS)
             assert coarse < default
-
-
-@pytest.fixture(scope="module")
-def small() -> Any:
-    """A real sweep of pymunk's presets at two coarse steps, with costs as if a step took a microsecond."""
-    scene = SCENES["saw-500rpm"]
-    plan = plan_sweep("saw-500rpm", scene, [engine_named("pymunk")], "coarse")
-    from dataclasses import replace
-
-    rules = tuple(replace(rule, cases=rule.cases[:2]) for rule in plan.rules)
-    plan = replace(plan, rules=rules)
-    measurements = {cell.key: measure(cell) for cell in plan.cases}
-    timings = {
-        cell.key: Timing(1e-6 * cell.settings.steps_per_revolution, 1e-6, cell.settings.steps_per_revolution, 1, 1, "m")
-        for cell in plan.cases
-        if measurements[cell.key].outcome == "completed"
-    }
-    return sweep_study(plan, measurements, timings)
-
-
-def test_a_run_that_does_not_complete_is_a_point_without_errors(small: Any) -> None:
-    failed = [point for point in small.points if not point.completed]
-    assert [(point.preset, point.steps_per_revolution) for point in failed] == [("stock", 20)]
-    assert failed[0].error("position") is None
-    assert failed[0] not in small.front("position")
-
-
-def test_points_are_numbered_by_engine_and_identified(small: Any) -> None:
-    assert [point.label for point in small.points] == ["P1", "P2", "P3", "P4"]
-    for point in small.points:
-        assert point.rule in {rule.name for rule in small.rules}
-        assert len(point.key) == 32
-
-
-def test_stock_and_tuned_pymunk_are_on_the_front_in_their_places(small: Any) -> None:
-    front = small.front("position")
-    assert [point.cost for point in front] == sorted(point.cost for point in front)
-    errors = [point.error("position") for point in front]
-    assert errors == sorted(errors, reverse=True)
 
 
 def test_the_order_is_that_of_the_runs_that_completed() -> None:

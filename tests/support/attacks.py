@@ -8,12 +8,9 @@ import sqlite3
 import subprocess
 import sys
 import time
-import traceback
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-
-import mutants
 
 # Modules of Python's own library and of others, which a user's file may be called as.
 MODULES = ("queue", "pickle", "json", "numpy", "mujoco", "random", "csv", "signal", "sitecustomize", "click")
@@ -37,19 +34,6 @@ def planted(folder: Path, mark: Path) -> Path:
         (folder / f"{name}.py").write_text(f"import os\nos.makedirs({str(mark)!r}, exist_ok=True)\n", encoding="utf-8")
     (folder / "payload.pickle").write_bytes(pickle.dumps(Payload(mark)))
     return folder
-
-
-def mechanisms(path: Path, seeds: range) -> tuple[int, int, float, list[str]]:
-    """Mutants of a mechanism file: refused, moved, the longest CPU time [s], and tracebacks; one in ten is stepped."""
-    refused, slowest, wrong = 0, 0.0, list[str]()
-    for seed in seeds:
-        begun = time.process_time()
-        try:
-            refused += mutants.tried(path, range(seed, seed + 1), engines=seed % 10 == 0)["refused"]
-        except Exception:
-            wrong.append(f"{path.name}, mutant {seed}: {traceback.format_exc()}")
-        slowest = max(slowest, time.process_time() - begun)
-    return refused, len(seeds) - refused - len(wrong), slowest, wrong
 
 
 # -- kills of a sweep ------------------------------------------------------------------------------------------------

@@ -101,11 +101,6 @@ def count_processes(cell: RunCase) -> Measurement:
     return Measurement("completed", str(os.getpid()))
 
 
-def print_and_echo(cell: RunCase) -> Measurement:
-    print("an engine prints this")
-    return echo(cell)
-
-
 def misbehave(cell: RunCase) -> Measurement:
     """Most do what they should; every tenth, and some others, do to their process what engines do."""
     k = number(cell)
@@ -124,10 +119,6 @@ def refuse(cell: RunCase) -> Measurement:
     if number(cell) == CRASHES:
         raise InvalidInput("this cell cannot be run")
     return echo(cell)
-
-
-def fail(cell: RunCase) -> Measurement:
-    raise ZeroDivisionError("a mistake in the task")
 
 
 def sleep_half(cell: RunCase) -> Measurement:
