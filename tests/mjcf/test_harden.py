@@ -160,14 +160,6 @@ def test_only_what_the_loops_are_held_by_hardens() -> None:
     changed = np.flatnonzero(hard.dof_invweight0 != model.dof_invweight0)
     assert sorted(changed.tolist()) == sorted(hips)
     assert to_know(model, active_closures(model)) == ()
-    # Control: a geom on a held body that can collide, and a limit of a held joint, are told.
-    model = mujoco.MjModel.from_xml_string(
-        LEGGED.read_text()
-        .replace('fromto="0 0 0 0 0 -0.4" size="0.02"', 'fromto="0 0 0 0 0 -0.4" size="0.02" contype="1" name="l"', 1)
-        .replace('name="left-hip"', 'name="left-hip" limited="true" range="-1 1"')
-    )
-    (note,) = to_know(model, active_closures(model))
-    assert note.startswith("geom l, limit of joint left-hip: what touches there hardens")
 
 
 def test_a_loop_held_by_a_tendon_hardens_too() -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -71,8 +69,6 @@ def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
 
 
 def test_what_cannot_be_hardened_says_why() -> None:
-    single: Any = SimpleNamespace(body_invweight0=legged().body_invweight0.astype(np.float32))
-    assert "single precision" in nothing_to_do(single, active_closures(legged()))
     assert nothing_to_do(legged(), active_closures(legged())) == ""
     assert "no closed loop" in nothing_to_do(two_arms(""), ())
     inactive = two_arms(BELT.format('active="false"'))

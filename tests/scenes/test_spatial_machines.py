@@ -11,7 +11,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.laws import law_of
 from conrod.exact.space.mobility import mobility
@@ -65,12 +64,6 @@ def test_the_delta_stands_where_williams_says(angles: tuple[float, ...], place: 
     # dimensions are printed to a millimetre, and so are its results.
     drives = {f"input_{k}": np.array([[angle * DEGREE]]) for k, angle in enumerate(angles, 1)}
     assert MACHINES["delta"]().points(drives)["platform"][0, 0] == pytest.approx(place, abs=1e-3)
-
-
-@pytest.mark.parametrize(("name", "size"), [("rssr", {"rod": 1.0}), ("delta", {"rod": 0.3})])
-def test_a_machine_whose_links_do_not_reach_is_refused(name: str, size: dict[str, float]) -> None:
-    with pytest.raises(InvalidInput, match="cannot be assembled in the reference pose"):
-        MACHINES[name](**size)
 
 
 # -- the solver --------------------------------------------------------------------------------------------------------

@@ -29,6 +29,7 @@ MODELS = (".xml", ".mjcf", ".urdf", BINARY)
 SECONDS = 1.0
 MM = 1e3
 ALWAYS = (
+    "contacts and joint limits of what has these weights harden with the loops, friction too",
     "mj_setConst makes the weights anew and so undoes this: run the lines again after it, or after changing masses "
     "in a way that calls it",
     "for double precision only: in single precision (MJX, Warp, a float32 build) keep the model as it is",

@@ -154,8 +154,6 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
     if study.compared is not None and study.compared.closed_form is not None:
         off = measured(study.compared.closed_form)
         yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
-    if study.compared is not None and study.compared.differences:
-        yield f"otherwise than {study.compared.machine}: {_differences_words(study.compared)}"
     if study.unmodelled:
         yield f"forces are not compared: the model has {', '.join(study.unmodelled)}"
     for run in study.runs:

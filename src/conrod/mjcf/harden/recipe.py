@@ -142,8 +142,6 @@ SCALED = 0.5
 
 def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
     """Reason why a model cannot be hardened, forced or not; empty where it can."""
-    if model.body_invweight0.dtype != np.float64:
-        return "this build of MuJoCo calculates in single precision, where hardening costs more digits than it gives"
     if not closures:
         if off := [name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i)]:
             return f"none of its equality constraints is active at the start: {listed(off)}"
@@ -189,17 +187,5 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
             [name_or_number(model, "equality", index) for index in range(model.neq) if index not in hardened],
             "not active at the start, or of a flex, so not hardened",
         ),
-        (_touching(model, Weights.of(closures)), "what touches there hardens with the loops, friction too"),
     )
     return tuple(f"{listed(which)}: {what}" for which, what in found if which)
-
-
-def _touching(model: mujoco.MjModel, weights: Weights) -> list[str]:
-    """Geoms that can collide and joint limits whose own weights are scaled."""
-    able = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    able[[*model.pair_geom1, *model.pair_geom2]] = True
-    able &= not int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    held = np.isin(model.geom_bodyid, weights.indices["body"])
-    joints = sorted({int(model.dof_jntid[dof]) for dof in weights.indices["dof"]})
-    limits = [f"limit of {_called(model, 'joint', joint)}" for joint in joints if model.jnt_limited[joint]]
-    return [*(_called(model, "geom", int(geom)) for geom in np.flatnonzero(able & held)), *limits]

@@ -11,17 +11,10 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.poses import turn_of
 from conrod.exact.space.tree import Closure, SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
-from conrod.mjcf.equalities import closure_name
+from conrod.mjcf.equalities import closure_name, kind_of
 from conrod.own.models.loading import joint_kind, listed, name_or_number
 
-EQUALITIES = mujoco.mjtEq
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
-KINDS = {
-    int(EQUALITIES.mjEQ_CONNECT): "connect",
-    int(EQUALITIES.mjEQ_WELD): "weld",
-    int(EQUALITIES.mjEQ_JOINT): "joint",
-    int(EQUALITIES.mjEQ_TENDON): "tendon",
-}
 
 
 def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
@@ -87,8 +80,8 @@ def _of_site(model: mujoco.MjModel, k: int) -> SpatialPoint:
 
 
 def _closure(model: mujoco.MjModel, k: int) -> Closure:
-    name, kind = closure_name(model, k), KINDS.get(int(model.eq_type[k]))
-    if kind is None:
+    name, kind = closure_name(model, k), kind_of(model, k)
+    if not kind:
         raise InvalidInput(f"{name}: an equality constraint of a flex: its motion is no rigid one")
     one, two, data = int(model.eq_obj1id[k]), int(model.eq_obj2id[k]), model.eq_data[k]
     if kind == "joint":

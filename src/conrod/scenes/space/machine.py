@@ -14,7 +14,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from conrod.errors import InvalidInput
 from conrod.exact.jet import Jet
 from conrod.exact.motion import Array
 
@@ -117,19 +116,9 @@ class SpatialMachine:
 
 
 def start_pose(closed_form: ClosedForm, driven: Iterable[str]) -> dict[str, Array]:
-    """Points (3,) [m] where all driven coordinates are 0: the reference pose, from which a model is built.
-
-    Raises:
-        InvalidInput: links of these sizes do not reach each other there.
-    """
-    with np.errstate(invalid="ignore"):
-        points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven})
-    start = {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
-    if apart := [name for name, point in start.items() if not np.isfinite(point).all()]:
-        raise InvalidInput(
-            f"links of these sizes cannot be assembled in the reference pose: they leave {apart[0]} nowhere"
-        )
-    return start
+    """Points (3,) [m] where all driven coordinates are 0: the reference pose, from which a model is built."""
+    points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven})
+    return {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
 
 
 def hinge_closure(name: str, pin: Array, axis: Array) -> tuple[dict[str, Array], dict[str, Array], list[Closure]]:
