@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -81,7 +81,7 @@ class Run:
     steps: int  # that were made before anything broke
     touched: dict[tuple[int, int], int]  # how many steps a pair of geoms was in contact
     warnings: tuple[str, ...]  # of the engine
-    broke: bool  # whether the engine gave up, or should have
+    broke: str  # why the engine gave up, or should have; empty where it did not
 
     @property
     def travel(self) -> float:
@@ -89,17 +89,23 @@ class Run:
         return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
 
 
-def run(model: mujoco.MjModel, start: Array, steps: int) -> Run:
-    """Step a model; ends early where the engine warns of numbers that are none."""
+def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = None) -> Run:
+    """Step a model; ends early where the engine warns of numbers that are none.
+
+    Args:
+        every: steps from one sample to the next; None for some `SAMPLES` in all.
+    """
     data = data_at(model, start)
-    every = max(1, -(-steps // SAMPLES))
+    every = every or max(1, -(-steps // SAMPLES))
     states, touched, done = list[Array](), dict[tuple[int, int], int](), 0
     with warnings_kept_quiet():
-        for step in range(steps):
+        for step in range(steps + 1):
             if step % every == 0:
                 if broken(data):
                     break
                 states.append(state_of(model, data))
+            if step == steps:
+                break
             mujoco.mj_step(model, data)
             done += 1
             if data.ncon:
@@ -107,20 +113,19 @@ def run(model: mujoco.MjModel, start: Array, steps: int) -> Run:
                 acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
                 for pair in {(min(geoms), max(geoms)) for geoms in acting}:
                     touched[pair] = touched.get(pair, 0) + 1
-        warnings = tuple(warnings_of(data))
-        points = _places(model, states)
-    broke = bool(broken(data)) or not np.isfinite(points).all()
-    states_made = np.reshape(states, (len(states), len(start)))
-    return Run(states_made, points, done, touched, warnings, broke)
+        warnings, moving = tuple(warnings_of(data)), model.body_weldid > 0
+        points = np.array([np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in looks(model, states)])
+    broke = broken(data) or ("" if np.isfinite(points).all() else "not finite")
+    return Run(np.reshape(states, (len(states), len(start))), points, done, touched, warnings, broke)
 
 
-def _places(model: mujoco.MjModel, states: Sequence[Array]) -> Array:
-    """Places (S, p, 3) [m] of the origins and centres of gravity of all bodies that can move."""
-    # In data of their own: after a step, positions in the data of the run belong to the instant before it.
-    aside, moving = mujoco.MjData(model), model.body_weldid > 0
-    places = []
+def looks(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:
+    """Data of a model at each of its states, with positions and constraints; one object, used again and again.
+
+    After a step, positions in the data of a run belong to the instant before it.
+    """
+    data = mujoco.MjData(model)
     for state in states:
-        mujoco.mj_setState(model, aside, state, STATE)
-        mujoco.mj_kinematics(model, aside)
-        places.append(np.vstack([aside.xpos[moving], aside.xipos[moving]]))
-    return np.array(places)
+        mujoco.mj_setState(model, data, state, STATE)
+        mujoco.mj_fwdPosition(model, data)
+        yield data

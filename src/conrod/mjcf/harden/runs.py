@@ -11,12 +11,11 @@ import numpy as np
 
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
 from conrod.mjcf.harden.closures import Closure
 from conrod.mjcf.harden.results import Request, Variant
-from conrod.mjcf.runs import STATE, broken, data_at, looping_stepper, state_of
+from conrod.mjcf.runs import looks, looping_stepper, run, state_of
 from conrod.own.models.loading import data_at_start, start_words
 from conrod.studies.frame.paired_timing import PairedTiming, paired_cost
 
@@ -92,29 +91,19 @@ class Swing:
 
 def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:
     """Run a model from a state; it ends at the first warning of numbers that are none."""
-    run = paced(model, pace)
-    data, aside = data_at(run, state), mujoco.MjData(run)
-    points, gaps, broke = list[Array](), list[Array](), ""
-    with warnings_kept_quiet():
-        for sample in range(pace.samples + 1):
-            if sample:
-                mujoco.mj_step(run, data, pace.stride)
-            if broke := broken(data):
-                break
-            # In data of their own: after a step, constraints in the data of the run are of the step before.
-            mujoco.mj_setState(run, aside, state_of(run, data), STATE)
-            mujoco.mj_fwdPosition(run, aside)
-            points.append(aside.xipos[model.body_weldid > 0].copy())
-            gaps.append(openings(model, aside, float(model.stat.extent))[[one.index for one in closures]])
-    return Swing(np.array(points), np.array(gaps), pace.stride * (len(points) - 1), broke)
+    made = run(paced(model, pace), state, pace.samples * pace.stride, pace.stride)
+    moving, chosen, size = model.body_weldid > 0, [one.index for one in closures], float(model.stat.extent)
+    seen = [(look.xipos[moving].copy(), openings(model, look, size)[chosen]) for look in looks(model, made.states)]
+    points, gaps = (np.array(column) for column in zip(*seen, strict=True))
+    return Swing(points, gaps, pace.stride * (len(seen) - 1), made.broke)
 
 
 def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
     """A copy that steps at the pace and does not begin again by itself where it breaks."""
-    run = copy.copy(model)
-    run.opt.timestep = pace.timestep
-    run.opt.disableflags |= older.flag("AUTORESET")
-    return run
+    made = copy.copy(model)
+    made.opt.timestep = pace.timestep
+    made.opt.disableflags |= older.flag("AUTORESET")
+    return made
 
 
 # -- figures -----------------------------------------------------------------------------------------------------------
@@ -146,11 +135,11 @@ class Reference:
         self, name: str, model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]
     ) -> Variant:
         """Figures of a model's run."""
-        run = swing(model, state, pace, closures)
-        if run.broke:
-            return Variant(name, run.steps, run.broke)
-        drift = None if self.known_to is None else run.drift(self.swing)
-        return Variant(name, run.steps, "", tuple(run.openings.max(axis=0).tolist()), drift)
+        made = swing(model, state, pace, closures)
+        if made.broke:
+            return Variant(name, made.steps, made.broke)
+        drift = None if self.known_to is None else made.drift(self.swing)
+        return Variant(name, made.steps, "", tuple(made.openings.max(axis=0).tolist()), drift)
 
 
 def cost(own: mujoco.MjModel, hardened: mujoco.MjModel, state: Array, pace: Pace) -> PairedTiming:

@@ -100,7 +100,7 @@ def _bench(model: mujoco.MjModel, start: Array, steps: int) -> Bench:
     if not len(states):
         raise InvalidInput("its run breaks off at the start")
     interval = model.opt.timestep * max(1, -(-steps // SAMPLES)) * every
-    return Bench.of(model, interval * np.arange(len(states)), states, made.broke)
+    return Bench.of(model, interval * np.arange(len(states)), states, bool(made.broke))
 
 
 # -- scenes: a model for each order in which joints may be declared ---------------------------------------------------

@@ -16,7 +16,7 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
 from conrod.mjcf.lint.document import Document
-from conrod.mjcf.runs import STATE, Run, data_at, run
+from conrod.mjcf.runs import Run, data_at, looks, run
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
 UNCHANGED = 1e-9
@@ -57,11 +57,7 @@ class Bench:
     @cached_property
     def openings(self) -> Array:
         """Opening (samples, neq) [m] of each equality."""
-        data, found = data_at(self.model, self.start), list[Array]()
-        for state in self.run.states:
-            mujoco.mj_setState(self.model, data, state, STATE)
-            mujoco.mj_forward(self.model, data)
-            found.append(openings(self.model, data, self.size))
+        found = [openings(self.model, data, self.size) for data in looks(self.model, self.run.states)]
         return np.reshape(found, (len(found), self.model.neq))
 
     # -- measures ----------------------------------------------------------------------------------------------------
