@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import pytest
-from planted_engine import installed_in
 
 import conrod
 
@@ -147,53 +145,3 @@ def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: p
     )
     run(pytester, "--conrod-regen-all").assert_outcomes(passed=1)
     run(pytester).assert_outcomes(passed=1)
-
-
-@pytest.mark.slow
-def test_an_engine_that_aborts_fails_its_own_test_alone(
-    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Its steps are the other's, which end the process.
-    site, support = installed_in(pytester.mkdir("site"), "aborting:ENGINE"), ROOT / "tests" / "support"
-    (site / "aborting.py").write_text(
-        "import os\nfrom planted_engine import ENGINE\ntype(ENGINE).run = lambda *_: os.abort()\n", encoding="utf-8"
-    )
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(str, (ROOT / "src", site, support))))
-    pytester.makepyfile(
-        """
-        def test_abort(conrod_check):
-            conrod_check("saw-500rpm", engine="planted", preset="sharp", steps_per_rev=50)
-
-        def test_next():
-            pass
-        """
-    )
-    done = run(pytester, "--conrod-regen-all")
-    done.assert_outcomes(failed=1, passed=1)
-    done.stdout.fnmatch_lines(["conrod: out of the law: saw-500rpm: planted sharp: failed, crashed: *"])
-
-
-@pytest.mark.slow
-def test_tests_of_the_same_name_and_workers_beside_each_other_have_files_of_their_own(
-    pytester: pytest.Pytester,
-) -> None:
-    body = """
-        import pytest, numpy as np, conrod
-
-        @pytest.mark.parametrize("offset", [1, 2])
-        def test_table(conrod_check, offset):
-            saw = conrod.scene("saw-500rpm")
-            times = np.linspace(0.0, 0.24, 50)
-            exact = saw.motion(saw.speed * times, saw.speed).point("C").position
-            conrod_check({"time": times, "C": exact + [1e-6 * offset, 0.0]}, saw)
-        """
-    pytester.makepyfile(test_a=body, test_b=body)
-    written = run(pytester, "-p", "xdist", "-n", "2")
-    written.assert_outcomes(failed=4)
-    files = sorted((pytester.path / "conrod-baselines").rglob("*"))
-    assert [str(one.relative_to(pytester.path / "conrod-baselines")) for one in files if one.is_file()] == [
-        f"test_{module}/test_table-{k}.json" for module in "ab" for k in (1, 2)
-    ]
-    assert all(json.loads(one.read_text(encoding="utf-8")) for one in files if one.is_file())
-    run(pytester, "-p", "xdist", "-n", "2", "--conrod-regen-all").assert_outcomes(passed=4)
-    run(pytester, "-p", "xdist", "-n", "2").assert_outcomes(passed=4)

@@ -147,7 +147,7 @@ def test_on_the_other_branch_a_length_that_is_off_is_named_too(tmp_path: Path) -
 def test_a_mirror_image_is_the_machine_where_it_is_to_be_seen_from_behind(tmp_path: Path) -> None:
     identity = seen(tmp_path, "saw", mirrored(SAW), GivenFrame(plane="-xy"))
     assert identity.is_machine(1e-12)
-    assert (identity.frame.view.behind, identity.frame.sense) == (True, -1)
+    assert (identity.frame.view.name, identity.frame.sense) == ("-xy", -1)
 
 
 # -- wiring and limits -------------------------------------------------------------------------------------------------

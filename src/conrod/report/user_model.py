@@ -100,7 +100,7 @@ def _frame(study: ModelStudy) -> Iterator[str]:
     """The frame, given or worked out."""
     there = study.identity.frame
     yield (
-        f"plane {there.view.name}{', seen from behind' if there.view.behind else ''}, turned by "
+        f"plane {there.view.name}, turned by "
         f"{_degrees(there.rotation)}, crank zero at {_degrees(there.zero)}, unit {there.unit_name}"
     )
     anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
@@ -113,7 +113,7 @@ def _degrees(angle: float) -> str:
 
 def _wiring(study: ModelStudy) -> Iterator[str]:
     """Joints, closures and freedom."""
-    has, contact = study.model.wiring, study.model.touching
+    has, contact = study.model, study.model.touching
     yield f"{_counted(study)}; the machine has {_machine_joints(study.scene)}"
     yield (
         f"mobility {has.coordinates - has.rank - (1 if contact else 0)}: {has.coordinates} degrees of freedom, of "
@@ -123,7 +123,7 @@ def _wiring(study: ModelStudy) -> Iterator[str]:
 
 def _counted(study: ModelStudy) -> str:
     """Joints and closures of the model."""
-    has = study.model.wiring
+    has = study.model
     named = {kind if kind in ("connect", "weld") else f"equality of {kind}s": n for kind, n in has.closures.items()}
     return _plural({**has.joints, **named})
 
@@ -138,7 +138,7 @@ def _plural(counts: Mapping[str, int]) -> str:
 
 def other_kinds(study: ModelStudy) -> list[str]:
     """A sentence on joints of other kinds than those of the machine; none where they agree."""
-    has, wanted = study.model.wiring, [type(joint).__name__ for joint in study.scene.mechanism().joints]
+    has, wanted = study.model, [type(joint).__name__ for joint in study.scene.mechanism().joints]
     pins, slides = has.joints.get("hinge", 0) + has.closures.get("connect", 0), has.joints.get("slide", 0)
     if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")):
         return []
@@ -195,7 +195,7 @@ def runs_table(study: ModelStudy) -> Table:
 
 
 def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
-    errors = {point: curves["position"].size.max for point, curves in (run.errors or {}).items()}
+    errors = {point: sizes["position"].max for point, sizes in (run.errors or {}).items()}
     return in_mm(errors, study.scene.lengths)
 
 

@@ -27,14 +27,12 @@ class View:
     Attributes:
         name: of the plane by its two directions: xz is x to the right and z up, -xz the same from behind.
         sense: of the crank's hinge in this view: +1 if its coordinate grows counter-clockwise.
-        behind: whether the plane is seen from the side that it is not usually seen from.
     """
 
     name: str
     right: tuple[float, float, float]
     up: tuple[float, float, float]
     sense: int
-    behind: bool
 
     def flat(self, vectors: Array) -> Array:
         """Vectors (T, 3) as complex numbers (T,) of the picture."""
@@ -124,8 +122,6 @@ def _view(plane: str, axis: Array) -> View:
         raise InvalidInput(
             f"plane {plane}: the crank's axis ({numbers}) is not across it, so it is not that of the motion"
         )
-    usual = USUAL["xyz"[int(np.argmax(np.abs(across)))]]
-    behind = bool(across @ np.cross(UNIT[usual[0]], UNIT[usual[1]]) < 0.0)
     a, b, c = right.tolist()
     x, y, z = up.tolist()
-    return View(plane, (a, b, c), (x, y, z), 1 if across @ axis > 0.0 else -1, behind)
+    return View(plane, (a, b, c), (x, y, z), 1 if across @ axis > 0.0 else -1)

@@ -100,27 +100,14 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Wiring:
-    """Joints and closures of a model, and the freedom that they leave.
+class ModelFacts:
+    """A model by the account of its compiled file and of one turn of its crank.
 
     Attributes:
         joints: number of joints by kind: hinge, slide, ball, free.
         closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
         coordinates: degrees of freedom that the joints give.
         rank: of the closures' Jacobian.
-    """
-
-    joints: Mapping[str, int]
-    closures: Mapping[str, int]
-    coordinates: int
-    rank: int
-
-
-@dataclass(frozen=True)
-class ModelFacts:
-    """A model by the account of its compiled file and of one turn of its crank.
-
-    Attributes:
         touching: names of the two geoms that make a higher pair; None where closures place everything.
         settings: that it comes with, in words.
         stops: joints whose limits the turn leaves, with both.
@@ -130,7 +117,10 @@ class ModelFacts:
 
     name: str
     engine_version: str
-    wiring: Wiring
+    joints: Mapping[str, int]
+    closures: Mapping[str, int]
+    coordinates: int
+    rank: int
     touching: tuple[str, str] | None
     timestep: float  # [s]
     settings: str

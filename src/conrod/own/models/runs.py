@@ -10,10 +10,9 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.exact.reference import ExactReference
-from conrod.own.error_curve import ErrorCurve, error_curve
 from conrod.own.models.frame import Frame
 from conrod.own.models.request import DrivenRun
-from conrod.runs.comparison import ExactMotions, track_errors
+from conrod.runs.comparison import ExactMotions, Size, size_of, track_errors
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 
@@ -28,7 +27,7 @@ class JudgedRun:
     """A run with its errors.
 
     Attributes:
-        errors: by observed point and by quantity, over the crank angle [rad]; None where it did not complete.
+        errors: by observed point and by quantity; None where it did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
     """
 
@@ -36,14 +35,14 @@ class JudgedRun:
     outcome: Outcome
     reason: str
     steps_per_revolution: float
-    errors: Mapping[str, Mapping[str, ErrorCurve]] | None
+    errors: Mapping[str, Mapping[str, Size]] | None
     phase: float
 
     def worst(self, quantity: str, measure: str = "max") -> float | None:
         """The largest error of a quantity over all points; None where the run did not complete."""
         if self.errors is None:
             return None
-        return float(np.max([getattr(curves[quantity].size, measure) for curves in self.errors.values()]))
+        return float(np.max([getattr(sizes[quantity], measure) for sizes in self.errors.values()]))
 
     def judged_error(self, name: str) -> float:
         """The error that a tolerance of this name is compared with; not a number where the run did not complete."""
@@ -79,7 +78,6 @@ class RunReference:
         speed: nominal, of the crank angle [rad/s].
         others: other assembly branches.
         touching: whether a contact of the model places its follower.
-        turns: that a run is to take.
     """
 
     exact: ExactReference
@@ -88,7 +86,6 @@ class RunReference:
     frame: Frame
     points: tuple[str, ...]
     touching: bool
-    turns: float
 
 
 def tracks_of(run: DrivenRun, to: RunReference) -> dict[str, PointTracks]:
@@ -102,19 +99,15 @@ def tracks_of(run: DrivenRun, to: RunReference) -> dict[str, PointTracks]:
     }
 
 
-def judged(label: str, run: DrivenRun, to: RunReference, seen: Mapping[str, PointTracks] | None = None) -> JudgedRun:
-    """A run with its outcome and its errors.
-
-    Args:
-        seen: its points in the document's frame, where they are not as it has them.
-    """
-    tracks, verdict = seen or tracks_of(run, to), Verdict(run.outcome, run.reason)
+def judged(label: str, run: DrivenRun, to: RunReference) -> JudgedRun:
+    """A run with its outcome and its errors."""
+    tracks, verdict = tracks_of(run, to), Verdict(run.outcome, run.reason)
     if run.outcome is Outcome.COMPLETED:
         verdict = next(_endings(run, tracks, to), verdict)
     errors = None
     if verdict.outcome is Outcome.COMPLETED:
         errors = {
-            name: {quantity: error_curve(series.angle, series.error) for quantity, series in vars(found).items()}
+            name: {quantity: size_of(series.error) for quantity, series in vars(found).items()}
             for name, found in track_errors(tracks, to.speed, ExactMotions(to.exact)).items()
         }
     at = next(iter(tracks.values())).position.instants
@@ -139,9 +132,7 @@ def crank_motion(run: DrivenRun, to: RunReference) -> CrankMotion:
 
 def _endings(run: DrivenRun, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:
     """Outcomes that the crank, the points and the violation of the closures show; the first one counts."""
-    travel, nominal = max(to.exact.lengths.values()), 2.0 * np.pi * to.turns / abs(to.speed)
-    if (last := float(next(iter(tracks.values())).position.instants.times[-1])) < nominal - 1.5 * run.timestep:
-        yield Verdict(Outcome.CRASHED, f"it ended after {last:.6g} s of {nominal:.6g} s")
+    travel = max(to.exact.lengths.values())
     places = np.array([t.position.values for t in tracks.values()])
     exact = ExactMotions(to.exact)
     off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])

@@ -19,7 +19,7 @@ from conrod.own.models.loading import (
     name_or_number,
     start_words,
 )
-from conrod.own.models.request import ModelFacts, Question, Scan, Wiring
+from conrod.own.models.request import ModelFacts, Question, Scan
 
 SAMPLES = 180  # in a turn
 # A point that is not back after a turn is away by more than this share of the model.
@@ -35,7 +35,7 @@ def scan(assembly: Assembly, question: Question) -> Scan:
     """
     model, crank, start = assembly.original, assembly.crank, assembly.coordinate()
     controls = controls_at_start(model, question.keyframe, question.controls)
-    wiring, samples = _wiring(assembly), []
+    active, rank, samples = np.flatnonzero(assembly.data.eq_active).tolist(), jacobian_rank(assembly.jacobian()), []
     for turn in np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1):
         assembly.go(start + float(turn))
         samples.append(_sample(assembly))
@@ -47,7 +47,10 @@ def scan(assembly: Assembly, question: Question) -> Scan:
     facts = ModelFacts(
         name=model.names[: model.names.index(b"\0")].decode(errors="replace"),
         engine_version=mujoco.__version__,
-        wiring=wiring,
+        joints=dict(Counter(joint_kind(model, joint) for joint in range(model.njnt))),
+        closures=dict(Counter(mujoco.mjtEq(int(model.eq_type[e])).name.removeprefix("mjEQ_").lower() for e in active)),
+        coordinates=int(model.nv),
+        rank=rank,
         touching=(name_or_number(model, "geom", pair[0]), name_or_number(model, "geom", pair[1])) if pair else None,
         timestep=float(model.opt.timestep),
         settings=_settings(model),
@@ -103,18 +106,6 @@ def _differences(model: mujoco.MjModel, states: Array, again: Array) -> Array:
 
 
 # -- facts -------------------------------------------------------------------------------------------------------------
-
-
-def _wiring(assembly: Assembly) -> Wiring:
-    """Joints and closures of the model."""
-    model, active = assembly.model, np.flatnonzero(assembly.data.eq_active).tolist()
-    kinds = (str(mujoco.mjtEq(int(model.eq_type[e])).name).removeprefix("mjEQ_").lower() for e in active)
-    return Wiring(
-        joints=dict(Counter(joint_kind(model, joint) for joint in range(model.njnt))),
-        closures=dict(Counter(kinds)),
-        coordinates=int(model.nv),
-        rank=jacobian_rank(assembly.jacobian()),
-    )
 
 
 def _settings(model: mujoco.MjModel) -> str:

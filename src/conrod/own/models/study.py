@@ -67,7 +67,7 @@ def study(
         start = first + float(np.remainder(frame.zero - first, 2.0 * np.pi))
         drive = CrankDrive(assembly, turn, frame.sense * machine.speed, start, revolutions)
         branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-        to = RunReference(moving, machine.speed, branches, frame, points, facts.touching is not None, revolutions)
+        to = RunReference(moving, machine.speed, branches, frame, points, facts.touching is not None)
         as_given = drive.as_given(question)
         models, refused = _models(machine, assembly.original)
         driven = {label: drive.driven(model) for label, model in models.items()}
