@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from conrod import Checked
 
 FOLDER, LONGEST = "conrod-baselines", 100  # characters of a file's name
-NOTE = "conrod"  # of what a passed test has to say
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -29,17 +28,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Register the marker."""
     config.addinivalue_line("markers", "conrod(**words): words of conrod_check for a test: keywords of conrod.check.")
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """What tests that passed have to say: baselines that were written again."""
-    reports = itertools.chain.from_iterable(terminalreporter.stats.values())
-    calls = [one for one in reports if isinstance(one, pytest.TestReport) and one.when == "call"]
-    notes = [(one.nodeid, text) for one in calls for name, text in one.user_properties if name == NOTE]
-    if notes:
-        terminalreporter.section("conrod")
-        for nodeid, text in notes:
-            terminalreporter.write_line(f"{nodeid}: {text}")
 
 
 @pytest.fixture
@@ -82,8 +70,6 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
             failed.append(f"accept: {_command(request)}")
     if failed:
         pytest.fail("conrod: " + "\n".join(failed), pytrace=False)
-    if held is not None and held.text:
-        request.node.user_properties.append((NOTE, held.text))
     return checked
 
 

@@ -6,14 +6,12 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 from conrod.errors import InvalidInput
 
 NAMED = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-INCLUDED = re.compile(r"""<include\s+file\s*=\s*(["'])(.+?)\1""")
 FOLDERS = re.compile(r"""\s(?:meshdir|texturedir|assetdir)\s*=\s*(["'])(.*?)\1""")
 TEXT = (".xml", ".mjcf", ".urdf")
 
@@ -48,10 +46,10 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
     assets in the folders that the compiler is given, too.
 
     Raises:
-        InvalidInput: one of them is a pipe or a device, which has no end, or a file includes itself.
+        InvalidInput: one of them is a pipe or a device, which has no end.
     """
     found, names, waiting = {path: None}, list[str](), [path]
-    folders, included = {path.parent}, dict[Path, set[Path]]()
+    folders = {path.parent}
     while waiting:
         file = waiting.pop()
         if not file.is_file() or file.suffix.lower() == ".mjb":
@@ -59,9 +57,6 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
         text = COMMENT.sub("", file.read_text(encoding="utf-8", errors="replace"))
         folders |= {file.parent, *(path.parent / match[2] for match in FOLDERS.finditer(text))}
         names += [match[2] for match in NAMED.finditer(text)]
-        inside = [match[2] for match in INCLUDED.finditer(text)]
-        beside = [there for name in inside for there in (file.parent / name, path.parent / name) if there.is_file()]
-        included[file.resolve()] = {there.resolve() for there in beside}
         every = [there for folder in sorted(folders) for name in names if (there := folder / name).exists()]
         if endless := [there for there in every if not (there.is_file() or there.is_dir())]:
             raise InvalidInput(f"{file}: {endless[0]} is no regular file")
@@ -70,10 +65,6 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
         new = {there.resolve(): there for there in every if there.is_file() and there.resolve() not in real}
         found |= dict.fromkeys(new.values())
         waiting += [there for there in new.values() if there.suffix.lower() in TEXT]
-    try:
-        TopologicalSorter(included).prepare()
-    except CycleError as error:
-        raise InvalidInput(f"{path}: {Path(error.args[1][0]).name} includes itself") from None
     return tuple(found)
 
 

@@ -57,7 +57,9 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
     begin, crank = f"from {study.model.start}", study.crank
     if crank is None:
         return f"{begin}, it ended as {run.outcome.slug}: {run.reason}"
-    mean, least, most = (_rpm(speed) for speed in (crank.mean, crank.least, crank.most))
+    # What is less than a millionth of the scene's speed is none.
+    seen = [study.scene.speed * round(one / study.scene.speed, 6) for one in (crank.mean, crank.least, crank.most)]
+    mean, least, most = map(_rpm, seen)
     did = f"it turned at {mean} rpm on average, {least} to {most} rpm"
     if study.commanded is not None:
         keeps = "strays from" if study.own_failed else "keeps to"

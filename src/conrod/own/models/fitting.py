@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -19,6 +19,7 @@ from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
 DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
+Reference = TypeVar("Reference", bound=ExactReference)
 # A step that gains less than this share of the squares is the last; so is one that is rounding.
 GAIN, ROUNDING = 2e-3, 1e-15
 
@@ -103,81 +104,61 @@ class Search:
         return replace(there, distances=self.distances(reference, there))
 
 
-class Fit:
-    """The unknowns of a fit in one vector: free parts of the frame, lengths, and places of points on their links."""
+def fitted(
+    search: Search, start: FrameFit, reference: Reference, lengths: Sequence[str] = (), points: Sequence[str] = ()
+) -> tuple[FrameFit, Reference]:
+    """The frame and the machine that leave the least squares: of the frame, lengths, and places of points.
 
-    def __init__(
-        self,
-        search: Search,
-        start: FrameFit,
-        reference: ExactReference,
-        lengths: Sequence[str] = (),
-        points: Sequence[str] = (),
-    ) -> None:
-        self._search, self._start, self._reference, self._lengths = search, start, reference, lengths
-        self._frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]
-        self._rows = [search.scan.points.index(point) for point in points]
-        places = start.displacements[self._rows]
-        values = [getattr(start, name) for name in self._frame]
-        # The largest length of the machine is what small lengths are judged by.
-        size = max((abs(length_of(search.scene, name)) for name in search.lengths), default=1.0)
-        if lengths:
-            values += [length_of(self._scene, name) for name in lengths]
-        sizes = [1.0 if name == ALL_LENGTHS else size for name in lengths] + [size] * (2 * len(self._rows))
-        self._x = np.concatenate([values, places.real, places.imag])
-        self._sizes = np.array([1.0] * len(self._frame) + sizes)
+    Raises:
+        InvalidInput: there are no distances at the start, or it leads to no machine.
+    """
+    frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]
+    rows = [search.scan.points.index(point) for point in points]
+    # The largest length of the machine is what small lengths are judged by.
+    size = max((abs(length_of(search.scene, name)) for name in search.lengths), default=1.0)
+    values = [getattr(start, name) for name in frame] + [length_of(search.scene, name) for name in lengths]
+    sizes = [1.0] * len(frame) + [1.0 if name == ALL_LENGTHS else size for name in lengths] + [size] * (2 * len(rows))
+    places = start.displacements[rows]
+    origin, scale = np.concatenate([values, places.real, places.imag]), np.array(sizes)
 
-    @property
-    def _scene(self) -> Scene:
-        assert isinstance(self._reference, Scene)
-        return self._reference
+    def at(steps: Array) -> tuple[FrameFit, Reference]:
+        """So many sizes of each unknown from the start."""
+        turned, own, placed = np.split(origin + scale * steps, np.cumsum([len(frame), len(lengths)]))
+        moved, half = start.displacements.copy(), len(rows)
+        moved[rows] = placed[:half] + 1j * placed[half:]
+        there: Any = dict(zip(frame, turned.tolist(), strict=True))
+        machine: Any = with_lengths(search.scene, lengths, own) if lengths else reference
+        return replace(start, displacements=moved, **there), machine
 
-    def _split(self, x: Array) -> tuple[FrameFit, ExactReference]:
-        frame, lengths, places = np.split(x, np.cumsum([len(self._frame), len(self._lengths)]))
-        moved, half = self._start.displacements.copy(), len(self._rows)
-        moved[self._rows] = places[:half] + 1j * places[half:]
-        fitted: dict[str, Any] = dict(zip(self._frame, frame.tolist(), strict=True))
-        there = replace(self._start, displacements=moved, **fitted)
-        machine = with_lengths(self._scene, self._lengths, lengths) if self._lengths else self._reference
-        return there, machine
-
-    def _left(self, steps: Array) -> Array:
-        """Distances (2 P T,), real and imaginary parts, so many sizes of each unknown from the start."""
-        there, machine = self._split(self._x + self._sizes * steps)
-        flat = self._search.distances(machine, there).ravel()
+    def left(steps: Array) -> Array:
+        """Distances (2 P T,), real and imaginary parts."""
+        there, machine = at(steps)
+        flat = search.distances(machine, there).ravel()
         return np.concatenate([flat.real, flat.imag])
 
-    def _slopes(self, steps: Array) -> Array:
-        """Derivatives of the distances by the unknowns, each in its size; (2 P T, n)."""
+    def residuals(steps: Array) -> Array:
+        try:
+            return left(steps)
+        except InvalidInput:  # a step that leads there is shortened
+            return np.full(count, np.nan)
+
+    def slopes(steps: Array) -> Array:
         ways = DIFFERENCE * np.eye(len(steps))
-        return np.column_stack([(self._left(steps + by) - self._left(steps - by)) / (2.0 * DIFFERENCE) for by in ways])
+        return np.column_stack([(left(steps + by) - left(steps - by)) / (2.0 * DIFFERENCE) for by in ways])
 
-    def solved(self) -> tuple[FrameFit, ExactReference]:
-        """The frame and the machine that leave the least squares.
-
-        Raises:
-            InvalidInput: there are no distances at the start, or it leads to no machine.
-        """
-        steps = np.zeros(len(self._x))
-        count = len(self._left(steps))
-
-        def residuals(steps: Array) -> Array:
-            try:
-                return self._left(steps)
-            except InvalidInput:  # a step that leads there is shortened
-                return np.full(count, np.nan)
-
-        if len(steps):
-            steps = least_squares(residuals, steps, jac=self._slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
-        there, machine = self._split(self._x + self._sizes * steps)
-        return self._search.fitted(machine, there), machine
+    steps = np.zeros(len(origin))
+    count = len(left(steps))
+    if len(steps):
+        steps = least_squares(residuals, steps, jac=slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
+    there, machine = at(steps)
+    return search.fitted(machine, there), machine
 
 
 def fit_frame(search: Search, reference: ExactReference) -> FrameFit:
     """The frame in which exact paths fit the observed ones best; what is given of it is kept."""
     coarse = _coarse(search, reference)
     unit = min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
-    return Fit(search, replace(coarse, unit=unit), reference).solved()[0]
+    return fitted(search, replace(coarse, unit=unit), reference)[0]
 
 
 def _coarse(search: Search, reference: ExactReference) -> FrameFit:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.own.models.fitting import Fit, FrameFit, Search
+from conrod.own.models.fitting import FrameFit, Search, fitted
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of
 from conrod.scenes import Scene
 
@@ -90,22 +90,15 @@ def _changes(search: Search) -> Iterator[list[Change]]:
 
 def _solved(search: Search, start: FrameFit, change: Change) -> Solution | None:
     """A change with the free parts of the frame, fitted; None where that leads to no machine."""
-    names, points = change
+    (names, points), expected = change, search.scene
     try:
-        there, scene = Fit(search, start, search.scene, names, points).solved()
+        there, scene = fitted(search, start, expected, names, points)
     except InvalidInput:
         return None
-    assert isinstance(scene, Scene)
     away = dict(zip(search.scan.points, np.abs(there.displacements).tolist(), strict=True))
-    misplaced = tuple(Misplaced(point, away[point]) for point in points)
-    return Solution(Explanation(_lengths(search, scene, names), misplaced, there.largest), scene, there)
-
-
-def _lengths(search: Search, found: Scene, names: Sequence[str]) -> tuple[Length, ...]:
-    expected = search.scene
     others = [n for n in search.lengths if n not in names and length_of(expected, n) != 0.0]
-    factor = length_of(found, others[0]) / length_of(expected, others[0]) if others else 1.0
-    return tuple(
-        Length(name, length_of(expected, name), factor if name == ALL_LENGTHS else length_of(found, name))
-        for name in names
-    )
+    factor = length_of(scene, others[0]) / length_of(expected, others[0]) if others else 1.0
+    found = {name: factor if name == ALL_LENGTHS else length_of(scene, name) for name in names}
+    lengths = tuple(Length(name, length_of(expected, name), value) for name, value in found.items())
+    misplaced = tuple(Misplaced(point, away[point]) for point in points)
+    return Solution(Explanation(lengths, misplaced, there.largest), scene, there)
