@@ -77,7 +77,7 @@ def _series(points: Iterable[Entry] | None, quantities: Iterable[str]) -> dict[s
 
 # -- validate ----------------------------------------------------------------------------------------------------------
 
-VALIDATED = ("errors", "peak", "closure", "phase", "drive", "prediction", "refinement")
+VALIDATED = ("errors", "closure", "phase", "drive", "prediction", "refinement")
 
 
 def _validation(file: Path) -> Records:

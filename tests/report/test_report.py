@@ -63,7 +63,6 @@ def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str 
         outcome="completed",
         reason="",
         errors={p: dict.fromkeys((*QUANTITIES, "total"), norm) for p in scene.lengths},
-        peak={p: {"velocity": 1.0, "acceleration": 2.0} for p in scene.lengths},
         closure=dict.fromkeys(QUANTITIES, size),
         phase={"max": 1e-14, "final": 1e-14},
         drive={"speed": 0.0, "acceleration": 1e-15},
@@ -83,7 +82,7 @@ def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str 
 
 def ended(name: str, outcome: str, reason: str, passed: bool | None) -> ValidationResult:
     """A run that did not complete: it has no figures."""
-    none = dict.fromkeys(("errors", "peak", "closure", "phase", "drive", "order", "curves"))
+    none = dict.fromkeys(("errors", "closure", "phase", "drive", "order", "curves"))
     run = a_result(name, preset="hardened")
     return replace(run, outcome=outcome, reason=reason, passed=passed, refinement=(), **none)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import options
-from conrod.cli.options import StudyOptions, TimedRunOptions, option
+from conrod.cli.options import RunOptions, StudyOptions, option
 
 if TYPE_CHECKING:
     from conrod.studies.ablate.findings import AblationStudy
@@ -24,7 +24,7 @@ LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions, TimedRunOptions):
+class Asked(StudyOptions, RunOptions):
     """Request to `conrod ablate`, as typed; None or empty where nothing was given."""
 
     steps_per_rev: int | None = option(

@@ -164,11 +164,6 @@ class RunOptions:
     )
 
     @property
-    def timed_again(self) -> bool:
-        """Whether costs are measured that the ledger has."""
-        return self.fresh
-
-    @property
     def timeout(self) -> float:
         """Longest time of a cell [s]."""
         return CELL_TIMEOUT if self.cell_timeout is None else self.cell_timeout
@@ -200,19 +195,6 @@ def available_cores() -> int:
 
 
 @dataclass(frozen=True)
-class TimedRunOptions(RunOptions):
-    """Options on how runs are made and timed."""
-
-    heading: ClassVar[str] = RunOptions.heading
-
-    retime: bool = option("--retime", is_flag=True, help="Time again what the ledger has, without running it again.")
-
-    @property
-    def timed_again(self) -> bool:
-        return self.fresh or self.retime
-
-
-@dataclass(frozen=True)
 class ReportOptions:
     """Options of a verb that reports; None where nothing was given.
 
@@ -230,7 +212,7 @@ class ReportOptions:
     def given(self) -> dict[str, object]:
         """What was given of all that the result follows from, by the options' names."""
         files = ("out", "document", "html", "baseline", "accept", "report", "measured", "limits", "uncertainties")
-        return as_given(self, TimedRunOptions, "assignments", *files)
+        return as_given(self, RunOptions, "assignments", *files)
 
 
 @dataclass(frozen=True)

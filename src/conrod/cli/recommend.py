@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from conrod.cli import FAILED, options
-from conrod.cli.options import StudyOptions, TimedRunOptions, option
+from conrod.cli.options import RunOptions, StudyOptions, option
 from conrod.cli.say import say
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions, TimedRunOptions):
+class Asked(StudyOptions, RunOptions):
     """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
 
     position: float | None = option(

@@ -97,13 +97,13 @@ class Runner:
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
         """Measurements of cells, one at a time on this machine, for cases that measure how long something takes."""
-        fresh = self.options.timed_again
+        fresh = self.options.fresh
         with processes_of(self.options, 1) as executor, ProgressBar(description) as bar:
             return run_cases(cells, self.ledger, executor, fresh=fresh, watcher=bar)
 
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""
-        fresh = self.options.timed_again
+        fresh = self.options.fresh
         with ProgressBar("costs", "timed") as bar:
             return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 

@@ -11,7 +11,7 @@ import click
 
 from conrod.report.escaping import one_line, visible
 
-SAID_AFTER = 5.0  # [s], where there is no terminal for a clock
+SAID_AFTER = 5.0  # [s]
 
 
 def say(text: str, *, err: bool = False, nl: bool = True) -> None:
@@ -22,24 +22,13 @@ def say(text: str, *, err: bool = False, nl: bool = True) -> None:
 
 @contextmanager
 def waiting(subject: object, timeout: float | None) -> Iterator[None]:
-    """Show at a terminal for how long the work on a file or a scene has taken; elsewhere say once that it goes on.
+    """Say after a while that the work on a file or a scene goes on.
 
     Args:
         timeout: after which it is ended [s]; None of work in this process.
     """
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True, highlight=False)
     after = "" if timeout is None else f" after {timeout:g} s,"
     words = one_line(f"{subject}: under way, ended{after} by Ctrl-C at once")
-    if console.is_terminal:
-        columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-        with Progress(*columns, console=console, transient=True) as bar:
-            bar.add_task(escape(words), total=None)
-            yield
-        return
     said = threading.Timer(SAID_AFTER, say, (words,), {"err": True})
     said.daemon = True
     said.start()

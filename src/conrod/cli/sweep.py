@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import options
-from conrod.cli.options import StudyOptions, TimedRunOptions, option
+from conrod.cli.options import RunOptions, StudyOptions, option
 
 if TYPE_CHECKING:
     from conrod.studies.sweep.findings import SweepStudy
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions, TimedRunOptions):
+class Asked(StudyOptions, RunOptions):
     """Request to `conrod sweep`, as typed."""
 
     grid: str = option("--grid")

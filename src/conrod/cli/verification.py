@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from conrod.cli.options import TimedRunOptions, as_given, refuse
+from conrod.cli.options import RunOptions, as_given, refuse
 from conrod.cli.outputs import reproduction
 from conrod.cli.say import say
 from conrod.cli.validate_invariances import of_file, of_scene
@@ -105,7 +105,7 @@ class Dossier:
         }.items():
             found[section] = content
             deviations += off
-        given, target = as_given(self.asked, TimedRunOptions, *NOT_SHOWN), ("--report", self.file)
+        given, target = as_given(self.asked, RunOptions, *NOT_SHOWN), ("--report", self.file)
         command = reproduction("validate", {"": subject}, given, self.asked.assignments, target).of("")
         deviations += [*moves, *([verdict] if study.passed is False else [])]
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"

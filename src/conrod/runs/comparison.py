@@ -141,12 +141,6 @@ class Stretch:
         """Errors of the observed points, whatever became of the run."""
         return track_errors(self.trajectory.points, self.trajectory.speed, self.exact)
 
-    def peaks(self, name: str) -> dict[str, float]:
-        """Largest exact velocity and acceleration of a point [m/s, m/s^2], without the drive's own acceleration."""
-        motion = self.exact.steady(self.trajectory.points[name].acceleration.instants).point(name)
-        sizes = {"velocity": motion.velocity, "acceleration": motion.acceleration}
-        return {quantity: float(np.linalg.norm(values, axis=1).max()) for quantity, values in sizes.items()}
-
     @cached_property
     def closure(self) -> dict[str, Array]:
         """Largest gap of a joint, its rate and its acceleration at their samples (T,), normalised as in `Closure`."""
@@ -199,10 +193,6 @@ class ExactMotions:
     def at(self, instants: Instants) -> Motion:
         """The motion at the angle, rate and acceleration that the crank had."""
         return self._once("at", instants, instants.angle, instants.rate, instants.acceleration)
-
-    def steady(self, instants: Instants) -> Motion:
-        """The motion where the crank was, had it turned steadily there."""
-        return self._once("steady", instants, instants.angle, instants.rate)
 
     def nominal(self, instants: Instants, speed: float) -> Motion:
         """The motion where the crank was to be."""

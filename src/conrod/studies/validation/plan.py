@@ -88,7 +88,6 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     result = replace(
         result,
         **errors.found(),
-        peak=drawn.peaks,
         prediction=prediction.sizes,
         curves=drawn.curves,
         poses=poses.errors,
@@ -158,22 +157,19 @@ def _point(steps: int, ended: Verdict, found: PointSizes) -> RefinementPoint:
 
 
 class Drawn:
-    """Recorder of what a report draws, and of the exact motion's peaks.
+    """Recorder of what a report draws.
 
     Args:
         turn: steps of a turn.
     """
 
     def __init__(self, turn: int) -> None:
-        self.peaks: dict[str, dict[str, float]] = {}
         self._curves: defaultdict[str, defaultdict[str, DrawnCurve]] = defaultdict(
             lambda: defaultdict(lambda: DrawnCurve(turn))
         )
 
     def add(self, stretch: Stretch) -> None:
         for name, tracks in stretch.trajectory.points.items():
-            known, peak = self.peaks.get(name, {}), stretch.peaks(name)
-            self.peaks[name] = {quantity: max(size, known.get(quantity, 0.0)) for quantity, size in peak.items()}
             for quantity in QUANTITIES:
                 error = getattr(stretch.points[name], quantity).error
                 self._curves[name][quantity].add(getattr(tracks, quantity), error, stretch.left)

@@ -114,7 +114,6 @@ class ValidationResult(Result):
     """Errors of a scene at constant crank speed, by point, quantity and measure.
 
     Attributes:
-        peak: exact [m/s, m/s^2], by point.
         phase: [rad].
         prediction: by quantity the largest error predicted from the joints' gaps alone, and how far it is from the
             measured one at most.
@@ -129,7 +128,6 @@ class ValidationResult(Result):
     steps_per_revolution: int | None = None
     revolutions: float
     errors: Mapping[str, Mapping[str, Mapping[str, float] | None]] | None = None
-    peak: Mapping[str, Mapping[str, float]] | None = None
     closure: Mapping[str, float | None] | None = None
     phase: Mapping[str, float] | None = None
     drive: Mapping[str, float] | None = None
