@@ -205,9 +205,8 @@ def test_samples_of_runge_kutta_are_not_those_of_its_last_stage() -> None:
         (scene_named("press-cutting"), {}, "mjx lacks what the model has: .*mjBIAS_USER"),
         (SAW, {"integrator": "implicit"}, "mjx lacks what the model has: .*IMPLICIT"),
         (SAW, {"solver": "PGS"}, "mjx lacks what the model has: .*PGS"),
-        (SAW, {"rounded_state": True}, "neither rounds its state nor resets it"),
     ],
-    ids=["cam", "loads", "integrator", "solver", "rounding"],
+    ids=["cam", "loads", "integrator", "solver"],
 )
 def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: dict[str, Any], reason: str) -> None:
     engine, settings = engine_named("mjx"), PRESETS["tuned"](scene, 1000)

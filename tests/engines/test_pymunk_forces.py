@@ -158,7 +158,6 @@ def test_the_contact_force_of_single_steps_scatters_and_no_smaller_step_helps(mo
     ("scene", "change", "reason"),
     [
         (scene_named("rack-and-wheel"), {}, "pymunk has no joint that ties the way along a line to a turn"),
-        (SAW, {"rounded_state": True}, "rounded after every step"),
         (SAW, {"iterations": 1, "error_bias": 1.0}, "the run ended as"),
     ],
 )

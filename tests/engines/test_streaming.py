@@ -37,17 +37,14 @@ RUNS: dict[str, tuple[Any, Any]] = {
     "cam, tuned": (CAM, replace(TUNED(CAM, 20 * STEPS), cam_vertices=400)),
     "press, two iterations": (PRESS, replace(TUNED(PRESS, STEPS), solver="CG", iterations=2)),
     "saw, three of PGS": (SAW, replace(STOCK(SAW, STEPS), solver="PGS", iterations=3)),
-    "press, rounded": (PRESS, replace(TUNED(PRESS, STEPS), rounded_state=True)),
     "saw, gone wild": (SAW, replace(TUNED(SAW, STEPS), **WILD)),
     "saw, reset": (SAW, replace(TUNED(SAW, STEPS), autoreset=True, **WILD)),
-    "saw, rounded, gone wild": (SAW, replace(TUNED(SAW, STEPS), rounded_state=True, **WILD)),
 }
 WARNED = [name for name in RUNS if name.endswith(("wild", "reset"))]
 IN_PYMUNK: dict[str, tuple[Any, Any]] = {
     "pymunk: saw, stock": (SAW, PymunkSettings.stock(SAW, STEPS)),
     "pymunk: press, tuned": (PRESS, PymunkSettings.tuned(PRESS, STEPS)),
     "pymunk: saw reversed": (REVERSED, PymunkSettings.tuned(REVERSED, STEPS)),
-    "pymunk: saw, rounded": (SAW, replace(PymunkSettings.tuned(SAW, STEPS), rounded_state=True)),
     "pymunk: cam": (CAM, PymunkSettings.tuned(CAM, STEPS)),
 }
 RUNS |= IN_PYMUNK
@@ -136,7 +133,7 @@ def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.M
     in_pieces.cache_clear()
 
 
-@pytest.mark.parametrize("name", ["saw reversed", "saw, rounded", "saw, stock", "cam"])
+@pytest.mark.parametrize("name", ["saw reversed", "saw, stock", "cam"])
 def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
     monkeypatch.setattr(stepping, "memory_is_known", lambda: False)
@@ -198,8 +195,6 @@ def stepped_until_warned(name: str) -> tuple[int, dict[str, int]]:
     with recorder.warnings_kept_quiet():
         while not data.warning.number.any():
             mujoco.mj_step(made.model, data)
-            if settings.rounded_state:
-                recorder.round_state(data)
             steps += 1
     numbers = data.warning.number
     return steps, {name: int(numbers[kind]) for name, kind in recorder.WARNINGS.items() if numbers[kind]}
@@ -261,18 +256,3 @@ def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monk
     piece = next(engine.run(scene, settings, turns, START, 20))
     assert piece.trajectory.outcome is Outcome.DIVERGED
     assert piece.trajectory.reason == f"not finite from {START / scene.speed + 19 * settings.timestep:.6g} s on"
-
-
-# -- rounded state ---------------------------------------------------------------------------------------------------
-
-
-def test_a_rounded_state_has_single_precision_and_costs_accuracy() -> None:
-    rounded = whole("pymunk: saw, rounded")
-    crank = recorded(rounded)["bodies.position.poses"][1:, 2]
-    assert np.array_equal(crank, crank.astype(np.float32))
-    assert rounded.outcome is Outcome.COMPLETED
-    engine, scene, settings, turns = asked("pymunk: saw, rounded")
-    exact = whole_run(engine, scene, replace(settings, rounded_state=False), turns, START)
-    off = np.abs(rounded.points["C"].position.values - exact.points["C"].position.values).max() / SAW.lengths["C"]
-    assert 1e-8 < off < 1e-4
-    assert not np.array_equal(crank, recorded(exact)["bodies.position.poses"][1:, 2])

@@ -184,7 +184,7 @@ def test_what_is_kept_of_a_run_and_how_long_it_is_are_in_its_key(change: dict[st
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_every_setting_is_in_the_key_but_the_name_of_its_preset(engine: str) -> None:
     settings: Any = engine_named(engine).presets["tuned"](SAW, 100)
-    other = {"timestep": 2.0 * settings.timestep, "steps_per_revolution": 101, "iterations": 7, "rounded_state": True}
+    other = {"timestep": 2.0 * settings.timestep, "steps_per_revolution": 101, "iterations": 7, "gravity": False}
     keys = {case_of(SAW, replace(settings, **{name: value})).key for name, value in other.items()}
     assert len(keys | {case_of(SAW, settings).key}) == 1 + len(other)
     assert case_of(SAW, replace(settings, preset="custom")).key == case_of(SAW, settings).key

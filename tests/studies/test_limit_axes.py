@@ -86,7 +86,6 @@ ALONE = {
     "stabilisation": {"solref", "refsafe"},
     "regularisation": {"hardening"},
     "iterations": {"iterations"},
-    "rounding": {"rounded_state"},
     "start-pose": set(),
     "declaration": set(),
 }
@@ -350,16 +349,6 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
     np.testing.assert_allclose(start[::-1].ravel(), SAW.kinematics.start[0], atol=1e-12)
     assert compare(trajectory, cell.machine).closure.position < 1e-2
     assert compare(trajectory, SAW).closure.position > 0.1
-
-
-@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
-def test_single_precision_is_seen_in_the_error(engine: str, preset: str) -> None:
-    double, single = (run("rounding", case_of(SAW, engine, preset), value).largest("position") for value in (0.0, 1.0))
-    assert double is not None
-    assert single is not None
-    assert single != double
-    if engine == "mujoco":
-        assert single > 100.0 * double
 
 
 # -- the mass of the output link ---------------------------------------------------------------------------------------

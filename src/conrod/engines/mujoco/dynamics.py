@@ -33,7 +33,7 @@ def run(
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
-    recorder = Recorder(made, settings, *made.start_state(machine, start_angle), start_angle / machine.speed)
+    recorder = Recorder(made, *made.start_state(machine, start_angle), start_angle / machine.speed)
     return recorded(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
 
 
@@ -71,7 +71,7 @@ def advance(
 ) -> tuple[Array, Array, Array]:
     """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
     begin = start_angle / machine.speed
-    states, sensors = Recorder(made, settings, *made.start_state(machine, start_angle), begin).next(steps + 1)
+    states, sensors = Recorder(made, *made.start_state(machine, start_angle), begin).next(steps + 1)
     return begin + settings.timestep * np.arange(steps + 1, dtype=float), states, sensors
 
 

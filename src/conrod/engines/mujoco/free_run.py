@@ -82,7 +82,7 @@ def free_run(
     if settings.hardening is not None:
         harden(model, settings.hardening)
     made = Build(tree, model)
-    recorder = Recorder(made, settings, made.coordinates(poses[None])[0], made.rates(poses[None], rates[None])[0])
+    recorder = Recorder(made, made.coordinates(poses[None])[0], made.rates(poses[None], rates[None])[0])
     kept, clock = list[Array](), -settings.timestep
     length = max(1, PIECE // every) * every
     for first in range(0, steps + 1, length):

@@ -71,13 +71,10 @@ class Recorder:
         begin: the time [s] of the start, at which the engine's clock is 0.
     """
 
-    def __init__(
-        self, made: Build, settings: MuJoCoSettings, coordinates: Array, rates: Array, begin: float = 0.0
-    ) -> None:
+    def __init__(self, made: Build, coordinates: Array, rates: Array, begin: float = 0.0) -> None:
         self._made, self._begin = made, begin
         self._model, self._data = made.model, mujoco.MjData(made.model)
         self._data.qpos[:], self._data.qvel[:] = coordinates, rates
-        self._step = self._round_steps if settings.rounded_state else self._roll_out
         self._state = np.empty(mujoco.mj_stateSize(self._model, STATE))  # that the next step starts from
         mujoco.mj_getState(self._model, self._data, self._state, STATE)
 
@@ -96,43 +93,16 @@ class Recorder:
         sensors = np.empty((1, samples, self._model.nsensordata))
         states[0, 0] = self._state
         with warnings_kept_quiet(), laws_acting(self._model, self._made.tree, self._begin):
-            self._take(states, sensors)
+            if self.warnings:
+                # Another rollout would clear the counters and go on.
+                states[0, 1:], sensors[0] = states[0, 0], self._data.sensordata
+            else:
+                # The accelerations of the last step are the solver's first guess in the next: without them a run made
+                # in pieces would not be the same to the last bit.
+                guess = self._data.qacc_warmstart[None].copy()
+                older.roll_out(self._model, self._data, states[:, 0], guess, states[:, 1:], sensors)
         self._state = states[0, -1].copy()
         return states[0, :-1], sensors[0]
-
-    def _take(self, states: Array, sensors: Array) -> None:
-        """States (1, steps + 1, nstate) after the first one, and sensor data (1, steps, ..) of the states before."""
-        if self.warnings:
-            # Another rollout would clear the counters and go on.
-            states[0, 1:], sensors[0] = states[0, 0], self._data.sensordata
-        else:
-            self._step(states, sensors)
-
-    def _roll_out(self, states: Array, sensors: Array) -> None:
-        # The accelerations of the last step are the solver's first guess in the next: without them a run made in pieces
-        # would not be the same to the last bit.
-        guess = self._data.qacc_warmstart[None].copy()
-        older.roll_out(self._model, self._data, states[:, 0], guess, states[:, 1:], sensors)
-
-    def _round_steps(self, states: Array, sensors: Array) -> None:
-        """Coordinates and rates go to single precision after every step."""
-        counters = self._data.warning
-        for k in range(sensors.shape[1]):
-            if counters.number.any():
-                states[0, k + 1 :], sensors[0, k:] = states[0, k], self._data.sensordata
-                return
-            mujoco.mj_step(self._model, self._data)
-            round_state(self._data)
-            mujoco.mj_getState(self._model, self._data, states[0, k + 1], STATE)
-            sensors[0, k] = self._data.sensordata
-
-
-def round_state(data: mujoco.MjData) -> None:
-    """Coordinates and rates, and nothing else, to single precision."""
-    # What is too large becomes infinite, which the engine and the run's outcome tell.
-    with np.errstate(over="ignore"):
-        data.qpos[:] = data.qpos.astype(np.float32)
-        data.qvel[:] = data.qvel.astype(np.float32)
 
 
 @contextmanager

@@ -154,12 +154,6 @@ def paste(machine: Machine, settings: MuJoCoSettings) -> str:
     lines = [_text(element) for element in [*parts, *([] if crank is None else [crank])]]
     if after := after_compiling(settings):
         lines += [f"# after compiling, in Python; or conrod.harden(model, {settings.hardening:g})", *after]
-    if settings.rounded_state:
-        lines += [
-            "# after each step, in Python",
-            "data.qpos[:] = data.qpos.astype(np.float32)",
-            "data.qvel[:] = data.qvel.astype(np.float32)",
-        ]
     return "\n".join(lines)
 
 

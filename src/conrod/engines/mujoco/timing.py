@@ -9,7 +9,7 @@ import mujoco
 
 from conrod.engines.engine import STOCK, Machine, run_of
 from conrod.engines.mujoco.model import build, laws_acting
-from conrod.engines.mujoco.recorder import round_state, warnings_kept_quiet
+from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.engines.mujoco.settings import STOCK_TOLERANCE, MuJoCoSettings
 from conrod.engines.reference_loop import REFERENCE
 from conrod.engines.tree import Tree
@@ -26,24 +26,17 @@ class BareRun:
     """A model with its state; calling it advances the state by so many steps, in one call of the engine.
 
     Attributes:
-        rounded: to single precision after each step, which takes a call for each.
         tree: of a machine under loads, whose laws act; None where there are none.
     """
 
     model: mujoco.MjModel
     data: mujoco.MjData
-    rounded: bool = False
     tree: Tree | None = None
 
     def __call__(self, steps: int) -> None:
         acting = nullcontext() if self.tree is None else laws_acting(self.model, self.tree)
         with warnings_kept_quiet(), acting:
-            if not self.rounded:
-                mujoco.mj_step(self.model, self.data, nstep=steps)
-                return
-            for _ in range(steps):
-                mujoco.mj_step(self.model, self.data)
-                round_state(self.data)
+            mujoco.mj_step(self.model, self.data, nstep=steps)
 
 
 def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
@@ -52,4 +45,4 @@ def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
     data = mujoco.MjData(made.model)
     data.qpos[:], data.qvel[:] = made.start_state(machine, run_of(machine, 1, 1.0)[0])
     tree = made.tree if made.tree.mechanism.loads else None
-    return BareRun(made.model, data, settings.rounded_state, tree)
+    return BareRun(made.model, data, tree)

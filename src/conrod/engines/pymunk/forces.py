@@ -41,7 +41,6 @@ from conrod.runs.trajectory import Instants, Outcome
 FIRST = 3  # sample of the first acceleration that is reported
 TOGETHER = 16  # steps of which forces are reported as a mean, with contact
 GEARS = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
-ROUNDED = "a state that is rounded after every step has not come by impulses alone"
 
 
 def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
@@ -75,8 +74,6 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
 
 def _unreported(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
     """Quantities that these settings do not report, with the reasons; with the drive torque none is reported."""
-    if settings.rounded_state:
-        return {DRIVE: ROUNDED}
     if mechanism.meshes:
         return {joint.name: GEARS for joint in mechanism.joints}
     return {}

@@ -241,7 +241,6 @@ MEANINGS = {
     "collision_bias": "share of a contact's error left after 1 s",
     "collision_slop": "overlap that contacts may keep [m]",
     "refsafe": "a time constant below two steps is raised to them",
-    "rounded_state": "the state is rounded to single precision after each step",
 }
 OF_CONTACT = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
 OF_LOOPS = {"solref", "solimp", "hardening"}

@@ -198,12 +198,6 @@ ROWS = (
         1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)), text=_unit,
     ),
     Axis(
-        "rounding", "State rounded to single precision", "rounded after each step (0: no, 1: yes)", Scale.LISTED,
-        lambda setup, value: setup.run(with_fields(setup.settings(), rounded_state=bool(value))),
-        lacks=Setup.not_varied, values=lambda setup: (0.0, 1.0),
-        text=lambda setup, value: "single precision" if value else "double precision",
-    ),
-    Axis(
         "start-pose", "Start pose", "crank angle at the start [deg]", Scale.LISTED,
         lambda setup, value: setup.run(start_angle=math.radians(value)),
         lacks=_one_pass("from its start"), values=_starts, text=_start,
