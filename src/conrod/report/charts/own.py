@@ -21,7 +21,7 @@ HEAD = {"color": "#444444", "markerfacecolor": "#444444"}  # of a tolerance
 def error_figure(study: TableStudy) -> Figure:
     """Largest error in each span of the run against the revolutions, a line for each point."""
     # Without a crank angle the error at the angle reached is that at the time.
-    named = [q for q in ERRORS if q != "position" or study.crank is not None]
+    named = [q for q in ERRORS if q != "position" or study.phase is not None]
     shown = [q for q in named if any(q in errors for errors in study.errors.values())]
     figure = Figure(figsize=(9.0, PANEL * len(shown) + MARGINS))
     panels = list(figure.subplots(len(shown), 1, squeeze=False)[:, 0])
