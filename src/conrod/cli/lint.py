@@ -14,7 +14,7 @@ from conrod.cli import FAILED, options
 from conrod.cli.options import option
 from conrod.cli.say import waiting
 from conrod.mechanism.units import check_number
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, sarif
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.terminal import console, print_lines
@@ -41,12 +41,6 @@ class Asked:
         default=Severity.ERROR.value,
         show_default=True,
         help="Exit status 1 for errors alone, or for notes too.",
-    )
-    form: str = option(
-        "--format",
-        type=click.Choice(["text", "sarif"]),
-        default="text",
-        help="For people, or for a build server [text].",
     )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
@@ -78,10 +72,7 @@ def lint(model: str, asked: Asked) -> None:
     with waiting(path, FILE_TIMEOUT):
         report = confined(look, path, request)
     with naming("standard output"):
-        if asked.form == "text":
-            print_report(report, files.get("--fix"))
-        else:
-            click.echo(sarif(report), nl=False)
+        print_report(report, files.get("--fix"))
     texts: dict[str, str | bytes] = {
         "--json": json_document(report.document()),
         "--fix": report.fixed.text if report.fixed else "",
