@@ -35,13 +35,6 @@ class Asked:
     controls: tuple[str, ...] = option("--ctrl")
     seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
     ignored: tuple[str, ...] = option("--ignore", multiple=True, metavar="RULE", help="Leave a rule out.")
-    fail_on: str = option(
-        "--fail-on",
-        type=click.Choice([one.value for one in Severity]),
-        default=Severity.ERROR.value,
-        show_default=True,
-        help="Exit status 1 for errors alone, or for notes too.",
-    )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 
@@ -56,7 +49,7 @@ def lint(model: str, asked: Asked) -> None:
 
     Findings are errors (they make this motion wrong) or notes.
 
-    Exit status 0: no errors, or what --fail-on says; 1: some; 2: bad usage.
+    Exit status 0: no errors; 1: some; 2: bad usage.
     """
     path = Path(model)
     check_readable(path)
@@ -78,7 +71,7 @@ def lint(model: str, asked: Asked) -> None:
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
-    if any(finding.severity.value in (Severity.ERROR.value, asked.fail_on) for finding in report.findings):
+    if any(finding.severity is Severity.ERROR for finding in report.findings):
         sys.exit(FAILED)
 
 
