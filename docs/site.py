@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 
 from conrod.report.html.markdown import Place, html_of
-from conrod.report.html.page import Section, document, sections_of, tiles
-from conrod.report.html.svg import Figures
+from conrod.report.html.page import Section, document, picture, sections_of, tiles
 from conrod.report.kind import KINDS
 from conrod.studies.frame.writing import Batch, write_together
 
@@ -56,11 +55,9 @@ def reports() -> Iterator[tuple[str, Batch]]:
 def plain(page: str, target: Callable[[str], str | None]) -> Section:
     """A page that no study made."""
 
-    drawn = Figures("f")
-
     def figure(name: str, alt: str) -> str | None:
         file = (ROOT / page).parent / name
-        return f'<span class="figure">{drawn.inlined(file.read_text(), alt)}</span>' if file.suffix == ".svg" else None
+        return picture(file.read_text(), alt) if file.suffix == ".svg" else None
 
     place = Place(PurePosixPath(page).stem, 0, figure, target)
     html = html_of((ROOT / page).read_text(), place)

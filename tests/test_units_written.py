@@ -38,7 +38,7 @@ REPORTS = [
 
 GENERATED = "\n["  # in a mechanism file that is written as text
 TYPED = ("e.g. ", *EXAMPLES.values())  # of what a shell takes without quotes
-IN_SI = ("running.py", "readme.py")  # an argument of Python as it was given; a pack, whose numbers are exact
+IN_SI = ("running.py", "pack.py")  # an argument of Python as it was given; a pack, whose numbers are exact
 
 
 def rivals_in(text: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""`conrod lint` with users' files: includes and assets, `--fix`, and what a user may get wrong."""
+"""`conrod lint` with users' files: includes and assets, `--fix`, SARIF, and what a user may get wrong."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import unquote
 
 import mujoco
 import pytest
@@ -16,7 +17,7 @@ from planted_models import SAW, colliding_links, renamed, replaced
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.lint.document import Document, differing
-from conrod.mjcf.lint.findings import Report, Request
+from conrod.mjcf.lint.findings import Finding, Report, Request, Severity, sarif
 from conrod.mjcf.lint.linting import RULES, described, lint, prepared
 from conrod.own.files import as_outputs_must_not_be, files_of_model
 from conrod.studies.frame.files import files_to_write
@@ -190,25 +191,65 @@ def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
 
 
 def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path) -> None:
-    text = replaced('tolerance="0" ', "")(replaced('autoreset="disable" ', "")(SAW))
-    (tmp_path / "saw.xml").write_text(renamed(text))
-    outputs = ("--json", "found.json", "--fix", "fixed.xml")
+    (tmp_path / "saw.xml").write_text(renamed(replaced('autoreset="disable" ', "")(SAW)))
+    outputs = ("--fail-on", "note", "--json", "found.json", "--fix", "fixed.xml")
     done = conrod("lint", "saw.xml", "--seconds", "0.01", *outputs, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (1, "")
-    for words in (
-        "silent-reset",
-        "evidence: ",
-        "2 findings: 1 error, 1 note\n",
-        "fixed.xml: 2 edits; the motion changed",
-    ):
+    for words in ("silent-reset", "evidence: ", "1 finding: 1 note\n", "fixed.xml: 1 edit; the motion did not change"):
         assert words in done.stdout
     found = json.loads((tmp_path / "found.json").read_text())
-    rules = [(finding["rule"], finding["severity"]) for finding in found["findings"]]
-    assert rules == [("solver-stops-early", "error"), ("silent-reset", "note")]
-    assert 0.0 < found["fixed"]["change"] < 1e-4
+    (finding,) = found["findings"]
+    assert (finding["rule"], finding["severity"], found["fixed"]["change"]) == ("silent-reset", "note", 0.0)
     done = conrod("lint", "fixed.xml", "--seconds", "0.01", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert "no findings" in done.stdout
+
+
+def finding(severity: Severity, what: str = "found", subject: str = "", *edits: str) -> Finding:
+    return Finding(rule=f"rule-{severity.value}", what=what, why="so", severity=severity, evidence={}, fix="none",
+                   subjects=(subject,) if subject else (), edits=edits)  # fmt: skip
+
+
+@pytest.mark.parametrize(("worst", "fails"), [
+    ((), ()),
+    ((Severity.NOTE,), ("note",)),
+    ((Severity.ERROR, Severity.NOTE), ("note", "error")),
+])  # fmt: skip
+def test_the_severity_that_fails_can_be_chosen(
+    worst: tuple[Severity, ...], fails: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "saw.xml").write_text("<mujoco/>")
+    monkeypatch.chdir(tmp_path)
+    report = Report("saw.xml", "a free run", tuple(map(finding, worst)), ())
+    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given: report)
+    for severity in ("note", "error"):
+        assert conrod("lint", "saw.xml", "--fail-on", severity).returncode == int(severity in fails)
+    assert conrod("lint", "saw.xml").returncode == int("error" in fails)
+
+
+def test_sarif_gives_each_finding_its_line_and_no_text_breaks_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name, hostile = "my saw, 100%: é.xml", 'planted "\r\n<name>'
+    lines = ("<mujoco>", " <option/>", ' <!-- name="pin" -->', " <equality>", "  <connect", '    name="pin"/>')
+    Path(name).write_text("\n".join((*lines, " </equality></mujoco>")), encoding="utf-8")
+    found = (
+        finding(Severity.ERROR, "opens", "pin"),
+        finding(Severity.ERROR, hostile, "elsewhere"),
+        finding(Severity.NOTE, "resets", "", '<option><flag autoreset="disable"/></option>'),
+    )
+    report = Report(name, "a free run", found, ())
+    (run,) = json.loads(sarif(report))["runs"]
+    places = [one["locations"][0]["physicalLocation"] for one in run["results"]]
+    assert [one["level"] for one in run["results"]] == ["error", "error", "note"]
+    assert [one["region"]["startLine"] for one in places] == [5, 1, 2]
+    assert {unquote(one["artifactLocation"]["uri"]) for one in places} == {name}
+    assert {one["ruleId"] for one in run["results"]} == {one["id"] for one in run["tool"]["driver"]["rules"]}
+    assert run["results"][1]["message"]["text"].startswith(hostile)
+    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given: report)
+    done = conrod("lint", name, "--format", "sarif", "--fail-on", "error")
+    assert (done.returncode, done.stdout) == (1, sarif(report))
 
 
 def test_a_run_with_controls_is_linted(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from table_files import csv_text, exact_table, read, write_all_formats, written
 
 from conrod import InvalidInput
 from conrod.own.tables.headings import factor, meant_by, parted, targets
-from conrod.report.pack.contents import as_csv, exact_columns
+from conrod.report.pack import as_csv, exact_columns
 from conrod.scenes import SCENES, CamFollower, Saw
 
 SAW = Saw(speed=4.0)

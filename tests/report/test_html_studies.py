@@ -98,7 +98,8 @@ def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     drawn = ElementTree.fromstring(diagram.svg())
     width, height = (float(one) for one in drawn.attrib["viewBox"].split()[2:])
     curves = [one.attrib["d"] for one in drawn.iter() if "marker-mid" in one.attrib]
-    places = np.concatenate([vertices(curve) for curve in curves]) / [width, height]
+    alone = [[float(one.get("x", 0.0)), float(one.get("y", 0.0))] for one in drawn.iter() if one.tag.endswith("use")]
+    places = np.concatenate([*(vertices(curve) for curve in curves), alone]) / [width, height]
     spots = _spots(study)[diagram.name]
     assert len(spots) >= len(study.points) // 2
     far = [np.abs(places - [x, y]).max(axis=1).min() for x, y, _ in spots]
@@ -145,7 +146,7 @@ def test_a_click_on_a_point_says_what_it_is_and_so_does_the_keyboard(site: Any, 
     (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())["reports/sweep/cam-follower.md"])))
     with browser() as page:
         opened(page, tmp_path / "p.html")
-        said, svg = (page.find_element("css selector", f".spots {one}") for one in ("output", "svg"))
+        said, svg = (page.find_element("css selector", f".spots {one}") for one in ("output", "img"))
         assert said.text not in known
         page.execute_script("arguments[0].scrollIntoView()", svg)
         svg.click()

@@ -14,12 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 
 from conrod.report import numbers
-from conrod.report.charts import errors
 from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.charts.errors import _curve, refinement_figure
 from conrod.report.charts.panels import error_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
@@ -45,8 +42,6 @@ ALL = sorted(SCENES)
 def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str | None = "tuned") -> ValidationResult:
     """A run that is off by about `size`, without any engine."""
     scene = SCENES[name]
-    angle = np.linspace(2.0 * np.pi, 4.0 * np.pi, 181)
-    exact = scene.motion(angle, scene.speed)
     shape = size * (1.0 + 0.5 * np.sin(np.arange(60)))
     norm = {"max": 1.5 * size, "rms": size, "final": 0.5 * size}
     steps = (125, 250, 500, 1000)
@@ -70,13 +65,7 @@ def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str 
         tolerance=Tolerance(position=1e-5, reason="a law of this test"),
         passed=True,
         refinement=tuple(RefinementPoint(n, "completed", *(3 * [size * (1000 / n) ** 2])) for n in steps),
-        curves={
-            p: {
-                q: Curve(angle, getattr(exact.point(p), q) * (1.0 + size), np.linspace(0.0, 4.0 * np.pi, 60), shape)
-                for q in QUANTITIES
-            }
-            for p in scene.lengths
-        },
+        curves={p: dict.fromkeys(QUANTITIES, Curve(np.linspace(0.0, 4.0 * np.pi, 60), shape)) for p in scene.lengths},
     )
 
 
@@ -111,8 +100,7 @@ def last_bits_changed(result: ValidationResult) -> ValidationResult:
 
     def other(curve: Curve) -> Curve:
         noise = 1.0 + 4e-16 * np.resize([1.0, -1.0, 0.0], len(curve.error))
-        values = np.nextafter(curve.values, np.inf)
-        return Curve(np.nextafter(curve.angle, 0.0), values, np.nextafter(curve.error_angle, 9.0), curve.error * noise)
+        return Curve(np.nextafter(curve.error_angle, 9.0), curve.error * noise)
 
     curves = {p: {q: other(c) for q, c in quantities.items()} for p, quantities in result.curves.items()}
     points = tuple(replace(p, **{q: getattr(p, q) * (1.0 + 4e-16) for q in QUANTITIES}) for p in result.refinement)
@@ -122,15 +110,11 @@ def last_bits_changed(result: ValidationResult) -> ValidationResult:
 # -- numbers ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("noise", [0.0, 3e-16, -2e-13, 9.99e-13])
-def test_rounding_noise_has_no_digits(noise: float) -> None:
-    assert numbers.measured(noise) == "< 1e-12"
-
-
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
         (None, "n/a"),
+        (-2e-13, "< 1e-12"),
         (1e-12, "1.0e-12"),
         (3.8014e-11, "3.8e-11"),
         (9.96e-4, "1.0e-3"),
@@ -162,42 +146,14 @@ def test_parameters_are_shown_in_the_units_of_the_workshop(value: float, unit: s
 # -- figures ---------------------------------------------------------------------------------------------------------
 
 
-def legends_of(study: SceneStudy) -> list[list[str]]:
-    """The texts of each legend of the figure of orders, of the figure and of its panels."""
-    with drawing_style():
-        drawn = refinement_figure(study)
-    own = [legend for axes in drawn.axes if (legend := axes.get_legend()) is not None]
-    return [[text.get_text() for text in legend.get_texts()] for legend in (*drawn.legends, *own)]
-
-
-def test_the_figure_of_orders_has_one_legend_that_names_each_run_once() -> None:
-    assert legends_of(a_study("saw-40rpm")) == [["MuJoCo tuned", "pymunk stock"]]
-
-
-def test_a_legend_in_each_panel_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    def with_legend(axes: Axes, run: ValidationResult, name: str) -> object:
-        curve = _curve(axes, run, name)
-        axes.legend()
-        return curve
-
-    monkeypatch.setattr(errors, "_curve", with_legend)
-    assert len(legends_of(a_study("saw-40rpm"))) == 4
-
-
-@pytest.mark.parametrize("name", ["saw-40rpm", pytest.param("cam-follower", marks=pytest.mark.slow)])
-def test_figures_are_the_same_when_results_differ_in_their_last_bit(name: str) -> None:
-    study = a_study(name)
-    other = figures(a_study(name, *(last_bits_changed(r) for r in study.results)))
-    assert {n: f.svg() for n, f in figures(study).items() if n != "mechanism"} == {
-        n: f.svg() for n, f in other.items() if n != "mechanism"
-    }
-
-
-def test_figures_differ_when_results_do() -> None:
+def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_where_they_differ() -> None:
     study = a_study("saw-40rpm")
+    same = a_study("saw-40rpm", *(last_bits_changed(r) for r in study.results))
     other = a_study("saw-40rpm", a_result("saw-40rpm", 2e-6), study.results[1])
     for name in ("error", "order"):
-        assert figures(study)[name].svg() != figures(other)[name].svg()
+        svg = figures(study)[name].svg()
+        assert svg == figures(same)[name].svg()
+        assert svg != figures(other)[name].svg()
 
 
 def test_errors_of_rounding_size_leave_no_trace_of_their_digits() -> None:
@@ -218,12 +174,7 @@ def test_figures_do_not_depend_on_the_users_settings_of_matplotlib() -> None:
 # -- pages -----------------------------------------------------------------------------------------------------------
 
 
-def test_an_unsupported_result_shows_its_reason() -> None:
-    study = a_study("cam-follower", ended("cam-follower", "unsupported", "hardening does not apply to contact", None))
-    assert "unsupported: hardening does not apply to contact" in page_of(study)
-
-
-@pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None), ("diverged", False)])
+@pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None)])
 def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome: str, passed: bool | None) -> None:
     study = a_study("saw-40rpm", ended("saw-40rpm", outcome, "seen at 12.5 deg", passed))
     page = page_of(study)
@@ -233,24 +184,9 @@ def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome:
     assert set(figures(study)) == {"mechanism"}
 
 
-def test_a_run_that_did_not_complete_is_in_no_table_of_errors() -> None:
-    lost = ended("saw-40rpm", "opened", "pin: gap up to 0.1 m", False)
-    page = page_of(a_study("saw-40rpm", a_result("saw-40rpm"), lost))
-    errors = page[page.index("## Appendix: errors") : page.index("## Appendix: tolerances")]
-    assert "tuned" in errors
-    assert "hardened" not in errors
-
-
 def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
     result = replace(a_result("saw-40rpm", 1e-4), passed=False)
     assert "**OUT OF TOLERANCE: position 1.5e-4 > 1.0e-5" in page_of(a_study("saw-40rpm", result))
-
-
-def test_a_plateau_is_named_as_such() -> None:
-    flat = tuple(RefinementPoint(n, "completed", 0.1, 0.1, 0.1) for n in (125, 250, 500, 1000))
-    result = replace(a_result("saw-40rpm"), refinement=flat, order=dict.fromkeys(QUANTITIES))
-    page = page_of(a_study("saw-40rpm", result))
-    assert "none: plateau at 0.10" in page
 
 
 def test_what_is_missing_is_not_printed_as_none_or_nan() -> None:
@@ -260,7 +196,7 @@ def test_what_is_missing_is_not_printed_as_none_or_nan() -> None:
     assert "nan" not in page
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
 def test_a_page_says_what_cannot_be_seen_and_how_it_is_reproduced(name: str) -> None:
     page = page_of(a_study(name), f"conrod validate {name} --out reports")
     assert "## What this comparison cannot see" in page
@@ -360,11 +296,6 @@ def test_a_report_needs_no_right_to_write_beside_its_folder(tmp_path: Path, monk
     assert used == [reports, reports]
     assert [path.name for path in tmp_path.iterdir()] == ["reports"]
     assert not [path for path in reports.iterdir() if path.name.startswith(".")]
-
-
-def test_checking_a_folder_makes_nothing(tmp_path: Path) -> None:
-    check_writable_folder(tmp_path / "a" / "b")
-    assert list(tmp_path.iterdir()) == []
 
 
 def index_of(folder: Path) -> str:

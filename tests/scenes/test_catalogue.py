@@ -7,7 +7,6 @@ import pickle
 import runpy
 import tomllib
 import zipfile
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import conrod
 
 from conrod.engines import ENGINES, Engine, engine_named
 from conrod.engines.capabilities import KinematicResult
@@ -209,10 +207,8 @@ def test_results_do_not_depend_on_how_many_run_at_a_time_nor_on_the_way_through_
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def reported(
-    study: SceneStudy, folder: Path, command: Reproduction = COMMAND, figures: Sequence[str] = ("mechanism",)
-) -> Batch:
-    return report_batch(KIND, {study.name: study}, folder, command, {"figures": figures})
+def reported(study: SceneStudy, folder: Path, command: Reproduction = COMMAND) -> Batch:
+    return report_batch(KIND, {study.name: study}, folder, command)
 
 
 @pytest.fixture(scope="module")
@@ -238,10 +234,8 @@ def test_the_index_tells_what_is_allowed_and_what_an_engine_cannot_do(studied: S
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_page_says_which_ruler_was_used_and_has_the_figures_that_were_asked_for(
-    studied: SceneStudy, tmp_path: Path
-) -> None:
-    batch = reported(studied, tmp_path, figures=("mechanism", "error"))
+def test_a_page_says_which_ruler_was_used(studied: SceneStudy, tmp_path: Path) -> None:
+    batch = reported(studied, tmp_path)
     page = str(batch.files["swinging-four-bar.md"])
     assert "Reference: the generic solver" in page
     assert all(f"\n- {assumption}\n" in page for assumption in studied.scene.assumptions)
@@ -249,11 +243,6 @@ def test_a_page_says_which_ruler_was_used_and_has_the_figures_that_were_asked_fo
     # Negative control: the description does not tell them as well.
     assert "ssumed" not in studied.scene.description
     assert "over its one pass" in page
-    assert sorted(name for name in batch.files if name.endswith(".svg") and "overview" not in name) == [
-        "figures/swinging-four-bar-error.svg",
-        "figures/swinging-four-bar-mechanism.svg",
-    ]
-    assert "-motion.svg" not in page
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -262,9 +251,3 @@ def test_a_report_on_a_file_is_reproduced_with_the_file(studied: SceneStudy, tmp
     files = reported(studied, tmp_path, typed).files
     for name in ("README.md", "swinging-four-bar.md"):
         assert "`conrod validate 'my machines/own.toml' --out reports/catalogue`" in str(files[name])
-
-
-def test_unknown_figures_are_refused_before_anything_runs(tmp_path: Path) -> None:
-    done = conrod("validate", "slider-crank", "--figures", "motions", "--out", str(tmp_path / "report"))
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert "unknown figure 'motions'" in done.stderr

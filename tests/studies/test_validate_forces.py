@@ -264,9 +264,7 @@ def test_the_command_prints_writes_and_judges(tmp_path: Path) -> None:
         (("saw-40rpm", "--quantity", "contact"), "no joint of saw-40rpm acts by contact"),
         (("saw-40rpm", "--quantity", "torque", "--tolerance", "reactions=1e-3"), "unknown quantity 'reactions'"),
         (("saw-40rpm", "--quantity", "torque", "--tolerance", "torque=-1"), "tolerance torque"),
-        (("saw-40rpm", "--quantity", "torque", "--figures", "motion"), "--figures does not go with --quantity"),
         (("saw-40rpm", "--quantity", "torque", "--motion", "free"), "does not go with --motion"),
-        (("saw-40rpm", "--figures", "motion"), "--figures motion is for a report: name it with --out or --html"),
         ((TABLE, "--scene", "saw-40rpm", "--quantity", "torque"), "--quantity does not go with a file"),
     ],
 )

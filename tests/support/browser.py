@@ -48,7 +48,8 @@ def opened(page: Any, file: Path) -> Any:
 def asked_for(page: Any) -> list[str]:
     """Addresses that were asked for since this was looked at last."""
     messages = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
-    return [one["params"]["request"]["url"] for one in messages if one["method"] == "Network.requestWillBeSent"]
+    asked = [one["params"]["request"]["url"] for one in messages if one["method"] == "Network.requestWillBeSent"]
+    return [address for address in asked if not address.startswith("data:")]
 
 
 def complaints(page: Any) -> list[str]:

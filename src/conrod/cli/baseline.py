@@ -45,7 +45,7 @@ from conrod.studies.frame.result import Result, SceneResults
 
 Again = Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
-NO_PART = (RunOptions, CheckOptions, "tolerance", "scene", "assignments", "out", "document", "figures")
+NO_PART = (RunOptions, CheckOptions, "tolerance", "scene", "assignments", "out", "document")
 
 
 def _lines_of(found: Sequence[Any]) -> dict[str, Line]:

@@ -56,7 +56,7 @@ def export(
     if kind not in MODELS:
         check_table(name, samples, turns)
     if kind == "pack":
-        from conrod.report.pack.contents import pack_batch, pack_files, pack_to_write
+        from conrod.report.pack import pack_batch, pack_files, pack_to_write
 
         place = pack_to_write(output)
         write_together([pack_batch(pack_files(name, chosen, samples, turns, machine_text(scene)), place)])
@@ -77,7 +77,7 @@ def export(
         if why_no_binary is not None:
             say(f"{name}: the FMU holds sources alone: {why_no_binary}", err=True)
     elif kind in ("csv", "npz"):
-        from conrod.report.pack.contents import as_csv, as_npz, exact_columns
+        from conrod.report.pack import as_csv, as_npz, exact_columns
 
         columns = exact_columns(chosen, samples, turns)
         content = as_csv(columns) if kind == "csv" else as_npz(columns)

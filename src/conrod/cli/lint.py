@@ -14,7 +14,7 @@ from conrod.cli import FAILED, options
 from conrod.cli.options import option
 from conrod.cli.say import waiting
 from conrod.mechanism.units import check_number
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.terminal import console, print_lines
@@ -35,6 +35,19 @@ class Asked:
     controls: tuple[str, ...] = option("--ctrl")
     seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
     ignored: tuple[str, ...] = option("--ignore", multiple=True, metavar="RULE", help="Leave a rule out.")
+    fail_on: str = option(
+        "--fail-on",
+        type=click.Choice([one.value for one in Severity]),
+        default=Severity.ERROR.value,
+        show_default=True,
+        help="Exit status 1 for errors alone, or for notes too.",
+    )
+    form: str = option(
+        "--format",
+        type=click.Choice(["text", "sarif"]),
+        default="text",
+        help="For people, or for a build server [text].",
+    )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 
@@ -49,7 +62,7 @@ def lint(model: str, asked: Asked) -> None:
 
     Findings are errors (they make this motion wrong) or notes.
 
-    Exit status 0: no errors; 1: some; 2: bad usage.
+    Exit status 0: no errors, or what --fail-on says; 1: some; 2: bad usage.
     """
     path = Path(model)
     check_readable(path)
@@ -65,13 +78,16 @@ def lint(model: str, asked: Asked) -> None:
     with waiting(path, FILE_TIMEOUT):
         report = confined(look, path, request)
     with naming("standard output"):
-        print_report(report, files.get("--fix"))
+        if asked.form == "text":
+            print_report(report, files.get("--fix"))
+        else:
+            click.echo(sarif(report), nl=False)
     texts: dict[str, str | bytes] = {
         "--json": json_document(report.document()),
         "--fix": report.fixed.text if report.fixed else "",
     }
     write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
-    if any(finding.severity is Severity.ERROR for finding in report.findings):
+    if any(finding.severity.value in (Severity.ERROR.value, asked.fail_on) for finding in report.findings):
         sys.exit(FAILED)
 
 

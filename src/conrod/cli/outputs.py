@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from conrod.cli.options import ReportOptions, RunOptions
 from conrod.cli.say import say
@@ -42,7 +42,6 @@ class Outputs(Generic[F]):
         subjects: Sequence[str] | Mapping[str, str],
         asked: ReportOptions,
         given: Mapping[str, object] = MappingProxyType({}),
-        options: Mapping[str, Any] | None = None,
         draw: Draw = map,
     ) -> None:
         """Write all files or none, and print where the report is; further arguments as of `report_batch`.
@@ -58,7 +57,7 @@ class Outputs(Generic[F]):
             target = ("--out" if self.folder else "--html", place)
             again = reproduction(command, subjects, {**asked.given, **given}, asked.assignments, target)
             # No folder has the page's name, so that the page holds what was found now and nothing else.
-            report = report_batch(self.kind, findings, place, again, options, draw)
+            report = report_batch(self.kind, findings, place, again, draw)
             batches += [report] if self.folder else []
             batches += [single(self.html, html_report([report]))] if self.html else []
         write_together(batches)

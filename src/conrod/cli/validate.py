@@ -79,7 +79,7 @@ def _validate_file(file: str, asked: Request) -> None:
         raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
     refuse(asked, "--scene: it is for a model that is its own reference", "drives")
     limited = ("ledger", "fresh", "jobs", "cluster", "cell_memory") if file.lower().endswith(FMUS) else (RunOptions,)
-    refuse(asked, "a file: it is for scenes", MotionOptions, *limited, "quantity", "figures")
+    refuse(asked, "a file: it is for scenes", MotionOptions, *limited, "quantity")
     from conrod.cli.validate_file import validate_file
 
     validate_file(Path(file), asked.scene, asked)

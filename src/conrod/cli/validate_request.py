@@ -88,19 +88,6 @@ class CheckOptions:
 
 
 @dataclass(frozen=True)
-class PageOptions:
-    """Options on the pages of a report; None where nothing was given."""
-
-    heading: ClassVar[str] = "Pages"
-
-    figures: str | None = option(
-        "--figures",
-        metavar="NAME,...",
-        help="Figures of the report: mechanism, moving, motion, error, order.",
-    )
-
-
-@dataclass(frozen=True)
 class VerificationOptions:
     """Options of a verification report; None or empty where nothing was given."""
 
@@ -115,9 +102,7 @@ class VerificationOptions:
 
 
 @dataclass(frozen=True)
-class Request(
-    VerificationOptions, PageOptions, CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions
-):
+class Request(VerificationOptions, CheckOptions, TableOptions, ModelOptions, MotionOptions, ReportOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from conrod.cli import FAILED
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from conrod.studies.validation.results import SceneStudy
 
 DEFAULT_REVOLUTIONS = 2
-# On the pages of so many machines: where it is, and how far off.
-FEW_FIGURES = "mechanism,moving,error"
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
 
@@ -62,17 +60,11 @@ class Measured:
         kind: of the report.
         study: returns a study of each scene.
         show: prints what was found.
-        found: what is reported of what a study returns.
-        drawn: options of the report's pages.
-        given: options of the command that makes the report again, where they are not as typed.
     """
 
     kind: Kind[Any]
     study: Study[Sequence[Any]]
     show: Callable[[Sequence[Any]], None]
-    found: Callable[[Any], SceneResults[Any]] = lambda study: study
-    drawn: Mapping[str, Any] = field(default_factory=dict)
-    given: Mapping[str, object] = field(default_factory=dict)
 
 
 def validate_scenes(asked: Request) -> None:
@@ -87,7 +79,7 @@ def validate_scenes(asked: Request) -> None:
     measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
     files, dossier = outputs(measured.kind, scenes, asked), Dossier.of(asked, scenes)
     with Runner.of(replace(asked, fresh=True) if holding else asked) as runner:
-        found = [measured.found(study) for study in runner.pursue(measured.study)]
+        found = runner.pursue(measured.study)
         baseline = held_scenes(holding, asked, found, runner)
     with naming("standard output"):
         measured.show(found)
@@ -95,7 +87,7 @@ def validate_scenes(asked: Request) -> None:
         # One page is drawn here and now; several by all processes.
         draw = executor.map if len(found) > 1 else map
         every = {one.name: one for one in found}
-        files.write(every, "validate", asked.subjects, asked, measured.given, measured.drawn, draw)
+        files.write(every, "validate", asked.subjects, asked, draw=draw)
     if dossier:
         dossier.write(found[0], scene_verdict(found[0]))
     if not holds(baseline) or not all(one.passed for one in found):
@@ -130,24 +122,11 @@ def _turns(asked: Request) -> int:
 
 
 def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
-    from conrod.report.charts.styles import figures_of
-    from conrod.report.validation.report import KIND, without_motion
-    from conrod.scenes.catalogue import CATALOGUE
+    from conrod.report.validation.report import KIND
 
     most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
     plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, most)
-    if asked.figures is not None and asked.out is None and asked.html is None:
-        raise InvalidInput(f"--figures {asked.figures} is for a report: name it with --out or --html")
-    few = asked.figures is None and CATALOGUE in asked.subjects
-    shown = figures_of(FEW_FIGURES if few else asked.figures)
-    return Measured(
-        kind=KIND,
-        study=_validation(chosen, plan, asked.qualify),
-        show=print_verdicts,
-        found=lambda study: study if "motion" in shown else without_motion(study),
-        drawn={"figures": shown},
-        given={"--figures": FEW_FIGURES} if few else {},
-    )
+    return Measured(kind=KIND, study=_validation(chosen, plan, asked.qualify), show=print_verdicts)
 
 
 def _validation(chosen: Chosen, plan: Plan, qualify: bool) -> Study[Sequence[SceneStudy]]:
@@ -192,7 +171,6 @@ def _forces(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.forces import KIND
     from conrod.studies.forces.study import ForcePlan, force_study
 
-    refuse(asked, "--quantity: its report has one figure", "figures")
     refuse(asked, "--quantity: it qualifies the verdict on the motion, and on its forces beside it", "qualify")
     quantities = _quantities(str(asked.quantity), chosen.scenes)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
@@ -241,7 +219,7 @@ def _free_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.free_motion.plan import MOTIONS, MotionPlan, instants
     from conrod.studies.free_motion.results import QUANTITIES
 
-    refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "figures", "baseline")
+    refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "baseline")
     if asked.motion not in MOTIONS:
         raise unknown_choice("motion", str(asked.motion), MOTIONS)
     longest = LONGEST_RUN if asked.seconds is None else asked.seconds

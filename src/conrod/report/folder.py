@@ -47,7 +47,6 @@ class Entry(TypedDict):
     title: str
     command: str
     conrod: str
-    options: dict[str, Any]
     summary: dict[str, Any]
     page: str
     data: str

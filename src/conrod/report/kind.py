@@ -17,7 +17,7 @@ A verb then writes with `report_batch(KIND, {part: findings}, folder, command)` 
 folder's own JSON. `report/free_motion.py` is an example to copy. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
-conrod, options, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` are those that the
+conrod, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` are those that the
 report owns, and may replace or remove.
 """
 
@@ -96,14 +96,12 @@ class Part(Generic[F]):
         name: of its page and files.
         command: what finds the same again.
         conrod: version that found it.
-        options: how its page is to be, as the user asked for it.
     """
 
     name: str
     findings: F
     command: str
     conrod: str
-    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from conrod.own.tables.causes import Cause
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
-from conrod.report.charts.own import error_figure
+from conrod.report.charts.panels import table_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.results import exceeded_words
@@ -35,6 +35,13 @@ def summary_line(study: TableStudy) -> str:
     return f"{study.file}: {study.rows} rows, {first} to {last} s, {_turns(study)} of {study.scene_name} ({study.form})"
 
 
+def figure_line(study: TableStudy) -> str:
+    """The one figure that counts; empty where the table has no positions."""
+    errors = {point: curves["total"].size.max for point, curves in study.errors.items() if "total" in curves}
+    shown = numbers.with_mm(errors, study.scene.lengths)
+    return f"largest position error / L over {_turns(study)}: {shown}" if errors else ""
+
+
 def _turns(study: TableStudy) -> str:
     return f"{study.revolutions:.4g} revolution{'' if study.revolutions == 1.0 else 's'}"
 
@@ -55,6 +62,15 @@ def _allowed(name: str, limit: float) -> str:
     return numbers.allowed(name, limit) if name == "phase" else numbers.quantity(limit)
 
 
+def crank_text(study: TableStudy) -> str:
+    """Deviation of the crank; empty where the table has no crank angle."""
+    if study.crank is None:
+        return ""
+    largest, final = numbers.in_degrees(study.crank.phase_max), numbers.in_degrees(study.crank.phase_final)
+    speed = "" if study.crank.speed is None else f"; its speed by {numbers.measured(study.crank.speed)} at most"
+    return f"crank angle against the nominal one: off by {largest} deg at most, {final} deg at the end{speed}"
+
+
 def estimation_lines(study: TableStudy) -> list[str]:
     """Estimates in words with their standard errors, and what is left."""
     found, lines = study.estimation, []
@@ -73,7 +89,8 @@ def findings(study: TableStudy) -> list[str]:
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [
         *estimation_lines(study),
-        f"crank angle off the nominal one by {numbers.in_degrees(study.phase)} deg at most" if study.phase else "",
+        figure_line(study),
+        crank_text(study),
         f"columns not used: {unused}" if unused else "",
         *(f"note: {note}" for note in study.notes),
         *(_cause_line(study, cause) for cause in study.causes),
@@ -121,7 +138,7 @@ def errors_table(study: TableStudy) -> Table:
 def _page(part: Part[TableStudy]) -> Page:
     study = part.findings
     alt = "Error of the table over the run"
-    figures = (Figure("error", alt, lambda: error_figure(study)),) if study.errors else ()
+    figures = (Figure("error", alt, lambda: table_figure(study)),) if study.errors else ()
     text = rendered(
         "trajectory", study=study, command=part.command, verdict=verdict_text(study), summary=summary_line(study),
         figures=figures, findings=findings(study), errors=errors_table(study), columns=columns_table(study),

@@ -27,7 +27,6 @@ def report_batch(
     findings: Mapping[str, F],
     folder: Path,
     command: Reproduction,
-    options: Mapping[str, Any] | None = None,
     draw: Draw = map,
 ) -> Batch:
     """All files of a report, rendered; nothing is written yet, so that an error leaves an existing report as it was.
@@ -38,7 +37,6 @@ def report_batch(
     Args:
         findings: by part.
         command: what reproduces the report.
-        options: how the pages are to be, for the kind.
         draw: as `map`; that of an executor makes several pages at a time.
 
     Raises:
@@ -46,9 +44,9 @@ def report_batch(
     """
     before = ReportFolder(folder, kind)
     merged = {name: _with_earlier(before, name, one, command.of(name)) for name, one in findings.items()}
-    common = {"conrod": version("conrod"), "options": dict(options or {})}
     entries = {
-        name: {"title": kind.title(one), "command": commands, **common} for name, (one, commands) in merged.items()
+        name: {"title": kind.title(one), "command": commands, "conrod": version("conrod")}
+        for name, (one, commands) in merged.items()
     }
     digits_of = {**GIVEN, **kind.digits_of}
     saved = {name: shortened(plain(kind.kept(one)), kind.digits, digits_of) for name, (one, _) in merged.items()}
@@ -174,7 +172,7 @@ def part_files(
 ) -> tuple[dict[str, str], Mapping[str, Any]]:
     """A part's files, made of its saved findings, and its summary; for any process."""
     kind = kind_named(kind_name)
-    part = Part(name, restore(kind.findings, values), entry["command"], entry["conrod"], entry["options"])
+    part = Part(name, restore(kind.findings, values), entry["command"], entry["conrod"])
     page = _page_files(kind.page_file(name), kind.page(part))
     return {kind.data_file(name): json_text(values), **page}, plain(kind.summary(part.findings))
 
@@ -182,7 +180,7 @@ def part_files(
 def _entry(
     kind: Kind[Any], name: str, entry: Mapping[str, Any], summary: Mapping[str, Any], texts: Mapping[str, str]
 ) -> dict[str, Any]:
-    own = {key: entry[key] for key in ("title", "command", "conrod", "options")}
+    own = {key: entry[key] for key in ("title", "command", "conrod")}
     places = {"page": kind.page_file(name), "data": kind.data_file(name), "files": list(texts)}
     return {**own, "summary": summary, **places}
 

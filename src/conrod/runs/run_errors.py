@@ -14,7 +14,6 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES, Size, Stretch
-from conrod.runs.trajectory import Track
 
 
 class Recorder(Protocol):
@@ -149,37 +148,20 @@ def largest_in_spans(count: int) -> Parts:
 
 
 class DrawnCurve:
-    """A series for a figure: some samples of its last turn, and the largest error in each of some equal spans.
+    """Errors for a figure: the largest in each of some equal spans."""
 
-    Args:
-        turn: steps of a turn.
-    """
-
-    def __init__(self, turn: int) -> None:
-        self._turn = turn
+    def __init__(self) -> None:
         self._spans: Parts | None = None
-        self._seen = 0
-        self._kept: Array  # numbers of the samples of the last turn that are drawn
-        self._samples: list[tuple[Array, Array]] = []
         self._errors: list[tuple[float, float]] = []
 
-    def add(self, track: Track, error: Array, left: int) -> None:
-        """Take in what follows, with its errors (T,); so many samples come after it."""
-        angle = track.instants.angle
+    def add(self, angle: Array, error: Array, left: int) -> None:
+        """Take in the errors (T,) that follow, at crank angles [rad]; so many samples come after them."""
         if self._spans is None:
-            count = len(angle) + left
-            first = max(0, count - 1 - self._turn)
-            self._kept = first + np.unique(np.linspace(0, count - 1 - first, CURVE_SAMPLES).astype(int))
-            self._spans = largest_in_spans(count)
-        some = slice(*np.searchsorted(self._kept, (self._seen, self._seen + len(angle))))
-        rows = self._kept[some] - self._seen
-        self._samples.append((angle[rows], track.values[rows]))
+            self._spans = largest_in_spans(len(angle) + left)
         self._errors += [(angles.mean(), off.max()) for angles, off in self._spans.add(angle, error)]
-        self._seen += len(angle)
 
     @property
-    def arrays(self) -> tuple[Array, Array, Array, Array]:
-        """Angles (K,) [rad] and values (K, 2) of the last turn; mean angles and largest errors (M,) of the spans."""
-        angle, values = (np.concatenate(parts) for parts in zip(*self._samples, strict=True))
+    def arrays(self) -> tuple[Array, Array]:
+        """Mean angles [rad] and largest errors of the spans, each (M,)."""
         middles, largest = np.array(self._errors).T
-        return angle, values, middles, largest
+        return middles, largest

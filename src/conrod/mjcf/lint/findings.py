@@ -1,13 +1,21 @@
-"""A look at a model as plain values: what it is asked and what it found. Imports no engine."""
+"""A look at a model as plain values: what it is asked and what it found, also as SARIF 2.1.0. Imports no engine."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
+from urllib.parse import quote
+from xml.parsers import expat
 
 from conrod.own.models.request import Controls
-from conrod.runs.plain import plain
+from conrod.runs.plain import json_document, plain
+
+SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
 @dataclass(frozen=True)
@@ -80,3 +88,46 @@ class Report:
         values: dict[str, Any] = {name: plain(getattr(self, name)) for name in ("model", "run", "findings", "notes")}
         fixed = None if self.fixed is None else {"edits": list(self.fixed.edits), "change": self.fixed.change}
         return values | {"fixed": fixed}
+
+
+# -- for build servers -------------------------------------------------------------------------------------------------
+
+
+def sarif(report: Report) -> str:
+    """A SARIF log of one run, as code scanning of GitHub, GitLab, Azure and editors read it."""
+    path, lines = Path(report.model), _lines_of(Path(report.model))
+    uri = path.as_uri() if path.is_absolute() else quote(path.as_posix())
+    rules = {one.rule: one.why for one in report.findings}
+    results = [
+        {
+            "ruleId": one.rule,
+            "level": one.severity.value,
+            "message": {"text": "\n".join((one.what, one.why, f"fix: {one.fix}", *one.edits))},
+            "locations": [
+                {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": {"startLine": _line(one, lines)}}}
+            ],
+        }
+        for one in report.findings
+    ]
+    described: list[Any] = [{"id": rule, "shortDescription": {"text": why}} for rule, why in rules.items()]
+    tool = {"driver": {"name": "conrod lint", "version": version("conrod"), "rules": described}}
+    return json_document({"$schema": SARIF, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]})
+
+
+def _lines_of(path: Path) -> dict[str, int]:
+    """Line of the first element of each name, and of each kind, as `<option`; of the file itself, not of includes."""
+    parser, lines = expat.ParserCreate(), dict[str, int]()
+
+    def begin(tag: str, attributes: Mapping[str, str]) -> None:
+        for key in (f"<{tag}", attributes.get("name", "")):
+            lines.setdefault(key, parser.CurrentLineNumber)
+
+    parser.StartElementHandler = begin
+    parser.Parse(path.read_bytes(), True)
+    return lines
+
+
+def _line(finding: Finding, lines: Mapping[str, int]) -> int:
+    """Line of what a finding is about; of the model where that stands nowhere in the file."""
+    sections = [section[0] for edit in finding.edits if (section := re.match(r"<\w+", edit))]
+    return next((lines[key] for key in (*finding.subjects, *sections, "<mujoco") if key in lines), 1)

@@ -26,7 +26,7 @@ from conrod.report.numbers import ROUNDING
 
 STYLE: dict[str, Any] = {
     "svg.hashsalt": "conrod",
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",
     "font.family": "DejaVu Sans",
     "mathtext.fontset": "dejavusans",
     "font.size": 9.0,

@@ -1,64 +1,121 @@
-"""The SVG of matplotlib in a third of its letters: paths relative to where they are, marks of one look as one path."""
+"""The SVG of matplotlib in a third of its letters: paths relative to where they are, and nothing that draws nothing."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Set
+from collections.abc import Iterator
+from itertools import count
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
+SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
 # A tenth of a point cannot be seen; shapes of marks are small, and have hundredths.
 FINE, COARSE = 2, 1  # digits
-PATH = re.compile(r'(<path[^>]*?) d="([^"]*)"')
-PLACE = re.compile(r'(?<=\s[xy]=")-?[\d.]+(?=")|(?<=translate\()-?[\d.]+ -?[\d.]+')
+# Of all that is drawn. Texts stay texts: they are laid out for the first of these fonts, the widest.
+LOOK = "font:9px DejaVu Sans,Verdana,sans-serif;stroke-linejoin:round"
+SAID = ("font-family: 'DejaVu Sans'", "font-size: 9px", "text-anchor: start", "stroke-dashoffset: 0", "")
+FEWEST = 4  # marks that are a path
+PLACES = ("x", "y", "transform", "width", "height", "viewBox")
+REFERENCE = re.compile(r"#([^)\s]+)")
+UNTURNED = re.compile(r"rotate\(-?0 [^)]*\)")
 PART = re.compile(r"([A-Za-z])([^A-Za-z]*)")
-NUMBER = re.compile(r"-?[\d.]+")
-MARKS = re.compile(
-    r'(?:<path d="([^"]*)"([^>]*)/>(\s*<defs>\s*<path[^>]*/>\s*</defs>)?\s*)?'
-    r'<g([^>]*)>(\s*<use xlink:href="#(m[0-9a-f]+)" x="[^"]*" y="[^"]*" style="([^"]*)"/>'
-    r'(?:\s*<use xlink:href="#\6" x="[^"]*" y="[^"]*" style="\7"/>)+)\s*</g>'
-)
-DEFINED = re.compile(r'<path id="(m[0-9a-f]+)" d="[^"]*" style="([^"]*)"/>')
-USED = re.compile(r'(<use xlink:href="#(m[0-9a-f]+)"[^>]*) style="([^"]*)"')
-LETTER = re.compile(r'(<use xlink:href="#[^"]*") transform="translate\((-?[\d.]+) 0\)"')
-AT = re.compile(r'x="(-?[\d.]+)" y="(-?[\d.]+)"')
+COLOUR = re.compile(r"#(.)\1(.)\2(.)\3")
+NUMBER = re.compile(r"-?[\d.]+(?:e-?\d+)?")
 
 
 def compact(text: str) -> str:
     """The same drawing, for a file as matplotlib writes it."""
-    known = dict[tuple[str, str], str]()
-    looks = {name: set(style.split("; ")) for name, style in DEFINED.findall(text)}
-    text = USED.sub(lambda found: _styled(found, looks), text)
-    text = MARKS.sub(lambda found: _marks(found, known), text)
-    text = LETTER.sub(r'\1 x="\2"', text)
-    text = PATH.sub(lambda found: f'{found[1]} d="{_relative(found[2], FINE if " id=" in found[1] else COARSE)}"', text)
-    return PLACE.sub(
-        lambda found: NUMBER.sub(lambda one: _decimal(_whole(one.group(), COARSE), COARSE), found.group()), text
-    )
+    root = ElementTree.fromstring(text)
+    for element in root.iter():
+        element.tag = element.tag.removeprefix(SVG)
+        if LINK in element.attrib:
+            element.attrib["href"] = element.attrib.pop(LINK)
+    for needless in [*root.findall("metadata"), *root.findall("defs[style]")]:  # who made it, and what `LOOK` says
+        root.remove(needless)
+    _rename(root)
+    looks = {f"#{one.get('id')}": one.get("style", "").split("; ") for one in root.iter("path") if "id" in one.attrib}
+    for element in root.iter():
+        _shorten(element, looks.get(element.get("href", ""), []))
+    _unwrap(root)
+    numbers = count()
+    for group in [*root.iter("g"), root]:
+        _join_marks(group, numbers)
+        _join_lines(group)
+    root.attrib |= {"xmlns": SVG[1:-1], "style": LOOK}
+    # One element a line: what changed in a figure can be seen in a comparison of files.
+    return ElementTree.tostring(root, encoding="unicode").replace(" />", "/>").replace("><", ">\n<")
 
 
-def _styled(found: re.Match[str], looks: Mapping[str, Set[str]]) -> str:
-    """A use of a mark, with no more of a style than what the mark's own does not say."""
-    own = [part for part in found[3].split("; ") if part not in looks.get(found[2], ())]
-    return f'{found[1]} style="{"; ".join(own)}"'
+def _rename(root: Element) -> None:
+    """Short ids for what is referred to, none for all else."""
+    used = {name for one in root.iter() for text in one.attrib.values() for name in REFERENCE.findall(text)}
+    names = {one.get("id", ""): f"m{k}" for k, one in zip(count(), (e for e in root.iter() if e.get("id") in used))}
+    for element in root.iter():
+        name = element.attrib.pop("id", None)
+        for key, value in element.attrib.items():
+            element.attrib[key] = REFERENCE.sub(lambda found: f"#{names.get(found[1], found[1])}", value)
+        if name in names:
+            element.set("id", names[name])
 
 
-def _marks(found: re.Match[str], known: dict[tuple[str, str], str]) -> str:
-    """Marks that are alike, as those of the line through them; else of a path that is no line."""
-    line, look, defined, group, marks, shape, style = found.groups(default="")
-    places = [f"{x} {y}" for x, y in AT.findall(marks)]
-    if (shape, style) not in known:
-        name = known[shape, style] = f"{shape}-{len(known)}"
-        defined += (
-            f'<defs><marker id="{name}" overflow="visible" markerUnits="userSpaceOnUse">'
-            f'<use xlink:href="#{shape}" style="{style}"/></marker></defs>'
-        )
-    mark = f'="url(#{known[shape, style]})"'
-    if group in look and _relative(line, COARSE) == _relative(f"M {' L '.join(places)}", COARSE):
-        ends = "".join(f" marker-{where}{mark}" for where in ("start", "mid", "end"))
-        return f'{defined}<path d="{line}"{look}{ends}/>'
-    before = f'<path d="{line}"{look}/>' if line else ""
-    # All but the ends have a mark, so that these are there twice.
-    through = " L ".join((places[0], *places, places[-1]))
-    return f'{before}{defined}<path{group} d="M {through}" fill="none" marker-mid{mark}/>'
+def _shorten(element: Element, known: list[str]) -> None:
+    """Numbers and styles in as few letters as they need; a style without what a mark's own says already."""
+    given = element.attrib
+    if "d" in given:
+        given["d"] = _relative(given["d"], FINE if "id" in given else COARSE)
+    if UNTURNED.fullmatch(given.get("transform", "")):
+        del given["transform"]
+    for name in PLACES:
+        if name in given and "scale" not in given[name]:
+            given[name] = NUMBER.sub(lambda one: _decimal(_whole(one[0], COARSE), COARSE), given[name])
+    style = [part for part in given.pop("style", "").split("; ") if part not in (*known, *SAID)]
+    if style:
+        given["style"] = COLOUR.sub(r"#\1\2\3", ";".join(part.replace(": ", ":") for part in style))
+    if element.text and not element.text.strip():
+        element.text = None
+    element.tail = None
+
+
+def _unwrap(element: Element) -> None:
+    """Put what is in groups that say nothing in their places."""
+    for child in list(element):
+        _unwrap(child)
+        if child.tag == "g" and not child.attrib:
+            place = list(element).index(child)
+            element[place : place + 1] = list(child)
+
+
+def _join_marks(group: Element, numbers: Iterator[int]) -> None:
+    """Make marks of one look, such as those of a curve, a path that has the mark at its places."""
+    alike = dict[str, list[Element]]()
+    for element in group:
+        if element.tag == "use" and {"x", "y"} <= element.attrib.keys():
+            look = {name: value for name, value in element.attrib.items() if name not in ("x", "y")}
+            alike.setdefault(repr(look), []).append(element)
+    for marks in alike.values():
+        if len(marks) >= FEWEST:
+            first, places = marks[0], [f"{one.attrib.pop('x')} {one.attrib.pop('y')}" for one in marks]
+            name = f"k{next(numbers)}"
+            marker = Element("marker", {"id": name, "overflow": "visible", "markerUnits": "userSpaceOnUse"})
+            ElementTree.SubElement(marker, "use", dict(first.attrib))
+            group.insert(list(group).index(first), marker)
+            # All but the ends have a mark, so that these are there twice.
+            through = _relative(f"M {' L '.join([places[0], *places, places[-1]])}", COARSE)
+            first.tag, first.attrib = "path", {"d": through, "fill": "none", "marker-mid": f"url(#{name})"}
+            for one in marks[1:]:
+                group.remove(one)
+
+
+def _join_lines(group: Element) -> None:
+    """Make lines of one look one, such as those of a grid, where nothing but texts is between them."""
+    last = Element("")
+    for element in list(group):
+        look = {**element.attrib, "d": ""}
+        if element.tag == "path" and "fill:none" in look.get("style", "") and look == {**last.attrib, "d": ""}:
+            last.set("d", last.get("d", "") + element.get("d", "").replace("m", "M", 1))
+            group.remove(element)
+        elif element.tag not in ("text", "g"):
+            last = element if element.tag == "path" else Element("")
 
 
 def _relative(data: str, digits: int) -> str:
@@ -80,12 +137,12 @@ def _relative(data: str, digits: int) -> str:
             case "l", [0, along]:
                 letter, moves = "v", [along]
         texts = [_decimal(move, digits) for move in moves]
-        # A line goes on without its letter, also after a move.
+        # A line goes on without its letter.
         shown = "" if letter == written and letter not in "mz" else letter
         for text in texts:
             shown += text if shown[-1:].isalpha() or text[0] == "-" else f" {text}"
         found.append(shown)
-        written = "l" if letter == "m" else letter
+        written = letter
     return "".join(found)
 
 

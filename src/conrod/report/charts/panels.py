@@ -1,19 +1,24 @@
-"""Panels of runs above each other: errors over the crank angle, and of free motion over time."""
+"""Errors in panels above each other: over the crank angle, of free motion over time, of a table over revolutions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle
 from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import Locator, MaxNLocator, MultipleLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
+from conrod.own.tables.samples import ERRORS
+from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import NORMS, legend_above, on_grid, on_log_grid, tolerance_heads, whole_decades
-from conrod.report.charts.styles import completed, curve_style, label
+from conrod.report.charts.styles import HUES, completed, curve_style, label
+from conrod.report.numbers import ROUNDING
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.result import Result
@@ -21,66 +26,93 @@ from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MARKERS = 12  # of a curve
-MARGINS = {"left": 0.095, "right": 0.97, "top": 0.93, "bottom": 0.06, "hspace": 0.13}
+TAIL = 4  # last samples of a curve, which get no marker
+HEIGHT, ABOVE, BELOW = 2.8, 0.5, 0.55  # of a panel, and of the rooms for the legend and the label [inch]
+LEAST = 1e-5  # of the largest error of a table's panel: a run that begins without error squeezes no other
 
 # Places and values (N,) on the grid that is drawn, and arguments of `Axes.plot`.
 Curve: TypeAlias = tuple[Array, Array, Mapping[str, Any]]
 
 
-def draw_curves(axes: Axes, curves: Sequence[Curve], most: int = MARKERS, tail: int = 0) -> None:
-    """Draw curves whose markers stand clear of each other.
+@dataclass(frozen=True)
+class Panel:
+    """Curves of errors on a logarithmic scale.
+
+    Attributes:
+        ends: of the horizontal axis.
+        allowed: tolerances with the style of their curves, arrow heads at the right edge.
+    """
+
+    label: str
+    curves: Sequence[Curve]
+    ends: tuple[float, float]
+    allowed: Sequence[tuple[float | None, Mapping[str, Any]]] = ()
+
+
+def panels_figure(panels: Sequence[Panel], along: str, turns: bool = True) -> Figure:
+    """The panels, with one legend above them.
 
     Args:
-        most: markers of a curve, about.
-        tail: last samples of a curve that get no marker.
+        along: what the horizontal axis is.
+        turns: it is an angle in degrees.
     """
+    height = HEIGHT * len(panels) + ABOVE + BELOW
+    figure = Figure(figsize=(10.5, height))
+    drawn = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
+    named = dict[str, Any]()
+    for axes, panel in zip(drawn, panels, strict=True):
+        axes.set_xlim(*panel.ends)
+        error_panel(axes, panel.label, panel.curves)
+        tolerance_heads(axes, panel.ends[1], panel.allowed)
+        if turns:
+            axes.xaxis.set_major_locator(_turn_ticks(abs(panel.ends[1] - panel.ends[0])))
+        handles, labels = axes.get_legend_handles_labels()
+        named |= dict(zip(labels, handles, strict=True))
+    if any(allowed is not None for panel in panels for allowed, _ in panel.allowed):
+        named["tolerance"] = Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6)
+    drawn[-1].set_xlabel(along)
+    figure.align_ylabels(list(drawn))
+    figure.subplots_adjust(left=0.095, right=0.97, top=1.0 - ABOVE / height, bottom=BELOW / height, hspace=0.2)
+    legend_above(figure, [*named.values()], [*named])
+    return figure
+
+
+def error_panel(axes: Axes, label: str, curves: Sequence[Curve]) -> None:
+    """Draw curves of errors, whose markers stand clear of each other, on a logarithmic axis that holds them all."""
     for place, (at, values, style) in enumerate(curves):
-        every = max(1, len(at) // most)
+        every = max(1, len(at) // MARKERS)
         # The curves take turns, so that no marker covers another.
-        marks = slice(2 + (place * every) // len(curves), len(at) - tail if tail else None, every)
+        marks = slice(2 + (place * every) // len(curves), len(at) - TAIL, every)
         axes.plot(at, values, markevery=marks, **style)
-
-
-def error_panel(axes: Axes, label: str, curves: Sequence[Curve], most: int = MARKERS, tail: int = 0) -> None:
-    """Draw curves of errors on a logarithmic axis that holds them all."""
-    draw_curves(axes, curves, most, tail)
     whole_decades(axes, [values for _, values, _ in curves])
     axes.set_ylabel(label)
 
 
-def finish_panels(figure: Figure, panels: Sequence[Axes], handles: Sequence[Any] = (), **margins: float) -> Figure:
-    """Line up panels, and set the legend of the first above them, with some more handles that have labels."""
-    own, labels = panels[0].get_legend_handles_labels()
-    figure.align_ylabels(list(panels))
-    figure.subplots_adjust(**(MARGINS | margins))
-    legend_above(figure, [*own, *handles], [*labels, *(str(one.get_label()) for one in handles)])
-    return figure
-
-
-def angle_ticks(degrees: float, step: float = 90.0) -> Locator:
-    """Return steps of a turn; of less than half a turn whatever divides it well."""
-    return MultipleLocator(step) if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10])
+def _turn_ticks(degrees: float) -> MultipleLocator | MaxNLocator:
+    """Quarters of a turn, or of several; of less than half a turn whatever divides it well."""
+    whole = 90.0 * max(1, round(degrees / 720.0))
+    return MultipleLocator(whole) if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10])
 
 
 def _labelled(run: Result) -> dict[str, Any]:
     return curve_style(run) | {"label": label(run)}
 
 
+# -- validations -------------------------------------------------------------------------------------------------------
+
+
 def error_figure(study: SceneStudy) -> Figure:
     """Largest error over the observed points in each span of the crank angle, a panel for each quantity."""
     runs = completed(study.results)
-    figure = Figure(figsize=(10.5, 9.0))
-    panels = figure.subplots(3, 1, sharex=True)
-    for axes, name in zip(panels, QUANTITIES, strict=True):
-        error_panel(axes, f"{name} error / {NORMS[name]}", [_error_curve(run, name) for run in runs], tail=4)
-        if runs:
-            begin, end = _ends(study.scene, max(run.revolutions for run in runs))
-            axes.set_xlim(begin, end)
-            tolerance_heads(axes, end, [(getattr(run.tolerance, name), curve_style(run)) for run in runs])
-            panels[-1].xaxis.set_major_locator(angle_ticks(abs(end - begin)))
-    panels[-1].set_xlabel("crank angle [deg]")
-    head = Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6, label="tolerance")
-    return finish_panels(figure, panels, [head], left=0.085)
+    ends = _ends(study.scene, max(run.revolutions for run in runs))
+    panels = [
+        Panel(
+            f"{name} error / {NORMS[name]}", [_error_curve(run, name) for run in runs], ends,
+            [(getattr(run.tolerance, name), curve_style(run)) for run in runs],
+        )
+        for name in QUANTITIES
+    ]  # fmt: skip
+    return panels_figure(panels, "crank angle [deg]")
 
 
 def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
@@ -96,21 +128,43 @@ def _error_curve(run: ValidationResult, name: str) -> Curve:
     assert run.curves is not None
     curves = [curves[name] for curves in run.curves.values()]
     error = np.max([curve.error for curve in curves], axis=0)
-    angle = on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions)
-    return angle, on_log_grid(error), _labelled(run)
+    return on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions), on_log_grid(error), _labelled(run)
 
 
 def free_motion_figure(study: MotionStudy) -> Figure:
     """Errors of all runs that completed, over time."""
-    figure = Figure(figsize=(10.5, 6.4))
-    above, below = figure.subplots(2, 1, sharex=True)
     runs = [(r, r.curves) for r in study.results if r.curves is not None]
     seconds = max(run.seconds for run, _ in runs)
-    errors = [(on_grid(c.middles, seconds), on_log_grid(c.error), _labelled(r)) for r, c in runs]
-    error_panel(above, "position error / L", errors)
-    energies = [(on_grid(c.middles, seconds), on_log_grid(c.energy), curve_style(r)) for r, c in runs]
-    error_panel(below, "energy error / largest energy", energies)
-    tolerance_heads(above, seconds, [(run.tolerance.get("position"), curve_style(run)) for run, _ in runs])
-    below.set_xlabel("time [s]")
-    below.set_xlim(0.0, seconds)
-    return finish_panels(figure, [above, below], left=0.09, bottom=0.085)
+    errors, energies = (
+        [(on_grid(c.middles, seconds), on_log_grid(getattr(c, name)), _labelled(r)) for r, c in runs]
+        for name in ("error", "energy")
+    )
+    allowed = [(run.tolerance.get("position"), curve_style(run)) for run, _ in runs]
+    panels = [
+        Panel("position error / L", errors, (0.0, seconds), allowed),
+        Panel("energy error / largest energy", energies, (0.0, seconds)),
+    ]
+    return panels_figure(panels, "time [s]", turns=False)
+
+
+def table_figure(study: TableStudy) -> Figure:
+    """Largest error in each span of the run against the revolutions, a line for each point."""
+    # Without a crank angle the error at the angle reached is that at the time.
+    named = [q for q in ERRORS if q != "position" or study.crank is not None]
+    hues = dict(zip(study.errors, cycle(HUES), strict=False))
+    panels = []
+    for quantity in named:
+        curves = {point: errors[quantity] for point, errors in study.errors.items() if quantity in errors}
+        if curves:
+            least = max(ROUNDING, LEAST * max(float(curve.largest.max()) for curve in curves.values()))
+            lines = [
+                (
+                    on_grid(curve.at, study.revolutions), on_log_grid(np.maximum(curve.largest, least)),
+                    {"color": hues[point], "label": point},
+                )
+                for point, curve in curves.items()
+            ]  # fmt: skip
+            head = {"color": "#444444", "markerfacecolor": "#444444"}
+            title, allowed = f"{quantity} error / {NORMS.get(quantity, 'L')}", [(study.tolerance.get(quantity), head)]
+            panels.append(Panel(title, lines, (0.0, study.revolutions), allowed))
+    return panels_figure(panels, "revolutions since the first row", turns=False)

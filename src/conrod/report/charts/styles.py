@@ -1,14 +1,10 @@
-"""One colour per engine and one line and marker per preset, the same in every figure.
-
-The figures that a scene's page can show.
-"""
+"""One colour per engine and one line and marker per preset, the same in every figure."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from conrod.engines.registry import ENGINES, OTHER_COLOURS, line_style, look_of
-from conrod.errors import InvalidInput, unknown_choice
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import ValidationResult
@@ -78,23 +74,3 @@ def preset_style(engine: str, name: str | None) -> dict[str, Any]:
 def completed(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
     """Dynamic runs that have errors and curves to draw."""
     return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
-
-
-FIGURE_NAMES = ("mechanism", "moving", "motion", "error", "order")
-
-
-def figures_of(text: str | None) -> tuple[str, ...]:
-    """The figures that are named in a text such as `mechanism,error`, in the order of the page; all where it is None.
-
-    Raises:
-        InvalidInput: one is unknown, or none is named.
-    """
-    if text is None:
-        return FIGURE_NAMES
-    named = [name.strip() for name in text.split(",") if name.strip()]
-    for name in named:
-        if name not in FIGURE_NAMES:
-            raise unknown_choice("figure", name, FIGURE_NAMES)
-    if not named:
-        raise InvalidInput(f"--figures {text!r}: name one or more of {', '.join(FIGURE_NAMES)}")
-    return tuple(name for name in FIGURE_NAMES if name in named)

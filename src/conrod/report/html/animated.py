@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from conrod.exact.motion import Array
@@ -29,6 +31,13 @@ def animated_svg(machine: Moving) -> str:
         f'height="{640 * height / width:.0f}"><style>{STYLE}</style><defs>{shapes}</defs>\n'
         f"{bodies[-1]}\n{moved}</svg>\n"
     )
+
+
+def inline(svg: str, prefix: str) -> str:
+    """A drawing of `animated_svg` as part of a page that has its styles, with ids that no other has."""
+    shapes = re.sub("<style>.*?</style>", "", svg, flags=re.DOTALL)
+    shapes = shapes.replace("<svg ", '<svg aria-hidden="true" ', 1)
+    return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')
 
 
 def _moved(poses: Array, still: int) -> str:

@@ -15,7 +15,6 @@ from markdown_it.rules_core import StateCore
 from markdown_it.token import Token
 
 OUTWARD = ("https://", "http://")
-NUMBER = re.compile(r"[\d.,<]")
 # The one markup that pages have, on lines of its own; names of users are escaped, and never look like it.
 DETAILS = re.compile(r"<details>\s*<summary>([^<]+)</summary>|</details>")
 
@@ -29,8 +28,6 @@ class Place:
         shift: levels that its headings go down.
         figure: returns the markup of a figure by the name of its file; None where it is not the report's.
         target: returns where a link leads; None where nothing is there, and its text stands alone.
-        command: what a number links to, the id of the command that reproduces the page.
-        row: the same of a table's row that is about another page.
         title: the text of its first heading.
         level: of the heading that is open; a page has one of the first.
         anchors: ids that are taken.
@@ -41,8 +38,6 @@ class Place:
     shift: int
     figure: Callable[[str, str], str | None]
     target: Callable[[str], str | None]
-    command: str = ""
-    row: str = ""
     title: str = ""
     level: int = 1
     anchors: set[str] = field(default_factory=set)
@@ -94,23 +89,11 @@ class _Renderer(RendererHTML):
     def table_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         return "</table></div>\n"
 
-    def tr_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
-        env["place"].row = next(filter(None, (_page_of(one, env["place"]) for one in _row(tokens, idx))), "")
-        return "<tr>\n"
-
     def th_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         return f'<th scope="col"{_side(tokens[idx])}>'
 
     def td_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
-        place, side = env["place"], _side(tokens[idx])
-        command = f"{place.row}--command" if place.row else place.command
-        linked = bool(side and command and NUMBER.match(tokens[idx + 1].content))
-        place.links.append(linked)
-        # Not a stop for the Tab key: each page has the link once more, as text.
-        return f"<td{side}>" + (f'<a class="n" tabindex="-1" href="#{escapeHtml(command)}">' if linked else "")
-
-    def td_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
-        return "</a></td>\n" if env["place"].links.pop() else "</td>\n"
+        return f"<td{_side(tokens[idx])}>"
 
     def link_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         place, wanted = env["place"], str(tokens[idx].attrs["href"])
@@ -139,15 +122,3 @@ class _Renderer(RendererHTML):
 def _side(token: Token) -> str:
     """The class of a cell that is set flush right; markdown-it says so by a style, which the page forbids."""
     return ' class="right"' if "right" in str(token.attrs.get("style", "")) else ""
-
-
-def _row(tokens: Sequence[Token], idx: int) -> list[Token]:
-    end = next(k for k in range(idx, len(tokens)) if tokens[k].type == "tr_close")
-    return [child for token in tokens[idx:end] for child in token.children or ()]
-
-
-def _page_of(token: Token, place: Place) -> str:
-    """The id of the page that a link leads to within the document; empty for anything else."""
-    wanted = str(token.attrs.get("href", "")) if token.type == "link_open" else ""
-    target = None if not wanted or wanted.startswith(OUTWARD) else place.target(unquote(wanted))
-    return target[1:] if target and target.startswith("#") and "--" not in target else ""

@@ -14,12 +14,12 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from conrod.report.figure import FOLDER as FIGURES
+from conrod.report.html.animated import inline
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.spots import with_spots
-from conrod.report.html.svg import Figures
 from conrod.report.kind import Kind, Part, kind_named
 from conrod.report.saved import restore
 from conrod.studies.frame.writing import Batch
@@ -79,12 +79,10 @@ def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | No
     first = [kind.index_file] if kind.index is not None and kind.index_file in texts else []
     # What has one part is opened for that.
     anchors = _anchors([*pages, *first] if len(pages) == 1 else [*first, *pages], f"-{number}" if number else "")
-    found, drawn = [], Figures(f"f{number}-" if number else "f")
+    found = []
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
-        place = _place(file, anchors, texts, outside, drawn)
-        if not entry["command"]:
-            place.command = ""
+        place = _place(file, anchors, texts, outside)
         if file in pages:
             live = _live(kind, pages[file], entry, texts, place)
         else:
@@ -99,7 +97,7 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
     if kind.live is None and kind.spots is None:
         return ""
     findings, shown = restore(kind.findings, json.loads(texts[entry["data"]])), place.figure
-    part = Part(name, findings, entry["command"], entry["conrod"], entry["options"])
+    part = Part(name, findings, entry["command"], entry["conrod"])
     live = kind.live(part, place.anchor) if kind.live else ""
     spots = kind.spots(findings) if kind.spots else {}
 
@@ -113,10 +111,19 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
     return live
 
 
+def picture(svg: str, alt: str) -> str:
+    """A figure as an image, which runs, loads and styles nothing beside itself."""
+    # What an address or the attribute would end at, and line ends, which an address loses.
+    address = svg.strip().replace(">\n<", "><")
+    for letter, written in {"%": "%25", "#": "%23", "\n": " ", "&": "&amp;", "'": "&#39;"}.items():
+        address = address.replace(letter, written)
+    return f'<span class="figure"><img src=\'data:image/svg+xml,{address}\' alt="{escape(alt)}"></span>'
+
+
 def tiles(pictures: Iterable[tuple[str, str, str]]) -> str:
-    """Small pictures that lead somewhere: address, name and SVG of each; empty where there are none."""
+    """Small moving pictures that lead somewhere: address, name and SVG of each; empty where there are none."""
     found = [
-        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(Figures(f"tile{k}-").inlined(svg, name)), name)
+        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(inline(svg, f"tile{k}-")), name)
         for k, (where, name, svg) in enumerate(pictures)
     ]
     return str(Markup('<ul class="tiles">{}</ul>\n').format(Markup("").join(found))) if found else ""
@@ -143,15 +150,14 @@ def _place(
     anchors: Mapping[str, str],
     texts: Mapping[str, str],
     outside: Callable[[str], str | None],
-    drawn: Figures,
 ) -> Place:
     def figure(name: str, alt: str) -> str | None:
-        return f'<span class="figure">{drawn.inlined(texts[name], alt)}</span>' if name in texts else None
+        return picture(texts[name], alt) if name in texts else None
 
     def target(name: str) -> str | None:
         return f"#{anchors[name]}" if name in anchors else outside(name)
 
-    return Place(anchors[file], int(file != next(iter(anchors))), figure, target, f"{anchors[file]}--command")
+    return Place(anchors[file], int(file != next(iter(anchors))), figure, target)
 
 
 def _asset(name: str) -> str:

@@ -1,9 +1,9 @@
-"""A machine's drawing as shapes that its bodies carry: of the static drawing at two crank angles, what moves alike."""
+"""A machine's drawing as shapes that its bodies carry, taken from the static drawing."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
@@ -19,9 +19,7 @@ from conrod.report.drawing.view import View
 from conrod.scenes import Scene
 
 UNITS = 1000.0  # of the drawing, for the extent of the machine
-OTHER_ANGLE = 0.37  # of the span, from the first: links move otherwise than each other, and a slide has gone some way
-ALIKE = 1e-4  # of places, in the drawing's units
-MOST_POINTS, MOST_CORNERS = 120, 12  # of an outline; of a shape that may begin at any of its corners
+MOST_POINTS = 120  # of an outline
 
 
 @dataclass(frozen=True)
@@ -39,17 +37,6 @@ class Shape:
     look: Mapping[str, str]
     radius: float = 0.0
     above: float = 0.0
-
-    @property
-    def kin(self) -> tuple[int, bool]:
-        """The same of all shapes that this may become as it moves: a corner in line comes and goes with rounding."""
-        count = len(self.places)
-        return MOST_CORNERS if 2 < count < MOST_CORNERS else count, self.radius > 0.0
-
-    @property
-    def corners(self) -> Array:
-        """The places, as many as `kin` says."""
-        return np.pad(self.places, ((0, self.kin[0] - len(self.places)), (0, 0)), mode="edge")
 
     def outline(self, pose: Pose) -> str:
         """The shape's path, or a circle's place and size, in the frame of a body that has a pose in the drawing."""
@@ -74,10 +61,10 @@ def _svg(shapes: Sequence[Shape], pose: Pose) -> str:
 
 
 class _Sketch:
-    """Takes what is drawn on matplotlib's axes, as shapes."""
+    """Takes what is drawn on matplotlib's axes, as shapes of some bodies."""
 
-    def __init__(self, scale: float, point: float) -> None:
-        self.shapes, self._scale, self._point = list[Shape](), scale, point
+    def __init__(self, carried: Sequence[list[Shape]], scale: float, point: float) -> None:
+        self._carried, self._scale, self._point = carried, scale, point
 
     def plot(self, x: Array, y: Array, color: str = "", **style: Any) -> None:
         self._add(np.column_stack([x, y]), "none", color, style)
@@ -102,7 +89,20 @@ class _Sketch:
             look["opacity"] = str(style["alpha"])
         if style.get("linestyle") == "-.":
             look["stroke-dasharray"] = f"{6 * self._point:.3g} {3 * self._point:.3g}"
-        self.shapes.append(Shape(self._scale * places, look, self._scale * radius, style.get("zorder", 2.0)))
+        shape = Shape(self._scale * places, look, self._scale * radius, style.get("zorder", 2.0))
+        for shapes in self._carried:
+            shapes.append(shape)
+
+
+@dataclass(frozen=True)
+class _Parted(View):
+    """A view of which each body's parts are kept; a pin moves with all bodies whose it is."""
+
+    carried: Mapping[str, list[Shape]]
+
+    def on(self, *bodies: str) -> Any:
+        moving = [self.carried[name] for name in bodies if name != GROUND]
+        return _Sketch(moving or [self.carried[GROUND]], UNITS / self.extent, UNITS / POINTS)
 
 
 # Colours of the drawing on paper, as a page has them in the light and in the dark.
@@ -134,76 +134,27 @@ class Drawing:
 
 def drawing_of(scene: Scene) -> Drawing:
     """The drawing of a scene's machine."""
-    angle, (start, stop) = telling_angle(scene), scene.kinematics.span
-    other = start + (angle - start + OTHER_ANGLE * (stop - start)) % (stop - start)
-    view = view_at(scene, angle)
-    later = replace(view, poses=view_at(scene, other).poses)
-    scale = UNITS / view.extent
-    shapes, moved = _sketched(view), _sketched(later)
-    before, after = (_scaled(one.poses, 1e3 * scale) for one in (view, later))
-    carried: dict[str, list[Shape]] = {name: [] for name in before}
-    others: dict[tuple[int, bool], list[Array]] = {}
-    for shape in moved:
-        others.setdefault(shape.kin, []).append(shape.corners)
-    for shape in shapes:
-        for name in _owners(shape, np.array(others.get(shape.kin, ())), before, after):
-            carried[name].append(shape)
-    bodies = {name: _svg(some, before[name]) for name, some in carried.items()}
-    turn = scene.kinematics.poses(np.linspace(start, stop, 24)).reshape(24, -1, 3) * [1e3 * scale, 1e3 * scale, 1.0]
+    view = view_at(scene, telling_angle(scene))
+    scale = 1e3 * UNITS / view.extent
+    before = {name: (scale * x, scale * y, turn) for name, (x, y, turn) in view.poses.items()}
+    parted = _Parted(**vars(view), carried={name: [] for name in before})
+    draw_joints(parted)
+    draw_links(parted)
+    bodies = {name: _svg(some, before[name]) for name, some in parted.carried.items()}
+    turn = scene.kinematics.poses(np.linspace(*scene.kinematics.span, 24)).reshape(24, -1, 3) * [scale, scale, 1.0]
     everywhere = [dict(zip(before, (*map(tuple, poses), before[GROUND]), strict=True)) for poses in turn]
     reached = [
         np.array([to_world(poses[name], one) for one in _local(before[name], shape.places[::12])])
         for poses in everywhere
-        for name, some in carried.items()
-        for shape in (some if name != GROUND else some if poses is everywhere[0] else ())
+        for name, some in parted.carried.items()
+        for shape in some
     ]
-    return Drawing(bodies, 1e3 * scale, _box([*reached, *(scale * path for path in view.paths.values())]))
-
-
-def _sketched(view: View) -> list[Shape]:
-    sketch: Any = _Sketch(UNITS / view.extent, UNITS / POINTS)
-    draw_joints(replace(view, axes=sketch))
-    draw_links(replace(view, axes=sketch))
-    shapes: list[Shape] = sketch.shapes
-    return shapes
-
-
-def _scaled(poses: Mapping[str, Pose], scale: float) -> dict[str, Pose]:
-    return {name: (scale * x, scale * y, turn) for name, (x, y, turn) in poses.items()}
+    return Drawing(bodies, scale, _box([*reached, *(1e-3 * scale * path for path in view.paths.values())]))
 
 
 def _local(pose: Pose, places: Array) -> Array:
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     return np.asarray((places - np.array(pose[:2])) @ np.array([[cos, -sin], [sin, cos]]))
-
-
-def _owners(shape: Shape, moved: Array, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> list[str]:
-    """Bodies that a shape moves with: all whose pin it is, else one; what changes its length stays where it begins.
-
-    Args:
-        moved: places (M, N, 2) of the shapes that it may have become.
-    """
-    for part in (slice(None), slice(1)):
-        alike = [
-            name
-            for name in before
-            if len(moved) and _some_same(_local(before[name], shape.corners[part]), _local(after[name], moved[:, part]))
-        ]
-        moving = [name for name in alike if name != GROUND]
-        if alike:
-            # What stays where it is may look like something of a body that happens to be there.
-            still = GROUND in alike and not shape.radius
-            return [GROUND] if still or not moving else moving if shape.radius else moving[:1]
-    return [GROUND]
-
-
-def _some_same(one: Array, others: Array) -> bool:
-    """True where each place (N, 2) is one of those of a shape among others (M, N, 2): a hull begins anywhere."""
-    if len(one) > MOST_CORNERS:
-        off = np.abs(others - one).max(axis=2)
-    else:
-        off = np.abs(others[:, None] - one[:, None]).max(axis=3).min(axis=2)
-    return bool((off.max(axis=1) < ALIKE * UNITS).any())
 
 
 def _box(reached: Sequence[Array]) -> tuple[float, float, float, float]:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.results import name_of, refinement_table, results_table, verdict_cell
+from conrod.report.results import name_of, results_table
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.runs.convergence import PAIRS_AGREE, observed_order
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
 
-MEASURES = ("max", "rms", "final")
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
 
@@ -61,123 +59,45 @@ def added_words(study: SceneStudy) -> list[str]:
     return found
 
 
-def _largest(run: ValidationResult, quantity: str, measure: str = "max") -> str:
-    return numbers.measured(run.largest(quantity, measure))
+def _largest(run: ValidationResult, quantity: str) -> str:
+    return numbers.measured(run.largest(quantity))
 
 
-def _table(
-    study: SceneStudy, needs: str, head: Sequence[str], cells: Callable[[ValidationResult], Iterable[str]]
-) -> Table:
-    """A row for each run that has something: engine, preset, and what is found of it."""
-    rows = [(*name_of(r), *cells(r)) for r in dynamic(study) if getattr(r, needs) is not None]
-    return table(["engine", "preset", *head], rows)
+def points_table(study: SceneStudy) -> Table:
+    """The largest errors of each point, and of its position at the nominal time."""
+    rows = []
+    for run in dynamic(study):
+        for point, sizes in (run.errors or {}).items():
+            of = {point: study.scene.lengths[point]}
+            most = {q: (sizes.get(q) or {}).get("max") for q in (*QUANTITIES, "total")}
+            places = [numbers.in_mm(most[q], of) for q in ("position", "total")]
+            rms = numbers.measured((sizes["velocity"] or {}).get("rms"))
+            rates = [numbers.measured(most[q]) for q in QUANTITIES[1:]]
+            rows.append((*name_of(run), point, *places, *rates, rms))
+    head = (numbers.IN_MM, "at time t [mm]", "velocity", "acceleration", "velocity, rms")
+    return table(["engine", "preset", "point", *head], rows)
 
 
-def errors_table(study: SceneStudy, point: str) -> Table:
-    """Max, rms and final value of each error of a point."""
-    head = [f"{q}: max, rms, final" for q in (*QUANTITIES, "total")]
-    head += [f"{q}: max, rms, final [mm]" for q in numbers.PLACES]
-
-    def cells(run: ValidationResult) -> list[str]:
-        sizes, of = (run.errors or {})[point], {point: study.scene.lengths[point]}
-        over = [_sizes(sizes.get(q), numbers.measured) for q in (*QUANTITIES, "total")]
-        return [*over, *(_sizes(sizes.get(q), partial(numbers.in_mm, lengths=of)) for q in numbers.PLACES)]
-
-    return _table(study, "errors", head, cells)
-
-
-def _sizes(size: Mapping[str, float] | None, shown: Callable[[float], str]) -> str:
-    return numbers.MISSING if size is None else ", ".join(shown(size[m]) for m in MEASURES)
-
-
-def orders_table(study: SceneStudy) -> Table:
-    """Errors along the refinement path and the order that they show."""
-    return refinement_table(
-        dynamic(study),
-        "quantity",
-        lambda _: QUANTITIES,
-        lambda _, point, quantity: getattr(point, quantity),
-        partial(_order, lengths=study.scene.lengths),
-        partial(numbers.error, lengths=study.scene.lengths),
-    )
-
-
-def _order(run: ValidationResult, quantity: str, lengths: Mapping[str, float]) -> str:
-    """The claimed order, or what the errors do instead."""
-    claimed = None if run.order is None else run.order.get(quantity)
-    if claimed is not None:
-        return numbers.order(claimed)
-    stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, quantity)) is not None]
-    if len(stable) < 2:
-        return numbers.MISSING
-    pairs = [p for p in observed_order([n for n, _ in stable], [e for _, e in stable]).pairs if p is not None]
-    flat = stable[-1][1] < numbers.ROUNDING or (pairs and max(pairs[-2:]) <= PAIRS_AGREE)
-    return f"none: plateau at {numbers.error(quantity, stable[-1][1], lengths)}" if flat else "none claimed"
-
-
-def closure_table(study: SceneStudy) -> Table:
-    """Closure, phase and drive of every run."""
-    head = ["gap, max / L", "gap rate, max / (ω L)", "gap acceleration, max / (ω² L)", "gap [mm]"]
-    head += ["phase [deg], max", "final", "speed ripple", "angular acceleration / ω²"]
-    longest = {"gap": max(study.scene.lengths.values())}
-
-    def cells(r: ValidationResult) -> list[str]:
-        gap = numbers.in_mm((r.closure or {}).get("position"), longest)
-        phase = [numbers.in_degrees((r.phase or {}).get(measure)) for measure in ("max", "final")]
-        return [*_values(r.closure, QUANTITIES), gap, *phase, *_values(r.drive, ("speed", "acceleration"))]
-
-    return _table(study, "closure", head, cells)
-
-
-def prediction_table(study: SceneStudy) -> Table:
-    """Errors predicted from the joints alone, beside the measured ones."""
-    head = [f"{q}: measured, predicted, difference" for q in QUANTITIES]
-    head += ["position: measured, predicted, difference [mm]"]
-
-    def cells(run: ValidationResult) -> list[str]:
-        found = [_predicted(run, q) for q in QUANTITIES]
-        shown = [[numbers.measured(size) for size in sizes] for sizes in found]
-        lengths = study.scene.lengths
-        in_mm = [millimetres(run, lengths), *(numbers.in_mm(size, lengths) for size in found[0][1:])]
-        return [", ".join(sizes) for sizes in (*shown, in_mm)]
-
-    return _table(study, "prediction", head, cells)
-
-
-def _predicted(run: ValidationResult, quantity: str) -> list[float | None]:
-    found = (run.prediction or {})[quantity]
-    return [run.largest(quantity), found.get("predicted"), found.get("difference")]
-
-
-def _values(values: Mapping[str, float | None] | None, names: tuple[str, ...]) -> list[str]:
-    return [numbers.measured(None if values is None else values.get(name)) for name in names]
-
-
-def kinematic_table(study: SceneStudy) -> Table:
-    """Kinematic mode: the proof of the model."""
-    head = ["engine", "position error / L, max", numbers.IN_MM, "velocity error / (ω L), max", "gap / L, max"]
-    head += ["gap [mm]", "position allowed", "velocity allowed", "because", "verdict"]
+def joints_table(study: SceneStudy) -> Table:
+    """What the joints leave open, the errors that this explains, and how the drive kept its angle and speed."""
     lengths = study.scene.lengths
-    longest = {"gap": max(lengths.values())}
-    rows = [
-        (
-            *(engine_title(r.engine), _largest(r, "position"), millimetres(r, lengths), _largest(r, "velocity")),
-            *_values(r.closure, ("position",)),
-            numbers.in_mm((r.closure or {}).get("position"), longest),
-            *(numbers.error(q, getattr(r.tolerance, q), lengths) for q in ("position", "velocity")),
-            r.tolerance.reason,
-            verdict_cell(r),
-        )
-        for r in study.results
-        if r.mode == "kinematic"
-    ]
-    return table(head, rows)
+    rows = []
+    for run in dynamic(study):
+        if run.closure is not None:
+            gap = numbers.in_mm(run.closure["position"], {"gap": max(lengths.values())})
+            predicted = (run.prediction or {}).get("position", {})
+            found = [numbers.in_mm(predicted.get(name), lengths) for name in ("predicted", "difference")]
+            phase = numbers.in_degrees((run.phase or {}).get("max"))
+            ripple = numbers.measured((run.drive or {}).get("speed"))
+            rows.append((*name_of(run), gap, millimetres(run, lengths), *found, phase, ripple))
+    errors = ("gap [mm]", "error [mm]", "by the gaps alone [mm]", "difference [mm]")
+    return table(["engine", "preset", *errors, "phase [deg]", "speed ripple"], rows)
 
 
 def tolerances_table(study: SceneStudy) -> Table:
-    """The errors allowed in dynamic mode, and why."""
+    """The errors allowed, and why."""
     rows = []
-    for r in dynamic(study):
+    for r in study.results:
         unsupported = r.outcome == Outcome.UNSUPPORTED.slug
         because = r.tolerance.reason or ("unsupported" if unsupported else "not judged")
         allowed = (numbers.allowed(name, getattr(r.tolerance, name), study.scene.lengths) for name in JUDGED)
@@ -222,46 +142,21 @@ def _noticed_cell(found: Noticed | None) -> Cell:
 
 # -- settings --------------------------------------------------------------------------------------------------------
 
-MEANINGS = {
-    "timestep": "time step [s]",
-    "integrator": "integrator",
-    "solver": "constraint solver",
-    "iterations": "solver iterations, at most",
-    "tolerance": "solver tolerance; the drive's armature forces 0",
-    "solref": "loop closures: time constant [s], damping ratio",
-    "solimp": "loop closures: impedance",
-    "hardening": "factor on the compiled inverse weights, which scale the regularisation",
-    "gravity": "gravity as in the real machine",
-    "armature": "flywheel of the drive [kg m²]",
-    "autoreset": "the engine may reset the state by itself",
-    "contact_solref": "contact: time constant [s], damping ratio",
-    "contact_solimp": "contact: impedance",
-    "cam_vertices": "vertices of the cam's polygon, about",
-    "error_bias": "share of a joint's error left after 1 s",
-    "collision_bias": "share of a contact's error left after 1 s",
-    "collision_slop": "overlap that contacts may keep [m]",
-    "refsafe": "a time constant below two steps is raised to them",
-}
 OF_CONTACT = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
 OF_LOOPS = {"solref", "solimp", "hardening"}
-NAMED_ELSEWHERE = {"preset", "steps_per_revolution", "rod"}  # the last one says "body" of all
+OF_RUN = {"preset", "steps_per_revolution", "rod"}  # named elsewhere; the last is "body" of all
 
 
-def settings_tables(study: SceneStudy, has_contact: bool) -> list[tuple[str, Table]]:
-    """A heading and a table for each engine, with a column for each preset."""
-    left_out = NAMED_ELSEWHERE | (OF_LOOPS if has_contact else OF_CONTACT)
+def settings_tables(study: SceneStudy) -> list[Table]:
+    """A table for each engine, with a column for each preset."""
+    left_out = {"preset", "steps_per_revolution", "rod"} | (
+        OF_LOOPS if study.scene.mechanism().cam_contacts else OF_CONTACT
+    )
     found = []
     for engine in dict.fromkeys(r.engine for r in dynamic(study)):
-        runs = [r for r in dynamic(study) if r.engine == engine and r.settings is not None]
-        if runs:
-            found.append((f"{engine_title(engine)} {runs[0].engine_version}", _settings_table(runs, left_out)))
+        runs = {r.preset or "": r.settings for r in dynamic(study) if r.engine == engine and r.settings is not None}
+        names = [name for name in next(iter(runs.values()), {}) if name not in left_out]
+        rows = [(f"`{name}`", *(numbers.setting(settings.get(name)) for settings in runs.values())) for name in names]
+        if rows:
+            found.append(table([f"{engine_title(engine)} setting", *runs], rows, title=engine_title(engine)))
     return found
-
-
-def _settings_table(runs: Sequence[ValidationResult], left_out: set[str]) -> Table:
-    rows = [
-        (f"`{name}`", MEANINGS.get(name, ""), *(numbers.setting((run.settings or {}).get(name)) for run in runs))
-        for name in runs[0].settings or {}
-        if name not in left_out
-    ]
-    return table(["setting", "meaning", *(run.preset or "" for run in runs)], rows)

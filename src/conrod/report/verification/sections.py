@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 from conrod.engines.registry import presets_of
@@ -169,9 +168,8 @@ def _of_kind(study: Any) -> tuple[Table, Section, tuple[str, ...]]:
             lines = (trajectory.summary_line(study), *trajectory.findings(study))
             return trajectory.errors_table(study), Section((trajectory.columns_table(study),), lines), ()
         case _:
-            contact = bool(study.scene.mechanism().cam_contacts)
-            used = tuple(replace(one, title=engine) for engine, one in tables.settings_tables(study, contact))
-            return tables.verdicts_table([study]), Section(used, tuple(tables.added_words(study))), ()
+            used = Section(tuple(tables.settings_tables(study)), tuple(tables.added_words(study)))
+            return tables.verdicts_table([study]), used, ()
 
 
 def _uncertainties(refined: list[Refinement], lengths: Mapping[str, float]) -> Table:

@@ -70,7 +70,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     if not result.completed:
         return result
     steps, revolutions = plan.steps(scene), result.revolutions
-    errors, prediction, drawn = RunErrors(), Prediction(scene), Drawn(steps)
+    errors, prediction, drawn = RunErrors(), Prediction(scene), Drawn()
     poses = DrawnPoses(scene, steps)
     ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, poses)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
@@ -157,26 +157,20 @@ def _point(steps: int, ended: Verdict, found: PointSizes) -> RefinementPoint:
 
 
 class Drawn:
-    """Recorder of what a report draws.
+    """Recorder of what a report draws."""
 
-    Args:
-        turn: steps of a turn.
-    """
-
-    def __init__(self, turn: int) -> None:
-        self._curves: defaultdict[str, defaultdict[str, DrawnCurve]] = defaultdict(
-            lambda: defaultdict(lambda: DrawnCurve(turn))
-        )
+    def __init__(self) -> None:
+        self._curves: defaultdict[str, defaultdict[str, DrawnCurve]] = defaultdict(lambda: defaultdict(DrawnCurve))
 
     def add(self, stretch: Stretch) -> None:
         for name, tracks in stretch.trajectory.points.items():
             for quantity in QUANTITIES:
                 error = getattr(stretch.points[name], quantity).error
-                self._curves[name][quantity].add(getattr(tracks, quantity), error, stretch.left)
+                self._curves[name][quantity].add(getattr(tracks, quantity).instants.angle, error, stretch.left)
 
     @property
     def curves(self) -> dict[str, dict[str, Curve]]:
-        """The last full turn of each measured quantity, thinned, and its error over the whole run."""
+        """The error of each measured quantity over the whole run."""
         return {name: {q: Curve(*drawn.arrays) for q, drawn in found.items()} for name, found in self._curves.items()}
 
 

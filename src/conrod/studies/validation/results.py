@@ -35,16 +35,8 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Curve:
-    """A measured quantity and its error against the crank angle, thinned for a figure.
+    """The largest error (M,) in each of M equal spans of the crank angle [rad], for a figure."""
 
-    Attributes:
-        angle: (K,) [rad] of the crank.
-        values: (K, 2), SI.
-        error_angle, error: (M,) the largest error in each of M equal spans of the crank angle.
-    """
-
-    angle: Array
-    values: Array
     error_angle: Array
     error: Array
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import shlex
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -16,27 +17,33 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
+from conrod.report import numbers
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
-from conrod.report.pack.readme import joint_kind, readme, worth_meeting
-from conrod.scenes import Scene
+from conrod.report.scene_words import described, parameters_table
+from conrod.report.table import table
+from conrod.report.template import rendered
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.described_scene import DescribedScene
 from conrod.studies.frame.files import file_to_write, folder_to_write, is_folder, is_no_file
 from conrod.studies.frame.writing import Batch, single
 
 SCHEMA = 1
-README, PARAMETERS, MECHANISM, TOLERANCES = "README.md", "parameters.json", "mechanism.json", "tolerances.json"
+README, PARAMETERS, MECHANISM, TRAJECTORY = "README.md", "parameters.json", "mechanism.json", "trajectory.csv"
 # The file that a mechanism comes from, as it is; the values of its numbers are among the parameters.
 MACHINE = "machine.toml"
-TRAJECTORY_CSV, TRAJECTORY_NPZ = "trajectory.csv", "trajectory.npz"
 FIGURES = "figures"
 DRAWING = f"{FIGURES}/mechanism.svg"
-PAGES = (README, PARAMETERS, MECHANISM, TOLERANCES, TRAJECTORY_CSV, TRAJECTORY_NPZ)
+PAGES = (README, PARAMETERS, MECHANISM, TRAJECTORY)
 # Of the parameters' file, by which a pack is known.
 KEYS = {"schema", "scene", "kind", "parameters"}
 ARCHIVE = ".zip"
 READABLE = 0o644 << 16  # by all, once unpacked
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
+JOINTS: Mapping[type[Joint], str] = {
+    Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack",
+}  # fmt: skip
 # Column suffix, attribute of the motion, SI unit.
 QUANTITIES = (("", "position", "m"), ("v", "velocity", "m/s"), ("a", "acceleration", "m/s^2"), ("j", "jerk", "m/s^3"))
 
@@ -54,18 +61,48 @@ def pack_files(
         revolutions: of the trajectory; an input that makes one pass makes that.
         machine: the mechanism file that the scene comes from; None of a scene in closed form.
     """
-    columns = exact_columns(scene, samples, revolutions)
-    tolerances = worth_meeting(scene)
     return {
         **({} if machine is None else {MACHINE: machine}),
         PARAMETERS: _json(parameters_document(name, scene)),
         MECHANISM: _json(mechanism_document(scene.mechanism())),
-        TOLERANCES: _json({"schema": SCHEMA, "tolerances": [asdict(t) for t in tolerances]}),
-        TRAJECTORY_CSV: as_csv(columns),
-        TRAJECTORY_NPZ: as_npz(columns),
+        TRAJECTORY: as_csv(exact_columns(scene, samples, revolutions)),
         DRAWING: mechanism_svg(scene),
-        README: readme(name, scene, tolerances, samples, revolutions, list(columns)),
+        README: _readme(name, scene, samples),
     }
+
+
+def _readme(name: str, scene: Scene, samples: int) -> str:
+    """The page: what to solve, what to hand in, and the one figure that counts."""
+    mechanism = scene.mechanism()
+    lengths = [(point, numbers.quantity(1e3 * length, 9)) for point, length in scene.lengths.items()]
+    return rendered(
+        "pack", name=name, scene=scene, mechanism=mechanism, description=described(scene), samples=samples,
+        drive=_drive(scene), one_pass=mechanism.driver.span is not None, command=_command(name, scene),
+        sense="counter-clockwise" if mechanism.driver.sense * scene.speed > 0 else "clockwise",
+        lengths=table(("point", "L [mm]"), lengths), parameters=parameters_table(scene),
+    )  # fmt: skip
+
+
+def _drive(scene: Scene) -> str:
+    """From which crank angle to which, and when."""
+    span = scene.kinematics.mechanism.driver.span
+    if span is None:
+        turn = f"{scene.period:.15g} s each"
+        return f"from crank angle 0 at time 0, in motion from the start, over two revolutions of {turn}"
+    first, last = span if scene.speed > 0.0 else span[::-1]
+    return (
+        f"in motion from the start, in one pass from crank angle {first!r} rad at time {first / scene.speed:.15g} s to "
+        f"{last!r} rad at {last / scene.speed:.15g} s, with crank angle 0, and the start poses, at time 0: the input "
+        "cannot turn fully"
+    )
+
+
+def _command(name: str, scene: Scene) -> str:
+    """The command that judges a table, with what makes the scene of the one that ships, or that the file describes."""
+    usual = scene.as_described.parameters if isinstance(scene, DescribedScene) else SCENES[name].parameters
+    changed = [f"--set {shlex.quote(f'{p}={value!r}')}" for p, value in scene.parameters.items() if value != usual[p]]
+    machine = name if scene.closed_form else MACHINE
+    return " ".join(["conrod validate YOUR.csv --scene", machine, *changed])
 
 
 def zipped(files: Mapping[str, str | bytes]) -> bytes:
@@ -107,7 +144,7 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
         "schema": SCHEMA,
         "units": "m, kg, s, rad; kg m² about the centre of gravity",
         "bodies": [asdict(body) | {"start_pose": list(mechanism.poses[body.name])} for body in mechanism.bodies],
-        "joints": [{"kind": joint_kind(joint)} | asdict(joint) for joint in mechanism.joints],
+        "joints": [{"kind": JOINTS[type(joint)]} | asdict(joint) for joint in mechanism.joints],
         "driver": asdict(mechanism.driver),
         "observed": [asdict(point) for point in mechanism.observed],
         "gravity": list(mechanism.gravity),

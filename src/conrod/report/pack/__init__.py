@@ -1,1 +1,0 @@
-"""A scene as a problem for other tools to solve."""
