@@ -102,7 +102,6 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
         ("none", (), "say which variables are the motion of an observed point: --column C.x=VARIABLE; its outputs are"),
         ("none", ("--column", "C.x=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
         ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit m"),
-        ("none", (*POINT, "--preset", "tuned"), "unknown mode in --preset 'tuned': choose from"),
         ("none", (*POINT, "--engine", "mujoco"), "--engine does not go with an FMU"),
         ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
     ],

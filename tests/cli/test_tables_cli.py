@@ -7,7 +7,6 @@ import struct
 import zipfile
 from pathlib import Path
 
-import numpy as np
 import pytest
 from command_line import conrod
 from table_files import ROWS, Columns, csv_text, exact_table
@@ -56,17 +55,6 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(fol
 
 
 @pytest.mark.usefixtures("at_once")
-def test_estimated_it_is_within_tolerance_status_0(folder: Path) -> None:
-    command = (*VALIDATE, "--estimate", "time", "--tolerance", "position=1e-9,velocity=1e-9", "--json", "o.json")
-    done = conrod(*command, cwd=folder)
-    assert done.returncode == 0, done.stdout
-    assert "within tolerance: position" in done.stdout
-    found = json.loads((folder / "o.json").read_text())["parts"]["table"]["findings"]["estimation"]["estimates"]
-    assert [one["name"] for one in found] == ["time"]
-    assert found[0]["value"] == pytest.approx(3e-4, rel=1e-9)
-
-
-@pytest.mark.usefixtures("at_once")
 def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path) -> None:
     # So little is fitted by any frame and any clock: no cause is named, and none is missed.
     (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.1,0\n0.1,0.1,0\n")
@@ -86,19 +74,3 @@ def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(folder: 
     assert done.returncode == 2
     assert done.stderr.startswith("conrod: t.npz: it")
     assert len(done.stderr.splitlines()) == 1
-
-
-@pytest.mark.usefixtures("at_once")
-def test_a_report_may_be_made_again_in_its_folder(folder: Path) -> None:
-    assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
-    first = (folder / "rep/figures/error.svg").read_bytes()
-    (folder / "rep/notes.txt").write_text("mine")
-    assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
-    assert (folder / "rep/figures/error.svg").read_bytes() == first
-    # A table without points has no errors to draw, and the old figure does not stay beside its page.
-    times = np.linspace(0.0, 0.1, 50)
-    (folder / "t.csv").write_text(csv_text({"time": times, "crank_angle": SAW.speed * times}))
-    assert conrod(*VALIDATE, "--out", "rep", cwd=folder).returncode == 0
-    assert not (folder / "rep/figures/error.svg").exists()
-    assert "error.svg" not in (folder / "rep/README.md").read_text()
-    assert (folder / "rep/notes.txt").read_text() == "mine"

@@ -73,22 +73,6 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
     assert status == 0, told
 
 
-@pytest.mark.usefixtures("at_once")
-def test_a_model_that_plain_mujoco_resets_has_exit_status_1_and_that_in_the_first_line(tmp_path: Path) -> None:
-    servo = '<actuator><velocity name="motor" kv="100" joint="crank"/></actuator></mujoco>'
-    text = replaced(replaced(SAW, ' armature="1e+14"', ""), ' autoreset="disable"', "")
-    file = tmp_path / "saw.xml"
-    file.write_text(replaced(text, "</mujoco>", servo))
-    asked = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--tolerance", "position=1e-3")
-    status, told = validate(file, *asked, "--ctrl", "motor=4.18879", "--revolutions", 1)
-    assert status == 1
-    first = "Run as the file has it, from keyframe start with motor = 4.18879, it ended as reset: MuJoCo reset its"
-    assert told.startswith(f"{file}: {first}")
-    # Negative control: without the servo nothing resets it.
-    file.write_text(text)
-    assert validate(file, *asked, "--revolutions", 1)[0] == 0
-
-
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
