@@ -10,11 +10,36 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.exact.motion import Array, Motion
-from conrod.own.error_curve import ErrorCurve, error_curve
+from conrod.runs.comparison import Size, size_of
 from conrod.scenes import Scene
 
 QUANTITIES = ("position", "velocity", "acceleration")
 ERRORS = ("total", "position", "velocity", "acceleration")
+# More cannot be distinguished in the width of a figure; each span keeps its largest error.
+SPANS = 400
+
+
+@dataclass(frozen=True)
+class ErrorCurve:
+    """Normalised error over a run.
+
+    Attributes:
+        size: max, rms and final value of all samples.
+        at: where each span begins (N,), in revolutions since the first row; at most `SPANS`.
+        largest: largest error in each span (N,).
+    """
+
+    size: Size
+    at: Array
+    largest: Array
+
+
+def error_curve(at: Array, error: Array) -> ErrorCurve:
+    """The curve of errors (T,) at places (T,) of a run."""
+    edges = np.unique(np.linspace(0, len(error), min(SPANS, len(error)) + 1).astype(int))[:-1]
+    return ErrorCurve(size_of(error), np.asarray(at[edges]), np.asarray(np.maximum.reduceat(error, edges)))
+
+
 # By point, then by name in `ERRORS` as far as the table has columns for them; over revolutions since the first row.
 Errors: TypeAlias = Mapping[str, Mapping[str, ErrorCurve]]
 
