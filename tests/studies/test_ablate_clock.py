@@ -127,16 +127,6 @@ def test_what_favours_the_first_of_a_round_favours_neither() -> None:
     assert found.low < 1.0 < found.high
 
 
-def test_both_turn_through_the_same_angles_whatever_their_steps() -> None:
-    engine = FakeEngine(lambda settings, now: STEP)
-    twice = MuJoCoSettings.tuned(SAW, 2500)
-    found = timed(engine, twice)
-    assert found.ratio == pytest.approx(2.5, rel=1e-4)  # of a revolution, which is what is asked for
-    for one, other in zip(engine.blocks[::2], engine.blocks[1::2], strict=True):
-        steps = dict((one, other))
-        assert steps["tuned"] * 1000 == steps["stock"] * 2500
-
-
 def test_one_that_is_far_faster_is_not_timed_in_blocks_that_are_nothing() -> None:
     engine = FakeEngine(dearer(99.0))
     found = timed(engine, rounds=10)

@@ -14,8 +14,6 @@ import pytest
 from command_line import conrod
 
 from conrod.engines import engine_named
-from conrod.engines.mujoco.free_run import SETTLING
-from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import Elastic
@@ -26,7 +24,7 @@ from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, duration, exact_course, shortest_pulse
-from conrod.studies.free_motion.perform import MotionCase, _errors, _run, left_out, run_motion
+from conrod.studies.free_motion.perform import MotionCase, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
@@ -181,22 +179,6 @@ def test_a_run_lasts_ten_seconds_or_fifty_of_the_fastest_turns(monkeypatch: pyte
     monkeypatch.setattr("conrod.studies.free_motion.exact.TURNS", 2.0)
     assert duration("four-bar-swing", scene, MotionPlan(FREE)) == pytest.approx(2.0 * 0.58, rel=0.01)
     duration.cache_clear()
-
-
-def test_closures_that_follow_the_fastest_turn_keep_the_integrators_order() -> None:
-    saw = exact_course("saw-40rpm", select_scenes(["saw-40rpm"], [])["saw-40rpm"], MotionPlan(FREE, 2.0, 0.005))
-
-    def falls(twelve_steps: bool) -> float:
-        """By how much the error falls with half the step."""
-        errors = []
-        for divisor in (1, 2):
-            pace = Pace(12.0 * SETTLING * saw.grid.step / divisor) if twelve_steps else saw.pace
-            run = _run(replace(saw, pace=pace), engine_named("mujoco"), "hardened", divisor)
-            errors.append(max(float(one.max()) for one in _errors(saw, run).values()))
-        return errors[0] / errors[1]
-
-    assert falls(twelve_steps=False) > 12.0
-    assert falls(twelve_steps=True) < 8.0
 
 
 @pytest.mark.slow
