@@ -38,11 +38,20 @@ class Document:
             raise InvalidInput(f"{path}: it is not well-formed XML: {error}") from None
         if root != "mujoco":
             raise InvalidInput(f"{path}: <{root}> is no MJCF; mj_saveLastXML writes MJCF of what MuJoCo loads")
+        if other := self.otherwise(self.folder):
+            raise InvalidInput(f"{path}: compiled from its text it is another model ({other})")
 
     def text(self, edits: Sequence[str]) -> bytes:
         """The file with edits at its end."""
         lines = "".join(f"  {edit}\n" for edit in edits)
         return self._content[: self._end] + lines.encode() + self._content[self._end :]
+
+    def otherwise(self, folder: Path, edits: Sequence[str] = ()) -> str:
+        """What is otherwise where the model with edits is compiled from a folder; empty if nothing."""
+        try:
+            return differing(self.compiled(edits) if edits else self.model, self.compiled(edits, folder))
+        except ValueError as error:
+            return " ".join(str(error).split())
 
     def compiled(self, edits: Sequence[str], folder: Path | None = None) -> mujoco.MjModel:
         """The model with edits, its includes and assets looked for from a folder.

@@ -13,7 +13,7 @@ from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, collisions, stepping
 from conrod.mjcf.lint.bench import Bench
-from conrod.mjcf.lint.document import Document, differing
+from conrod.mjcf.lint.document import Document
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity
 from conrod.mjcf.runs import data_at, state_of
 from conrod.own.models.loading import check_finite, data_at_start, start_words
@@ -113,11 +113,7 @@ def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
     if not edits:
         return Fixed()
     document = bench.document
-    try:
-        other = differing(document.compiled(edits), document.compiled(edits, folder))
-    except ValueError as error:
-        other = " ".join(str(error).split())
-    if other:
+    if other := document.otherwise(folder, edits):
         raise InvalidInput(f"--fix: write it into {document.folder}, beside the model: elsewhere it differs ({other})")
     comment = "<!-- With these changes by the lint command of conrod: -->"
     return Fixed(document.text((comment, *edits)), edits, bench.change(edits))
