@@ -24,9 +24,8 @@ from conrod.report.limits.error_chart import error_chart
 from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.results import Walk
-from conrod.studies.limits.scale import Scale
 
 
 def panels(walks: Sequence[Walk]) -> list[Axes]:

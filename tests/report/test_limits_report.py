@@ -14,7 +14,7 @@ from limit_walks import SCENE, detected, limit_study, of_axis
 from conrod.report.kind import Reproduction
 from conrod.report.limits.report import KIND, merged
 from conrod.report.saved import restore, shortened
-from conrod.report.writer import environment, rendered_again, report_batch
+from conrod.report.writer import report_batch
 from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.limits.results import LimitStudy
 
@@ -70,26 +70,6 @@ def test_undetected_runs_come_before_anything_else(study: LimitStudy, tmp_path: 
     calm = str(rendered(replace(study, walks=tuple(detected(study.walks)), maps=()), tmp_path).files[f"{SCENE}.md"])
     assert "No run was wrong and undetected" in calm
     assert "On the maps" not in calm
-
-
-def test_the_index_names_what_it_was_made_with(batch: Batch) -> None:
-    index = str(batch.files["README.md"])
-    assert all(f"| {name} | {found} |" in index for name, found in environment().items())
-
-
-def small(study: LimitStudy) -> LimitStudy:
-    """Few figures, and a part of every kind that has none."""
-    return replace(of_axis(study, "mass-ratio"), determinism=study.determinism)
-
-
-def test_a_saved_report_renders_the_same_again(study: LimitStudy, tmp_path: Path) -> None:
-    batch = rendered(small(study), tmp_path)
-    write_together([batch])
-    (again,) = rendered_again(tmp_path)
-    assert again.files == batch.files
-    # Negative control: another measurement is seen.
-    other = replace(study, walks=tuple(detected(study.walks)))
-    assert rendered(small(other), tmp_path).files != batch.files
 
 
 def test_values_are_kept_as_they_are_and_measurements_rounded(study: LimitStudy, batch: Batch) -> None:

@@ -95,28 +95,10 @@ def test_the_map_is_that_of_the_full_grid_for_at_most_a_quarter_of_its_runs(name
     assert found.share <= QUARTER or (name in SEVERAL and size == 33)
 
 
-@pytest.mark.parametrize("stride", [1, 5, 100])
-@pytest.mark.parametrize("shape", [(2, 2), (60, 33), (7, 40)])
-def test_any_grid_and_any_stride_will_do(shape: tuple[int, int], stride: int) -> None:
-    full: dict[Node, Hashable] = {(i, j): 3 * i < 2 * j + 10 for i, j in product(*map(range, shape))}
-    assert wrong(refined(full, stride), full) == []
-
-
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.0, 40.0), st.floats(0.0, 40.0), st.floats(STRIDE, 60.0))
 def test_a_disc_as_wide_as_the_stride_is_found_wherever_it_lies(x: float, y: float, radius: float) -> None:
     full: dict[Node, Hashable] = {(i, j): math.hypot(i - x, j - y) < radius for i, j in product(range(41), repeat=2)}
-    assert wrong(refined(full), full) == []
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.floats(-math.pi, math.pi), st.floats(-30.0, 30.0), st.floats(0.0, 30.0))
-def test_two_parallel_boundaries_however_close_are_told_apart(turn: float, away: float, apart: float) -> None:
-    def side(i: int, j: int) -> int:
-        along = (i - 20) * math.cos(turn) + (j - 20) * math.sin(turn) - away
-        return (along > 0.0) + (along > apart)
-
-    full: dict[Node, Hashable] = {(i, j): side(i, j) for i, j in product(range(41), repeat=2)}
     assert wrong(refined(full), full) == []
 
 
@@ -147,9 +129,3 @@ def test_what_slips_between_the_coarse_lines_is_missed(kind: Kind) -> None:
     full = on_grid(kind, 33)
     assert len(wrong(refined(full), full)) == sum(map(bool, full.values())) > 0
     assert wrong(refined(full, stride=4), full) == []
-
-
-@pytest.mark.parametrize(("shape", "stride"), [((1, 5), 8), ((5, 1), 8), ((5, 5), 0)])
-def test_a_grid_without_cells_is_refused(shape: tuple[int, int], stride: int) -> None:
-    with pytest.raises(ValueError, match="cannot be refined"):
-        next(refine(shape, lambda nodes: iter(()), stride))  # type: ignore[arg-type,return-value]

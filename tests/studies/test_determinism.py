@@ -113,15 +113,3 @@ def test_a_process_that_dies_is_an_outcome_and_no_fingerprint() -> None:
     one = found(CASE, die_elsewhere)
     assert (one.outcome, one.reason) == ("crashed", "in another process: ended with status 3")
     assert one.fingerprints == {}
-
-
-# -- as cells --------------------------------------------------------------------------------------------------------
-
-
-def test_a_repeated_run_has_a_key_of_its_own_and_is_measured_as_the_run_itself() -> None:
-    cell = RepeatedCase(CASE.name, CASE.scene, CASE.settings(), 1.0)
-    assert cell.key != cell.once.key
-    again, once = cell.perform(), cell.once.perform()
-    assert again.extremes is not None
-    assert once.extremes is not None
-    assert replace(again, extremes=dict(again.extremes) | {"again": ()}) == replace(once, extremes=dict(once.extremes))

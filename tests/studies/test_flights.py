@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import CAM, SAW
+from catalogue import CAM
 from watched import coarse_cam, extremes, watched
 
 from conrod import MuJoCoSettings, PymunkSettings
@@ -85,8 +85,3 @@ def test_a_follower_that_lost_its_cam_is_followed_until_it_lands(settings: Any) 
     assert seen.flights[0].length > 1.5
     held = extremes(watched(CAM, coarse_cam(settings(CAM, 1000)), 1.0))
     assert held.flights == ()
-
-
-def test_a_linkage_has_no_follower() -> None:
-    seen = extremes(watched(SAW, PymunkSettings.tuned(SAW, 100)))
-    assert (seen.penetration, seen.flights) == (None, ())

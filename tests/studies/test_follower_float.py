@@ -111,32 +111,12 @@ def test_without_flights_there_is_no_onset() -> None:
     assert "n/a" in onset_table([found]).rows[0]
 
 
-def test_flights_at_every_speed_are_no_onset() -> None:
-    found = found_with(lambda cell: 0.3)
-    assert (found.onset, found.held) == (None, None)
-    assert found.probes[0].speed == 0.5
-
-
 @pytest.mark.parametrize(
     ("lengths", "flies"),
     [((1.0, 1.0), True), ((1.0, 0.8), True), ((1.0, 0.7), False), ((1.0, 0.5), False), ((0.0, None), False)],
 )
 def test_half_an_order_is_the_border(lengths: tuple[float, float | None], flies: bool) -> None:
     assert OnsetProbe(1.0, lengths).flies is flies
-
-
-def test_all_runs_take_twenty_thousand_steps_or_more_and_refine_the_cam_with_them() -> None:
-    seen: list[LimitCase] = []
-
-    def run(cells: list[LimitCase]) -> Results:
-        seen.extend(cells)
-        return answered(lambda cell: 0.0, cells)
-
-    pursue([float_search(case())], run)
-    assert len(seen) < 60
-    assert all(cell.settings.steps_per_revolution >= 20000 for cell in seen)
-    facets = {cell.settings.as_dict()["cam_vertices"] / cell.settings.steps_per_revolution for cell in seen}
-    assert facets == {0.2}
 
 
 def test_a_scene_without_a_held_follower_is_refused() -> None:

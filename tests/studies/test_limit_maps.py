@@ -16,7 +16,7 @@ from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.case import Setup
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, standing
 from conrod.studies.limits.records import level_of
 
@@ -65,15 +65,6 @@ def test_steps_are_different_whole_numbers(scene: str, ends: tuple[float, float]
     assert 55 < len(steps) <= 65
 
 
-@pytest.mark.parametrize(
-    ("pair", "first", "last"), [(MASSES, 1e-6, 1e6), (NEARNESS, 0.1, 1.0 - 1e-9), (STABILISATION, 1000.0, 0.1)]
-)
-def test_the_other_axis_spans_its_range(pair: Pair, first: float, last: float) -> None:
-    _, values = pair.values(case_of(), (65, 33))
-    assert (values[0], values[-1]) == (first, last)
-    assert len(set(values)) == 33
-
-
 def test_a_node_is_made_from_both_axes() -> None:
     case = case_of()
     heavy = MASSES.case(case, 50.0, 100.0)
@@ -102,20 +93,6 @@ def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None
     assert found.share <= QUARTER
     assert found.nodes == len(full)
     assert {standing(level.slug) for level in full.values()} == {"safe", "rough", "failed"}
-
-
-def test_runs_are_asked_for_by_rows_and_once() -> None:
-    case, batches = MADE_UP, []
-
-    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
-        batches.append(cells)
-        return {cell.key: completed(1e-6) for cell in cells}
-
-    found = pursue([map_search(case, MASSES, (17, 17))], run)[0]
-    keys = [cell.key for batch in batches for cell in batch]
-    assert len(set(keys)) == len(keys) == len(found.runs)
-    masses = [cell.scene.parameters["slider_mass"] for cell in batches[0]]
-    assert masses == sorted(masses)
 
 
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:

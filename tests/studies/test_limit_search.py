@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
-from typing import Any
 
 import pytest
 
@@ -14,12 +11,11 @@ from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import ITEMS, Request
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.results import Boundary, Walk
-from conrod.studies.limits.scale import Scale, between, spaced
 from conrod.studies.limits.walk import walk_search
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
@@ -36,7 +32,6 @@ def started(setup: Setup, value: float) -> LimitCase:
 RATIO = Axis("made-up", "made up", "value (1)", Scale.LOG, started, safe_end=1.0, failing_end=1e4)
 EVEN = replace(RATIO, nearest=lambda value: 2.0 * max(1, round(value / 2.0)))  # only even numbers exist
 WHOLE = replace(RATIO, scale=Scale.COUNT, safe_end=20000.0, failing_end=2.0)
-NEAR = replace(RATIO, scale=Scale.NEARNESS, safe_end=0.1, failing_end=1.0 - 1e-9)
 # The first whole numbers have none between them, those far from the first have many.
 FEW_TO_MANY = replace(WHOLE, safe_end=1.0, failing_end=1000.0)
 
@@ -109,16 +104,6 @@ def test_a_boundary_lies_between_neighbours_where_not_all_values_exist(axis: Axi
     assert (found.last_good, found.first_bad) == ends
 
 
-def test_nearness_is_measured_by_what_is_left_to_one() -> None:
-    edge = 1.0 - 3e-7
-    walk, _ = walked(NEAR, lambda x: 1e-4 if x <= edge else "flipped")
-    found = boundaries(walk)["safe"]
-    assert found.last_good is not None
-    assert found.first_bad is not None
-    assert found.last_good <= edge < found.first_bad
-    assert (1.0 - found.last_good) <= 1.0201 * (1.0 - found.first_bad)
-
-
 def test_what_never_fails_has_no_boundary_and_what_always_fails_has_no_good_side() -> None:
     never, batches = walked(RATIO, lambda _: 1e-6)
     assert all(b.first_bad is None and b.last_good == 1e4 for b in never.boundaries)
@@ -137,43 +122,6 @@ def test_what_holds_again_beyond_its_boundary_is_known() -> None:
     assert 5.0 < found.first_bad <= 5.1
     assert found.good_again
     assert min(found.good_again) >= 50.0
-
-
-def test_searches_share_batches_and_runs() -> None:
-    batches: list[list[str]] = []
-
-    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
-        batches.append([cell.key for cell in cells])
-        return {cell.key: answer(graded, cell.start_angle) for cell in cells}
-
-    def search() -> Any:
-        return walk_search(RATIO, SETUP, 1.0, 1e4)
-
-    (alone,) = pursue([search()], run)
-    rounds = len(batches)
-    batches.clear()
-    both = pursue([search(), search()], run)
-    assert both == [alone, alone]
-    assert len(batches) == rounds
-    asked = [key for batch in batches for key in batch]
-    assert len(asked) == len(set(asked))
-
-
-def test_values_are_spaced_evenly_and_hold_both_ends() -> None:
-    assert spaced(Scale.LOG, 1.0, 1e4, 5) == pytest.approx((1.0, 10.0, 100.0, 1000.0, 1e4))
-    assert spaced(Scale.COUNT, 4.0, 2.0, 13) == (4.0, 3.0, 2.0)
-    near = spaced(Scale.NEARNESS, 0.1, 1.0 - 1e-9, 9)
-    assert near[0] == 0.1
-    assert near[-1] == 1.0 - 1e-9
-    ratios = [(1.0 - b) / (1.0 - a) for a, b in pairwise(near)]
-    assert ratios == pytest.approx([ratios[0]] * len(ratios), rel=1e-6)
-
-
-def test_halving_ends() -> None:
-    assert between(Scale.LOG, 1.0, 1.019) is None
-    assert between(Scale.LOG, 1.0, 1.03) == pytest.approx(math.sqrt(1.03))
-    assert between(Scale.COUNT, 17.0, 16.0) is None
-    assert between(Scale.COUNT, 4.0, 2.0) == 3.0
 
 
 def test_a_long_run_is_walked_to_the_revolutions_that_are_asked_for() -> None:

@@ -118,11 +118,6 @@ def test_known_releases_are_in_order_and_facts_are_of_them(engine: str) -> None:
             made.releases.chosen(wrong)
 
 
-def test_from_4_on_the_bindings_are_a_distribution_of_their_own() -> None:
-    wanted = [MUJOCO.releases.requirement(version) for version in ("3.17.0", "4.0.0", "4.1.0")]
-    assert wanted == ["mujoco==3.17.0", "mujoco-core==4.0.0", "mujoco-core==4.1.0"]
-
-
 def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = scene_named("six-bar")
     settings = MuJoCoSettings.tuned(scene, 100)
@@ -192,25 +187,6 @@ def test_an_engine_that_crashes_on_import_leaves_nothing(make: Any, why: str, tm
     with pytest.raises(InvalidInput, match=why):
         Environments(tmp_path, make).interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_of_two_that_make_one_environment_the_first_counts(tmp_path: Path) -> None:
-    other = Environments(tmp_path, maker(HERE))
-    asked = ("mujoco", MUJOCO.releases.requirement(MUJOCO.version), MUJOCO.version)
-
-    def beaten(folder: Path, requirements: Sequence[str]) -> None:
-        other.interpreter(*asked)
-        maker(f"# second\n{HERE}")(folder, requirements)
-
-    python = Environments(tmp_path, beaten).interpreter(*asked)
-    assert "second" not in Path(python).read_text()
-    assert len(list(tmp_path.iterdir())) == 1
-
-
-def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(InvalidInput, match=r"cannot write into .*file"):
-        Environments(tmp_path / "file" / "cache").interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
 
 
 @pytest.mark.slow

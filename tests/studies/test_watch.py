@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -125,11 +124,6 @@ def test_numbers_that_are_not_finite_and_warnings_are_told() -> None:
     assert extremes(watched(SAW, MuJoCoSettings.tuned(SAW, 100))).warnings == {}
 
 
-def test_infinity_in_a_last_sample_is_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
-    planted_in(monkeypatch, "pymunk", 0, lambda piece: ended(Outcome.DIVERGED)(moved(piece, math.inf)))
-    assert not extremes(stream_run(cell(SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS)))).finite
-
-
 def test_what_cannot_be_run_is_said_in_one_line() -> None:
     settings = PymunkSettings.tuned(SAW, 4)
     with pytest.raises(InvalidInput, match="a run needs 3 to have accelerations"):
@@ -138,14 +132,6 @@ def test_what_cannot_be_run_is_said_in_one_line() -> None:
         stream_run(cell(SCENES["saw-500rpm"], settings))
     refused = stream_run(cell(CAM, MuJoCoSettings.hardened(CAM, 100)))
     assert (refused.outcome, refused.extremes) == ("unsupported", None)
-
-
-@pytest.mark.parametrize("steps", [3, 4, 100, 101, 102, 103])
-def test_the_last_piece_may_be_as_short_as_it_is(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = PymunkSettings.tuned(SAW, LINKAGE_STEPS)
-    usual = flat(watched(SAW, settings))
-    in_pieces_of(monkeypatch, steps)
-    assert flat(stream_run(cell(SAW, settings))) == usual
 
 
 # -- the last bit ----------------------------------------------------------------------------------------------------

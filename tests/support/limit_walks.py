@@ -10,8 +10,8 @@ from pathlib import Path
 
 from conrod.report.saved import restore
 from conrod.studies.limits.axes import AXES
+from conrod.studies.limits.axis import Scale, spaced
 from conrod.studies.limits.results import LimitStudy, Probe, Walk
-from conrod.studies.limits.scale import Scale, spaced
 from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 SCENE = "saw-500rpm"

@@ -110,7 +110,7 @@ def request_of(names: Sequence[str], span: str | None) -> Request:
 
 def _span(text: str, names: Sequence[str]) -> tuple[float, float]:
     from conrod.studies.limits.axes import AXES
-    from conrod.studies.limits.scale import measure_of
+    from conrod.studies.limits.axis import measure_of
 
     if len(names) != 1 or names[0] not in AXES:
         raise InvalidInput(f"--range {text} needs one --axis to be the range of")

@@ -16,8 +16,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import on_grid
 from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.runs.trajectory import Outcome
-from conrod.studies.limits.axis import Axis
-from conrod.studies.limits.scale import Scale
+from conrod.studies.limits.axis import Axis, Scale
 
 FEW_DECADES = 4.5  # in which one, two and five have a tick each
 MOST_TICKS = 13

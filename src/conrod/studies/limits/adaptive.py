@@ -43,12 +43,7 @@ def refine(
         shape: number of nodes along the two axes, at least 2 each.
         ask: study that runs some nodes and returns their classes.
         stride: of the coarse grid, in nodes. The last row and the last column are in it whatever their distance.
-
-    Raises:
-        ValueError: a grid or a stride without meaning.
     """
-    if min(shape) < 2 or stride < 1:
-        raise ValueError(f"a grid of {shape[0]} x {shape[1]} nodes cannot be refined from every {stride}th")
     rows, columns = ((*range(0, length - 1, stride), length - 1) for length in shape)
     found: dict[Node, Class] = {}
     wanted = list(product(rows, columns))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from conrod.engines.engine import with_fields
 from conrod.mechanism.units import check_number
-from conrod.studies.limits.axis import Axis, Spans
+from conrod.studies.limits.axis import Axis, Scale, Spans
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import (
     LEAST_EXCESS,
@@ -32,7 +32,6 @@ from conrod.studies.limits.changed_machines import (
     with_mass_ratio,
     with_nose,
 )
-from conrod.studies.limits.scale import Scale
 
 STEP = 0.6e-3  # [s]; divides the revolutions of 1 rpm and of 50000 rpm, into a hundred thousand and into two
 STEPS_AT_ONE_RPM = 60.0 / STEP
@@ -46,7 +45,6 @@ CONTACT_SAFE, CONTACT_LEAST = 0.5, 1e-4
 SPACING = 5  # of start poses [deg]
 SAME = 1e-6  # [deg], as close as a dead centre may lie to one of the others and not be run beside it
 MOST_ORDERS = 24
-UNITS = {-3: "km", 0: "m", 2: "cm", 3: "mm"}
 
 
 # -- what the rows need ----------------------------------------------------------------------------------------------
@@ -97,12 +95,6 @@ def _stabilisation_ends(setup: Setup) -> Spans:
     return tuple((own, end) for end in (slow, fast) if end != own)
 
 
-def _time_constant(setup: Setup, steps: float) -> str:
-    # An engine that cannot express so short a time corrects all at once.
-    at_once = _stabilised(setup, steps).settings.time_constant(setup.contact) == 0.0
-    return f"{steps:.4g} steps" + (" (all at once)" if at_once else "")
-
-
 def _regularised(setup: Setup, share: float) -> LimitCase:
     if setup.contact:
         check_number("regularisation of a contact", share, CONTACT_LEAST, 1.0)
@@ -118,22 +110,11 @@ def _unregularised(setup: Setup) -> str | None:
     return f"{setup.engine} does not regularise its constraints" if regularised is None else None
 
 
-def _unit(setup: Setup, factor: float) -> str:
-    decades = math.log10(factor)
-    unit = UNITS.get(round(decades)) if abs(decades - round(decades)) < 1e-9 else None
-    return f"x {factor:.4g}" + (f" (in {unit})" if unit else "")
-
-
 def _starts(setup: Setup) -> tuple[float, ...]:
     """Return every five degrees, and the dead centres, where the output turns back."""
     even = [float(angle) for angle in range(0, 360, SPACING)]
     dead = [a for a in dead_angles(setup.scene) if min(abs(a - other) for other in even) > SAME]
     return tuple(sorted([*even, *dead]))
-
-
-def _start(setup: Setup, degrees: float) -> str:
-    dead = min((abs(degrees - angle) for angle in dead_angles(setup.scene)), default=math.inf) <= SAME
-    return f"{degrees:.5g} deg" + (" (dead centre)" if dead else "")
 
 
 def _order(setup: Setup, number: float) -> str:
@@ -176,7 +157,8 @@ ROWS = (
     ),
     Axis(
         "stabilisation", "Time constant of stabilisation", "time constant (steps)", Scale.LOG, _stabilised,
-        1000.0, 0.1, (0.01, 1e6), Setup.not_varied, ends=_stabilisation_ends, text=_time_constant,
+        1000.0, 0.1, (0.01, 1e6), Setup.not_varied, ends=_stabilisation_ends,
+        text=lambda setup, value: f"{value:.4g} steps",
     ),
     Axis(
         "regularisation", "Regularisation left", "share of the engine's own regularisation (contact: 1 - impedance)",
@@ -195,12 +177,13 @@ ROWS = (
     Axis(
         "length-unit", "Unit of length", "numbers of all lengths over those in metres", Scale.LOG,
         lambda setup, value: setup.run_of(setup.variant(**rescaled(setup.scene, value))),
-        1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)), text=_unit,
+        1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)),
+        text=lambda setup, value: f"x {value:.4g}",
     ),
     Axis(
         "start-pose", "Start pose", "crank angle at the start [deg]", Scale.LISTED,
         lambda setup, value: setup.run(start_angle=math.radians(value)),
-        lacks=_one_pass("from its start"), values=_starts, text=_start,
+        lacks=_one_pass("from its start"), values=_starts, text=lambda setup, value: f"{value:.5g} deg",
     ),
     Axis(
         "declaration", "Order of declaration", "number of the permutation", Scale.LISTED,

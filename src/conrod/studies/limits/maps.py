@@ -13,10 +13,9 @@ from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.adaptive import STRIDE, Node, codes, nearest_runs, refine
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Level, is_undetected, level_of
-from conrod.studies.limits.scale import spaced
 
 STEPS = AXES["steps"]
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.

@@ -21,7 +21,7 @@ from conrod.studies.limits.maps import PAIRS, Pair, map_search
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 from conrod.studies.limits.walk import walk_search
 
-Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study or several
+Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ class LimitPlan:
 
     def study(self, found: Iterable[Any]) -> LimitStudy:
         """Return the study, from the findings of the searches."""
-        flat = [part for one in found for part in (one if isinstance(one, tuple) else (one,))]
-        parts = {name: [p for p in (*flat, *self.refused) if isinstance(p, kind)] for name, kind in PARTS.items()}
+        every = [*found, *self.refused]
+        parts = {name: [part for part in every if isinstance(part, kind)] for name, kind in PARTS.items()}
         parts["walks"].sort(key=lambda walk: list(AXES).index(walk.axis))
         return LimitStudy(
             name=self.name,

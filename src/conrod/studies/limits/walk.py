@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.measurement import QUANTITIES, Measurement
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, between, spaced
 from conrod.studies.limits.case import Setup
 from conrod.studies.limits.records import LEVELS, Extremes, Level, is_undetected, level_of
 from conrod.studies.limits.results import Boundary, Probe, Walk
-from conrod.studies.limits.scale import between, spaced
 
 # Three runs in each of four decades: what fails and holds again between two of them is missed.
 SCANNED = 13
