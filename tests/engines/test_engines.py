@@ -169,11 +169,6 @@ def test_tuned_pymunk_is_of_order_two(name: str, quantity: str) -> None:
     assert fitted_order(LINKAGES[name], "pymunk", "tuned", PYMUNK_PATH, quantity) == pytest.approx(2.0, abs=0.05)
 
 
-@pytest.mark.parametrize("name", LINKAGES)
-def test_stock_pymunk_is_of_a_lower_order(name: str) -> None:
-    assert fitted_order(LINKAGES[name], "pymunk", "stock", PYMUNK_PATH, "position") < 1.5
-
-
 # -- the drive -------------------------------------------------------------------------------------------------------
 
 
@@ -201,34 +196,19 @@ LAWFUL = {**LINKAGES, **OTHERS}
 
 
 @pytest.mark.parametrize(
-    ("name", "steps"), [*((name, n) for name in LINKAGES for n in (125, 1000)), *((name, 1000) for name in OTHERS)]
+    ("engine", "preset", "steps", "least"),
+    [("mujoco", "tuned", 500, 0.93), ("mujoco", "hardened", 500, 0.93), ("pymunk", "tuned", 1000, 0.9)],
 )
-@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")])
-def test_runs_lie_within_what_the_engines_law_allows(name: str, engine: str, preset: str, steps: int) -> None:
+@pytest.mark.parametrize("name", LAWFUL)
+def test_runs_lie_within_what_the_engines_law_allows_and_use_it(
+    name: str, engine: str, preset: str, steps: int, least: float
+) -> None:
     scene = LAWFUL[name]
     found, law = measured(scene, engine, preset, steps), expected(scene, engine, preset, steps)
     shares = {quantity: found.worst(quantity) / getattr(law, quantity) for quantity in QUANTITIES}
     assert max(shares.values()) <= 1.0, shares
+    assert min(shares["position"], shares["velocity"]) >= least, shares
     assert law.law
-
-
-@pytest.mark.parametrize("steps", [1000])
-@pytest.mark.parametrize("name", LAWFUL)
-def test_pymunks_law_is_sharp(name: str, steps: int) -> None:
-    scene = LAWFUL[name]
-    found, law = measured(scene, "pymunk", "tuned", steps), expected(scene, "pymunk", "tuned", steps)
-    for quantity in ("position", "velocity"):
-        assert 0.9 <= found.worst(quantity) / getattr(law, quantity) <= 1.0
-
-
-@pytest.mark.parametrize("steps", [500])
-@pytest.mark.parametrize("name", LAWFUL)
-def test_mujocos_law_is_sharp(name: str, steps: int) -> None:
-    scene = LAWFUL[name]
-    for preset in ("tuned", "hardened"):
-        found, law = measured(scene, "mujoco", preset, steps), expected(scene, "mujoco", preset, steps)
-        for quantity in QUANTITIES:
-            assert 0.93 <= found.worst(quantity) / getattr(law, quantity) <= 1.0
 
 
 def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
@@ -270,20 +250,13 @@ def test_contact_lies_within_what_the_engines_law_allows(engine: str, steps: int
     assert law.velocity_rms <= (2.0 if engine == "pymunk" else 9.0) * found.worst("velocity", "rms")
 
 
-@pytest.mark.parametrize(("factor", "tight"), [(1.0, 2.5), (3.0, 5.0), (4.7, 6.0)])
+@pytest.mark.parametrize(("factor", "tight"), [(1.0, 2.5), (4.7, 6.0)])
 def test_the_nearer_a_follower_is_to_floating_the_more_steps_it_falls(factor: float, tight: float) -> None:
     """At 4.7 times its speed 0.88 of the fall is used up."""
     cam = catalogue_scene("cam-4-5-6-7")
     faster = cam.with_parameters(speed=factor * cam.speed)
     found, law = measured(faster, "pymunk", "tuned", 6000), expected(faster, "pymunk", "tuned", 6000)
     assert 1.0 < law.velocity_rms / found.worst("velocity", "rms") < tight
-
-
-def test_stock_mujoco_contact_sinks_whatever_the_step() -> None:
-    cam = CAM
-    coarse, fine = (measured(cam, "mujoco", "stock", n).worst("position") for n in CONTACT_PATH[:2])
-    assert fine > 0.9 * coarse
-    assert fine > 1e-3
 
 
 @pytest.mark.slow
@@ -301,11 +274,8 @@ MJCF = Path(__file__).parents[2] / "mjcf"
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_committed_mjcf_file_is_what_the_translator_writes(name: str) -> None:
-    assert (MJCF / f"{name}.xml").read_text(encoding="utf-8") == standalone_mjcf(name, SCENES[name])
-
-
-def test_there_is_one_mjcf_file_a_scene() -> None:
     assert {path.stem for path in MJCF.glob("*.xml")} == set(SCENES)
+    assert (MJCF / f"{name}.xml").read_text(encoding="utf-8") == standalone_mjcf(name, SCENES[name])
 
 
 @pytest.fixture(

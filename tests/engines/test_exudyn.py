@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
@@ -15,11 +14,10 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW
 
 from conrod import Outcome
-from conrod.engines import engine_names
 from conrod.engines.capabilities import Lacking, ReportsForces, capability
 from conrod.engines.engine import run_of
 from conrod.engines.exudyn.settings import PRESETS, ExudynSettings
-from conrod.engines.registry import engine_named, engine_packages, look_of, presets_of
+from conrod.engines.registry import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -82,21 +80,6 @@ class TestConformance(EngineConformance):
 
 
 # -- samples -----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.usefixtures("exudyn")
-@pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize("name", TURNS)
-def test_a_run_starts_from_the_exact_state_and_turns_in_its_sense(name: str, preset: str) -> None:
-    scene, start = TURNS[name], 0.7
-    found = states(scene, PRESETS[preset](scene, 125), 0.4, start)
-    poses, slopes, bends = scene.kinematics.derivatives(np.array([start]), 2)
-    assert np.array_equal(found.poses[0], poses[0])
-    assert np.array_equal(found.rates[0], slopes[0] * scene.speed)
-    assert np.abs(found.accelerations[0] / scene.speed**2 - bends[0]).max() < 1e-8  # which the engine solves for
-    assert found.instants.times[0] == start / scene.speed
-    np.testing.assert_allclose(found.instants.angle, scene.speed * found.instants.times, atol=1e-10)
-    np.testing.assert_allclose(found.instants.rate, scene.speed, rtol=1e-10)
 
 
 @pytest.mark.usefixtures("exudyn")
@@ -195,14 +178,6 @@ def test_a_rod_a_millionth_too_long_is_seen(scene: Any, exudyn: Any) -> None:
     assert off > 1e-7
 
 
-@pytest.mark.usefixtures("exudyn")
-def test_constant_forces_change_no_motion_at_a_prescribed_speed() -> None:
-    light = replace(SAW, gravity=0.0)
-    settings = PRESETS["stock"](SAW, 125)
-    heavy = [states(machine, settings).rates for machine in (SAW, light)]
-    assert np.abs(heavy[0] - heavy[1]).max() < 1e-9 * SAW.speed
-
-
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
@@ -253,20 +228,6 @@ def test_a_joint_too_many_is_an_outcome_and_prints_nothing(
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(
-    ("fields", "refused"),
-    [
-        ({"solver": "RK44"}, "unknown solver 'RK44'"),
-        ({"timestep": 1e-11}, "timestep = 1e-11 s is out of range"),
-        ({"spectral_radius": 1.5}, "spectral_radius"),
-        ({"relative_tolerance": 0.0}, "relative_tolerance"),
-    ],
-)
-def test_settings_without_a_meaning_are_refused(fields: dict[str, Any], refused: str) -> None:
-    with pytest.raises(InvalidInput, match=refused):
-        replace(PRESETS["stock"](SAW, 1000), **fields)
-
-
 # -- timing ------------------------------------------------------------------------------------------------------------
 
 
@@ -284,21 +245,9 @@ def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
 # -- an extra ----------------------------------------------------------------------------------------------------------
 
 
-def test_it_takes_part_where_it_is_asked_for_alone() -> None:
-    assert "exudyn" not in engine_names()
-    assert list(presets_of("exudyn")) == ["stock", "tuned"]
-    assert look_of("exudyn").title == "Exudyn"
-
-
 def test_where_it_is_not_installed_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     engine_named.cache_clear()
     monkeypatch.setattr("conrod.engines.registry.find_spec", lambda _: None)
     with pytest.raises(InvalidInput, match=r"^engine 'exudyn' is an extra .*: pip install 'conrod\[exudyn\]'$"):
         engine_named("exudyn")
     engine_named.cache_clear()
-
-
-def test_reports_name_its_version_where_it_was_loaded(exudyn: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "exudyn" in engine_packages()
-    monkeypatch.delitem(sys.modules, "exudyn")
-    assert "exudyn" not in engine_packages()

@@ -15,12 +15,10 @@ from catalogue import CAM, EVERY_SCENE, SAW
 
 from benchmarks.healthy import variant
 from conrod import Outcome
-from conrod.engines import engine_names
 from conrod.engines.engine import DOUBLE, SINGLE, with_fields
 from conrod.engines.mjx.settings import PRESETS
 from conrod.engines.mujoco.settings import exchanged_inertia
-from conrod.engines.registry import engine_named, presets_of
-from conrod.errors import InvalidInput
+from conrod.engines.registry import engine_named
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces
@@ -187,13 +185,6 @@ def test_single_precision_costs_accelerations_more_the_shorter_the_step() -> Non
     assert error("tuned-single", 500) == pytest.approx(error("tuned", 500), rel=0.01)
 
 
-@needs_mjx
-@pytest.mark.slow
-def test_samples_of_runge_kutta_are_not_those_of_its_last_stage() -> None:
-    # A sample of that stage is a step late: 2 pi / 250 of the travel and more.
-    assert error("tuned", 250, integrator="RK4") < 0.002
-
-
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
@@ -212,13 +203,6 @@ def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: di
     engine, settings = engine_named("mjx"), PRESETS["tuned"](scene, 1000)
     assert engine.refusal(SAW, PRESETS["tuned"](SAW, 1000)) is None
     assert re.search(reason, str(engine.refusal(scene, with_fields(settings, **fields))))
-
-
-def test_settings_without_a_meaning_are_refused() -> None:
-    with pytest.raises(InvalidInput, match="unknown precision 'half': choose from"):
-        replace(PRESETS["stock"](SAW, 1000), precision="half")
-    with pytest.raises(InvalidInput, match="unknown integrator"):
-        replace(PRESETS["stock"](SAW, 1000), integrator="RK45")
 
 
 @needs_mjx
@@ -245,8 +229,3 @@ def test_what_is_timed_is_compiled_before_and_takes_the_steps_it_is_asked_for(mo
     assert taken == [0, 50]
     assert advance._cache_size() == compiled
     engine_named("mjx").reference_loop()(10)
-
-
-def test_it_takes_part_where_it_is_asked_for_alone() -> None:
-    assert "mjx" not in engine_names()
-    assert list(presets_of("mjx")) == ["stock", "tuned", "tuned-single"]
