@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.machine import described
-from conrod.engines.engine import Engine, Machine, MakesSettings
+from conrod.engines.engine import Engine, Machine
 from conrod.engines.mjx import rollout
 from conrod.engines.mjx.settings import MJXSettings
 from conrod.engines.mujoco import dynamics
@@ -138,7 +138,7 @@ def by_mjx(machines: Sequence[Scene], preset: str) -> Measured:
     return judged(f"MJX {preset}", engine, machines, settings, batch.trajectories(STEPS), costs)
 
 
-def by_mujoco(machines: Sequence[Scene], name: str, preset: MakesSettings[MuJoCoSettings]) -> Measured:
+def by_mujoco(machines: Sequence[Scene], name: str, preset: Callable[[Machine, int], MuJoCoSettings]) -> Measured:
     """One after the other."""
     engine: Any = engine_named("mujoco")
     settings = [preset(one, STEPS) for one in machines]

@@ -52,6 +52,7 @@ def worst(scene: Any, preset: str, steps: int, **fields: Any) -> Array:
 class TestConformance(EngineConformance):
     scenes = ("saw-40rpm", "shear-press")
     first_order = ("stock",)
+    rounding = 20.0 * SINGLE
 
     @pytest.fixture(autouse=True)
     def judged(self, box2d: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
@@ -38,8 +38,7 @@ LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
 LAW_STEPS = CONTACT_STEPS // 8
 PASTED_DIGITS = 6
 PIECE = 4096  # steps recorded at a time where a run is streamed
-# Relative spacing of the numbers that an engine keeps a machine's state in, see `Engine.spacing`.
-SINGLE, DOUBLE = (float(np.finfo(kind).eps) for kind in (np.float32, np.float64))
+SINGLE = float(np.finfo(np.float32).eps)  # relative spacing of the numbers that an engine may keep a state in
 
 
 def step_length(machine: Machine, steps_per_revolution: int) -> float:
@@ -115,7 +114,6 @@ class EngineSettings(ABC):
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
 AnyFields = TypeVar("AnyFields", bound=EngineSettings)
-MadeSettings_co = TypeVar("MadeSettings_co", bound=Settings, covariant=True)
 
 STOCK = "stock"  # by convention the preset that has an engine as it comes, which studies compare others with
 CUSTOM = "custom"  # the name of settings that are those of no preset
@@ -152,14 +150,6 @@ def as_preset(
         if replace(settings, preset=name, **{field: getattr(preset, field) for field in unused}) == preset:
             return preset
     return settings
-
-
-class MakesSettings(Protocol[MadeSettings_co]):
-    """A rule in period and step, the same for all machines."""
-
-    def __call__(self, machine: Machine, steps_per_revolution: int, /) -> MadeSettings_co:
-        """The settings of a machine."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -205,7 +195,7 @@ class Preset(Generic[AnySettings]):
     """A preset of an engine.
 
     Attributes:
-        rule: what makes its settings.
+        rule: what makes its settings, of a machine and steps per revolution; in period and step, for all alike.
         meaning: what it is for, in a phrase.
         judged: whether a run at constant speed is judged by the engine's law of errors, or only measured.
         judged_free: whether a motion without a drive is judged.
@@ -214,7 +204,7 @@ class Preset(Generic[AnySettings]):
         style: of its curves.
     """
 
-    rule: MakesSettings[AnySettings]
+    rule: Callable[[Machine, int], AnySettings]
     meaning: str = ""
     judged: bool = True
     judged_free: bool = False
@@ -263,10 +253,6 @@ class Engine(ABC, Generic[AnySettings]):
         Returns:
             Pieces whose trajectories have the outcome of the run so far; a run that fails is data, never an exception.
         """
-
-    def spacing(self, settings: AnySettings) -> float:
-        """Relative spacing of the numbers that a run's state is kept in: `DOUBLE`, unless an engine has `SINGLE`."""
-        return DOUBLE
 
 
 def judged_preset(engine: Engine[AnySettings]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from conrod.engines.box2d.model import LIBRARY_VERSION, build, refusal
 from conrod.engines.box2d.settings import PRESETS, Box2DSettings
 from conrod.engines.centres import body_states
-from conrod.engines.engine import PIECE, SINGLE, Engine, Machine, run_of
+from conrod.engines.engine import PIECE, Engine, Machine, run_of
 from conrod.engines.recording import Recorded, crank_states, pieces
 from conrod.engines.reference_loop import REFERENCE
 from conrod.exact.motion import Array
@@ -143,9 +143,6 @@ class Box2DEngine(Engine[Box2DSettings]):
     def reference_loop(self) -> Stepper:
         """The slider-crank at its start, 1000 steps a turn."""
         return Stepper(REFERENCE, Box2DSettings.stock(REFERENCE, 1000), 0.0)
-
-    def spacing(self, settings: Box2DSettings) -> float:
-        return SINGLE
 
 
 ENGINE = Box2DEngine()

@@ -15,7 +15,7 @@ from importlib.metadata import version
 import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import DOUBLE, PIECE, SINGLE, Engine, Machine
+from conrod.engines.engine import PIECE, Engine, Machine
 from conrod.engines.mjx import rollout
 from conrod.engines.mjx.settings import PRESETS, MJXSettings
 from conrod.engines.mujoco import dynamics
@@ -101,9 +101,6 @@ class MJX(Engine[MJXSettings]):
         made = build(machine, settings)
         recorder = rollout.Recorder(made, settings, *made.start_state(machine, start_angle))
         yield from dynamics.recorded(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
-
-    def spacing(self, settings: MJXSettings) -> float:
-        return DOUBLE if settings.precision == "double" else SINGLE
 
 
 ENGINE = MJX()

@@ -9,21 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pymunk
+from pymunk._chipmunk_cffi import ffi, lib
 
 from conrod.engines.pymunk.built import Build, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array, cache_blocks
-
-ffi: Any
-lib: Any
-try:
-    from pymunk._chipmunk_cffi import ffi, lib
-except ImportError:  # another release of pymunk may have none
-    ffi, lib = None, None
 
 # In a cpBody position, velocity, force, angle and angular velocity follow two function pointers, four numbers of mass
 # and the centre of gravity (chipmunk_structs.h).
@@ -88,14 +81,12 @@ def advance_free(
 def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
     """As `advance`, one step for each turn, with nothing recorded."""
     # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
-    public = len(turns) if lib is None else int(space.current_time_step == 0.0)
+    public = int(space.current_time_step == 0.0)
     for turn in turns[:public]:
         crank.angle = turn
         for body, force in pushed:
             body.force = force
         space.step(timestep)
-    if public == len(turns):
-        return
     set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
     own, driven, forces = space._space, crank._body, [(body._body, force) for body, force in pushed]
     for turn in turns[public:]:
@@ -181,8 +172,6 @@ def memory_of(body: pymunk.Body) -> memoryview:
 
 def memory_is_known() -> bool:
     """True where Chipmunk keeps a body's state in the place of `memory_of`, and takes an angle there."""
-    if lib is None:
-        return False
     body = pymunk.Body(1.0, 1.0)
     body.position, body.velocity, body.force = (2.0, 3.0), (4.0, 5.0), (6.0, 7.0)
     body.angle, body.angular_velocity = 8.0, 9.0
