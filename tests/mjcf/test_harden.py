@@ -7,7 +7,6 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,7 +15,6 @@ from exact_loops import ExactLoops
 from legged import LEGGED, legged, opening_of
 
 from conrod.cli.harden import print_hardened
-from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
@@ -28,7 +26,6 @@ from conrod.mjcf.harden.study import harden_file
 from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.mjcf.runs import STATE
-from conrod.scenes.catalogue import scene_named
 
 
 @cache
@@ -36,7 +33,6 @@ def found(keyframe: str) -> HardenedModel:
     return harden_file(LEGGED, Request(keyframe=keyframe, seconds=0.15))
 
 
-GEAR: Any = scene_named("planetary-gear")
 SAW = Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml"
 
 
@@ -160,18 +156,6 @@ def test_only_what_the_loops_are_held_by_hardens() -> None:
     changed = np.flatnonzero(hard.dof_invweight0 != model.dof_invweight0)
     assert sorted(changed.tolist()) == sorted(hips)
     assert to_know(model, active_closures(model)) == ()
-
-
-def test_a_loop_held_by_a_tendon_hardens_too() -> None:
-    """A gear pair is a fixed tendon held at its length: its own weight is what softens it."""
-    model = mujoco.MjModel.from_xml_string(standalone_mjcf("planetary-gear", GEAR))
-    closures = active_closures(model)
-    assert {one.holder for one in closures} == {"tendon"}
-    recipe = recipe_for(model, closures)
-    hard = edited(model, recipe)
-    assert recipe.factor < 1e-4
-    assert hard.tendon_invweight0 == pytest.approx(recipe.factor * model.tendon_invweight0)
-    assert np.array_equal(hard.dof_invweight0, model.dof_invweight0)
 
 
 # -- start, run, figures ---------------------------------------------------------------------------------------------

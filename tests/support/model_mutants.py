@@ -55,19 +55,6 @@ def number(root: Element, chance: random.Random) -> None:
     element.set(name, " ".join(words))
 
 
-def number_lost(root: Element, chance: random.Random) -> None:
-    """An attribute has one word less."""
-    element, name = _attribute(root, chance)
-    element.set(name, " ".join(element.attrib[name].split()[1:]))
-
-
-def exchanged(root: Element, chance: random.Random) -> None:
-    """An attribute has the value of another: a name of something else, or a number for a word."""
-    element, name = _attribute(root, chance)
-    other, another = _attribute(root, chance)
-    element.set(name, other.attrib[another])
-
-
 def attribute_lost(root: Element, chance: random.Random) -> None:
     element, name = _attribute(root, chance)
     del element.attrib[name]
@@ -91,21 +78,11 @@ def element_twice(root: Element, chance: random.Random) -> None:
     parent.append(again)
 
 
-def element_moved(root: Element, chance: random.Random) -> None:
-    """Something stands elsewhere."""
-    parent, child = _child(root, chance)
-    parent.remove(child)
-    chance.choice(list(root.iter())).append(child)
-
-
 TREE_CHANGES: tuple[Callable[[Element, random.Random], None], ...] = (
     *(5 * (number,)),  # most of what the others make is not loaded
-    number_lost,
-    exchanged,
     attribute_lost,
     element_lost,
     element_twice,
-    element_moved,
 )
 
 

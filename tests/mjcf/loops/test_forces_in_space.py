@@ -138,8 +138,6 @@ def drive_torque(text: str) -> Array:
 UNMODELLED = {
     "actuators": ("</mujoco>", '<actuator><motor joint="rocker"/></actuator></mujoco>'),
     "dry friction": ('<joint name="coupler"', '<joint name="coupler" frictionloss="0.1"'),
-    "a fluid": ("<option", '<option density="1.2"'),
-    "gravity compensation": ('<body name="rocker"', '<body name="rocker" gravcomp="1"'),
     "tendons with springs, dampers or armatures": (
         "</mujoco>", '<tendon><fixed stiffness="2"><joint joint="rocker" coef="1"/></fixed></tendon></mujoco>',
     ),

@@ -15,7 +15,7 @@ from four_bars import four_bar
 
 from conrod.exact.motion import Array
 from conrod.exact.space.forces import forces
-from conrod.mjcf.loops.driving import Recording, driven_run, gaps_of
+from conrod.mjcf.loops.driving import Recording, driven_run
 from conrod.mjcf.loops.kinematic import kinematic_mode
 from conrod.mjcf.loops.results import KINEMATIC, OWN, LoopRun, Question
 from conrod.mjcf.loops.runs import errors_of, with_settings
@@ -112,34 +112,6 @@ def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_ru
     # And so much more than a healthy run is off.
     healthy, planted = (b._run("hardened", 4.0, travel(bench)).errors["position"] for b in (bench, edited))
     assert planted > 1e-5 > 1e3 * healthy
-
-
-def test_a_weld_that_is_turned_is_open_by_its_turn_at_the_machines_extent() -> None:
-    bench = machine_bench("tilted-slider-crank", 0.5)
-    edited = copy.copy(bench.model)
-    half = 0.05 * DEGREE
-    turned = np.empty(4)
-    mujoco.mju_mulQuat(turned, edited.eq_data[0, 6:10], [math.cos(half), 0.0, 0.0, math.sin(half)])
-    edited.eq_data[0, 6:10] = turned
-    data, opened = mujoco.MjData(edited), {}
-    for model in (bench.model, edited):
-        data.qpos[:] = bench.machine.knots[0].coordinates[:, 0]
-        mujoco.mj_forward(model, data)
-        opened[model is edited] = gaps_of(bench.machine.tree, model, data)["rod_weld"]
-    assert opened[False] < 1e-15
-    assert opened[True] == pytest.approx(0.1 * DEGREE * bench.machine.tree.extent, rel=1e-3)
-
-
-def test_a_coupling_of_angles_is_open_by_a_length() -> None:
-    wheels = """<mujoco><worldbody>
-      <body><joint name="one" axis="0 0 1"/><geom size="0.01"/><site name="rim" pos="0.2 0 0"/>
-        <body pos="0.25 0 0"><joint name="two" axis="0 0 1"/><geom size="0.01"/></body></body></worldbody>
-      <equality><joint name="gear" joint1="two" joint2="one" polycoef="0 -2 0 0 0"/></equality></mujoco>"""
-    bench = bench_of(wheels, {"one": "60rpm"})
-    data = mujoco.MjData(bench.model)
-    data.joint("two").qpos += 0.01
-    mujoco.mj_forward(bench.model, data)
-    assert gaps_of(bench.machine.tree, bench.model, data) == {"gear": pytest.approx(0.01 * 0.25)}
 
 
 # -- defects of a recorded run -----------------------------------------------------------------------------------------

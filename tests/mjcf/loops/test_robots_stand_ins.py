@@ -1,13 +1,11 @@
 """Small models with the closed loops of real robots: mobility, what is redundant or idle, what is held and judged.
 
-They stand in for the models of public collections, which `make own-models MODELS=DIR` judges and the last test, where
-the environment variable CONROD_MODELS names such a folder.
+They stand in for the models of public collections, which `make own-models MODELS=DIR` judges.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from pathlib import Path
 
 import mujoco
@@ -200,17 +198,3 @@ def test_a_stiff_actuator_that_only_its_own_integrator_carries_is_said_of_the_pr
     assert not found.shipped.failed
     assert found.presets["hardened"].outcome is Outcome.DIVERGED  # RK4, which is not implicit
     assert "But with it and its own actuators the file ended as diverged" in finding(found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["2f85", "2f85-v4", "xarm7", "dobot", "five-bar", "cassie"])
-def test_the_robots_themselves_have_the_mobility_counted_by_hand(name: str) -> None:
-    if not (folder := os.environ.get("CONROD_MODELS")):
-        pytest.skip("CONROD_MODELS names no folder with clones of the repositories of benchmarks/own_models.py")
-    from benchmarks.own_models import ROBOTS
-
-    robot = ROBOTS[name]
-    compiled = mujoco.MjModel.from_xml_path(str(robot.file(Path(folder))))
-    _, found, judged = studied(compiled, dict(robot.drives), keyframe=robot.keyframe or OWN_POSE)
-    assert found.left == robot.mobility
-    assert judged
