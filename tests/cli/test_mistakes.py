@@ -43,7 +43,7 @@ MISTAKES = {
     "validate --steps-per-rev 1": ("--steps-per-rev = 1", "2 <="),
     "validate --steps-per-rev 10000000 --revolutions 3": ("samples", "20000000"),
     "export saw-40rpm --format csv --revolutions 1389": ("360 steps x 1389 revolutions", "500000"),
-    "export saw-40rpm --format mjcf --revolutions 1": ("a model has no revolutions",),
+    "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
     "recommend saw-500rpm": ("--position", "--acceleration"),
     "recommend saw-500rpm --position 0": ("--position",),
     # A grid, an axis, the rounds of a comparison.

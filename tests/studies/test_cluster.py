@@ -163,20 +163,6 @@ def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blame
 # -- a cluster that fails --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_a_cluster_that_loses_all_its_workers_is_given_up_and_finished_cells_are_kept(
-    own_cluster: Cluster, ledger: Ledger
-) -> None:
-    lost = threading.Event()
-    kill_after(lost, *own_cluster.workers)
-    with (
-        DaskCluster(own_cluster.address, grace=5.0) as executor,
-        pytest.raises(InvalidInput, match=r"has had no worker, or given no answer, for 5 s"),
-    ):
-        run_cases(tasks.assigned(tasks.cells(200), tasks.sleep_half), ledger, executor, watcher=After(2, lost))
-    assert 2 <= len(ledger.finished(c.key for c in tasks.cells(200))) < 200
-
-
 def refusal(address: str) -> str:
     with pytest.raises(InvalidInput) as told:
         DaskCluster(address, patience=1.0)

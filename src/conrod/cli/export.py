@@ -40,7 +40,7 @@ def export(
     from conrod.errors import unknown_choice
     from conrod.scenes.space import MACHINES
     from conrod.studies.frame.files import file_to_write
-    from conrod.studies.frame.resolve_arguments import check_model, check_table, machine_text, select_scene
+    from conrod.studies.frame.resolve_arguments import check_table, machine_text, select_scene
     from conrod.studies.frame.writing import write_together
 
     if kind == "mjcf" and scene in MACHINES:
@@ -50,7 +50,7 @@ def export(
     if kind is None:
         raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
     if kind in MODELS:
-        check_model(kind, steps_per_rev, revolutions)
+        _check_model(kind, steps_per_rev, revolutions)
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
     turns = revolutions if revolutions is not None else PACK_REVOLUTIONS if kind == "pack" else 1
     if kind not in MODELS:
@@ -84,6 +84,17 @@ def export(
     else:
         raise unknown_choice("format", kind, FORMATS)
     _write(content, file)
+
+
+def _check_model(kind: str, steps_per_rev: int | None, revolutions: int | None) -> None:
+    from conrod.mechanism.units import check_count
+    from conrod.studies.frame.resolve_arguments import STEPS
+
+    if revolutions is not None or (kind == "fmu" and steps_per_rev is not None):
+        option = "--steps-per-rev" if revolutions is None else "--revolutions"
+        raise InvalidInput(f"{option} does not go with --format {kind}: whoever runs a model chooses it")
+    if steps_per_rev is not None:
+        check_count("--steps-per-rev", steps_per_rev, *STEPS)
 
 
 def _write(content: str | bytes, file: Path | None) -> None:

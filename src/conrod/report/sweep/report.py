@@ -67,13 +67,7 @@ def _words(point: SweptPoint) -> str:
 
 
 def _summary(study: SweepStudy) -> dict[str, Any]:
-    return {
-        "findings": tables.findings(study),
-        "cheapest": tables.cheapest_rows(study, "position"),
-        "engines": dict(study.engines),
-        "machine": study.machine,
-        "grid": study.grid,
-    }
+    return {"findings": tables.findings(study), "cheapest": tables.cheapest_rows(study, "position")}
 
 
 def _index(index: Index[SweepStudy]) -> Page:

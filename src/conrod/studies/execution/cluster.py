@@ -11,7 +11,6 @@ import pickle
 import platform
 import re
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
 from importlib.metadata import version
@@ -25,17 +24,16 @@ from conrod.studies.frame.case import Case
 Result = TypeVar("Result")
 
 PATIENCE = 10.0  # [s] for an answer
-GRACE = 60.0  # [s] without any worker
-LOOK = 0.5  # [s] between two looks at the workers
 # Calls handed over for each thread of the cluster, and at least: no worker waits for the way there and back.
-PER_THREAD, LEAST_IN_FLIGHT, MOST_IN_FLIGHT = 4, 32, 8192
+PER_THREAD, LEAST_IN_FLIGHT, MOST_IN_FLIGHT = 4, 256, 8192
 
 
 class DaskCluster(RepeatingExecutor):
     """An executor on the workers of a Dask scheduler, with the same limits and outcomes as on this machine.
 
     A call that kills worker after worker, or whose process is killed from outside, and again with nothing beside it,
-    ends as WorkerDied. InvalidInput where the cluster fails: without workers for long, gone, or with another conrod.
+    ends as WorkerDied. InvalidInput where the cluster is gone, or has another conrod. Workers may come and
+    go; where there are none they are waited for.
     """
 
     def __init__(
@@ -45,7 +43,6 @@ class DaskCluster(RepeatingExecutor):
         cell_timeout: float | None = None,
         cell_memory: int | None = None,
         patience: float = PATIENCE,
-        grace: float = GRACE,
     ) -> None:
         """Connect.
 
@@ -53,19 +50,17 @@ class DaskCluster(RepeatingExecutor):
             address: of the scheduler, such as tcp://192.168.0.7:8786; for tls:// with Dask's configuration.
             cell_timeout, cell_memory: as of `LocalProcesses`.
             patience: how long to wait for the scheduler's answer [s].
-            grace: how long to go on without any worker [s].
 
         Raises:
             InvalidInput: the address is none, Dask is not installed, or no scheduler answers.
         """
-        super().__init__(Limits(cell_timeout, cell_memory), LEAST_IN_FLIGHT, MOST_IN_FLIGHT)
-        self._address, self._patience, self._grace = address, patience, grace
-        self._client = _connected(address, patience)
+        limits, client = Limits(cell_timeout, cell_memory), _connected(address, patience)
+        there = PER_THREAD * sum(client.nthreads().values())
+        in_flight = min(max(LEAST_IN_FLIGHT, there), MOST_IN_FLIGHT)
+        super().__init__(limits, in_flight, in_flight)
+        self._address, self._patience, self._client = address, patience, client
         self._waiting = set[Any]()  # Dask's own futures
-        self._failure: InvalidInput | None = None
-        self._closed = threading.Event()
-        self._watch = threading.Thread(target=self._watch_workers, name="conrod-cluster", daemon=True)
-        self._watch.start()
+        self._closed = False
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
         from distributed import KilledWorker
@@ -75,7 +70,7 @@ class DaskCluster(RepeatingExecutor):
         remote = self._client.submit(answer, call, self.limits, identities(arguments), pure=False)
         self._waiting.add(remote)
         try:
-            if self._closed.is_set():
+            if self._closed:
                 raise CancelledError
             returned, content = remote.result()
         except KilledWorker as error:
@@ -83,7 +78,7 @@ class DaskCluster(RepeatingExecutor):
             died = f"{error.allowed_failures + 1} workers of the cluster died, one after another, of it"
             raise KilledFromOutside(died, True) from None
         except CancelledError:
-            raise self._failure or InvalidInput(f"lost the connection to the cluster at {self._address}") from None
+            raise InvalidInput(f"lost the connection to the cluster at {self._address}") from None
         except Exception as error:  # Dask unpickles on its workers: what it raises there has no type of its own
             why = f"the cluster at {self._address} cannot run conrod: {_one_line(error)}; install the same conrod there"
             raise InvalidInput(why) from None
@@ -100,26 +95,10 @@ class DaskCluster(RepeatingExecutor):
         self._client.close(timeout=self._patience)
 
     def stop(self) -> None:
-        self._closed.set()
+        self._closed = True
         # A client that has no scheduler any more would wait for it.
         if self._waiting and self._client.status == "running":
             self._client.cancel(list(self._waiting))
-
-    def _watch_workers(self) -> None:
-        """Learn how many threads there are, and give up where there are none for long."""
-        seen = time.monotonic()
-        while not self._closed.wait(LOOK):
-            try:
-                threads = sum(self._client.nthreads(callback_timeout=self._patience).values())
-            except (OSError, RuntimeError, TimeoutError):
-                threads = 0  # while it reconnects; a lost scheduler ends every call by itself
-            if threads:
-                seen = time.monotonic()
-                self.in_flight = min(max(LEAST_IN_FLIGHT, PER_THREAD * threads), MOST_IN_FLIGHT)
-            elif time.monotonic() - seen > self._grace:
-                failed = f"has had no worker, or given no answer, for {self._grace:g} s"
-                self._failure = InvalidInput(f"the cluster at {self._address} {failed}")
-                self.stop()
 
 
 def _connected(address: str, patience: float) -> Any:

@@ -191,20 +191,6 @@ def make_plan(
     return plan
 
 
-def check_model(kind: str, steps_per_revolution: int | None, revolutions: int | None) -> None:
-    """Refuse what a model to export, of kind `mjcf` or `fmu`, cannot be made with.
-
-    Raises:
-        InvalidInput: a count out of range; revolutions, of which a model has none; or steps, of which an FMU has none.
-    """
-    if revolutions is not None:
-        raise InvalidInput(f"--revolutions does not go with --format {kind}: a model has no revolutions")
-    if kind == "fmu" and steps_per_revolution is not None:
-        raise InvalidInput("--steps-per-rev does not go with --format fmu: whoever runs it chooses the steps")
-    if steps_per_revolution is not None:
-        check_count("--steps-per-rev", steps_per_revolution, *STEPS)
-
-
 def check_table(name: str, samples_per_revolution: int, revolutions: int) -> None:
     """Refuse a table of the exact trajectory that is too long.
 
