@@ -145,18 +145,6 @@ ROWS = [
 TABLE = table(("scene", "engine", "preset", "position", "velocity", "verdict"), ROWS, ("position", "velocity"), names=3)
 
 
-def test_a_table_is_a_grid_where_it_fits_then_grouped_then_records(capsys: pytest.CaptureFixture[str]) -> None:
-    def printed(width: int) -> list[str]:
-        return lines_of(lambda: terminal.print_table(terminal.console(), TABLE), width, capsys)
-
-    whole = "saw    engine  stock     1.2e-7   3.4e-11  within tolerance"
-    assert whole in printed(len(whole))
-    grouped = printed(len(whole) - 1)
-    assert grouped[2:4] == ["saw, engine", "stock     1.2e-7   3.4e-11  within tolerance"]
-    records = printed(len(grouped[3]) - 1)
-    assert records[:3] == ["saw, engine", "stock: within tolerance", "  position: 1.2e-7; velocity: 3.4e-11"]
-
-
 def test_a_table_of_cut_cells_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     """Control: rich's own table, which conrod printed before, loses exponents and verdicts at 40 columns."""
 

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.kind import Reproduction
-from conrod.report.saved import plain, restore
+from conrod.report.saved import restore
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.tables import (
     cheapest_table,
@@ -172,14 +172,6 @@ def test_the_report_is_whole_and_small(batch: Batch) -> None:
     assert "taken on a machine" in page
     assert "The grid `coarse`, 20 runs: 18 completed, 2 opened." in page
     assert "newcomer is unsupported: newcomer has no grid of settings." in page
-
-
-def test_findings_come_back_as_they_were_saved(study: SweepStudy, batch: Batch) -> None:
-    assert restore(SweepStudy, plain(study)) == study
-    kept = restore(SweepStudy, json.loads(str(batch.files["data/saw-500rpm.json"])))
-    for one, other in zip(kept.points, study.points, strict=True):
-        assert (one.label, one.rule, one.outcome) == (other.label, other.rule, other.outcome)
-        assert one.errors == (None if other.errors is None else pytest.approx(other.errors, rel=1e-6))
 
 
 # -- the page that explains --------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from conrod.engines.engine import Engine
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import size_of
 from conrod.runs.plain import plain
-from conrod.runs.run_errors import DrawnCurve, RunningSize
+from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors, RunningSize
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
@@ -42,6 +42,26 @@ def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(cou
     for first in range(0, count, piece):
         running.add(values[first : first + piece], max(0, count - first - piece))
     assert running.size == size_of(values)
+
+
+def stretch(errors: float, closure: Any, phase: list[float], left: int = 0) -> Any:
+    one = SimpleNamespace(**dict.fromkeys(("position", "velocity", "acceleration", "total"), SimpleNamespace()))
+    for series in vars(one).values():
+        series.error = np.array([errors])
+    return SimpleNamespace(
+        points={"C": one}, closure={"position": np.array(closure)}, drive={}, phase=[np.array(phase)] * 2, left=left
+    )
+
+
+def test_the_largest_of_all_stretches_is_kept_and_the_last_phase() -> None:
+    assert PointSizes().worst("position") is None
+    found = RunErrors()
+    for one in (stretch(2.0, [], [0.1, 0.5], 1), stretch(1.0, [3.0, 0.5], [0.2]), stretch(0.5, [1.0], [0.3])):
+        found.add(one)
+    assert found.worst("velocity") == 2.0
+    every = found.found()
+    assert (every["closure"], every["phase"]) == ({"position": 3.0}, {"max": 0.5, "final": 0.3})
+    assert found._largest["phase"] == {"0": 0.5, "1": 0.5}
 
 
 @pytest.mark.parametrize(("count", "piece"), [(1001, 1001), (1001, 7), (100, 33)])

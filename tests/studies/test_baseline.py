@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,7 @@ from conrod.studies.frame.baseline import (
     Drift,
     Line,
     Number,
-    OtherBaseline,
     banded,
-    check_same,
     compared,
     read,
     write,
@@ -91,27 +88,6 @@ def test_errors_below_rounding_are_noise_and_one_that_leaves_it_is_not() -> None
     noise = banded(baseline(found(1e-15)), [found(2e-15)] * len(FACTORS), {})
     assert compared(FILE, noise, baseline(found(9e-13))).passed
     assert not compared(FILE, noise, baseline(found(2e-12))).passed
-
-
-ANOTHER: dict[str, tuple[Callable[[Baseline], Baseline], str]] = {
-    "words": (
-        lambda one: replace(one, of=one.of | {"preset": "stock"}, hash="cd"),
-        'the baseline is of something else: preset "tuned", here "stock" (b.json; accept',
-    ),
-    "a scene of the same name": (
-        lambda one: replace(one, hash="cd"),
-        "another scene of that name (b.json",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", ANOTHER)
-def test_a_baseline_of_something_else_is_compared_with_nothing(case: str) -> None:
-    change, message = ANOTHER[case]
-    with pytest.raises(OtherBaseline) as refused:
-        check_same(FILE, KEPT, change(baseline(found())))
-    assert message in str(refused.value)
-    check_same(FILE, KEPT, baseline(found()))
 
 
 def test_a_baseline_comes_back_from_its_file_a_number_on_a_line(tmp_path: Path) -> None:

@@ -64,14 +64,6 @@ def test_the_least_of_the_repeats_counts() -> None:
     assert timed(FakeEngine([9000, 7000, 8000, 7500, 5100, 6000]), 1000, repeats=5).repeats == 5
 
 
-def test_the_warm_up_is_not_counted() -> None:
-    # Neither a slow one nor a fast one, which the minimum alone would take.
-    for warm_up in (50_000, 5001):
-        engine = FakeEngine([warm_up, 7000])
-        assert timed(engine, 1000).seconds_per_revolution == pytest.approx(1000 * 7e-6, rel=1e-15)
-        assert engine.advanced == [1000] * 4
-
-
 def test_the_ratio_is_to_a_step_of_the_reference_loop() -> None:
     engine = FakeEngine([7000])
     found = timed(engine, 1000)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import signal
 import subprocess
@@ -16,13 +15,11 @@ import cell_tasks as tasks
 import pytest
 from cell_tasks import Here
 from outside_kills import children
-from rich.console import Console
 
 from conrod import InvalidInput
-from conrod.cli.runner import ProgressBar
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
-from conrod.studies.execution.worker_process import Limits, WorkerDied
+from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
@@ -99,12 +96,6 @@ def again_is_none(ledger: Ledger) -> bool:
     here = Here()
     run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, here)
     return not here.ran
-
-
-def test_a_crash_is_a_result_and_does_not_run_again(ledger: Ledger) -> None:
-    table = run_cases(tasks.assigned(CELLS[:1], ended(WorkerDied)), ledger, Here())
-    assert [m.outcome for m in table.values()] == ["crashed"]
-    assert again_is_none(ledger)
 
 
 # -- what a cell does to its process ---------------------------------------------------------------------------------
@@ -264,17 +255,3 @@ def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(t
 
 
 # -- progress --------------------------------------------------------------------------------------------------------
-
-
-def test_without_a_terminal_progress_is_a_line_at_either_end() -> None:
-    out = io.StringIO()
-    with ProgressBar("sweep", console=Console(file=out, width=100)) as bar:
-        bar.started(4, 2)
-        for outcome in ("completed", "crashed"):
-            bar.advanced(CELLS[0], outcome)
-        bar.started(1, 0)
-        bar.advanced(CELLS[1], "completed")
-    first, more, last = out.getvalue().splitlines()
-    assert (first, more) == ("sweep: 2 to do, 2 in the ledger", "sweep: 1 more to do, 0 in the ledger")
-    assert last.startswith("sweep: 3 done in ")
-    assert last.endswith("of which 1 crashed")

@@ -74,16 +74,6 @@ def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(le
     assert ledger.measurements(KEYS).get(KEYS[0]) == STOPPED
 
 
-def test_timings_are_apart_from_errors_and_belong_to_a_machine(ledger: Ledger) -> None:
-    ledger.keep_timing(CELLS[0], TIMING)
-    assert ledger.timings(KEYS, "one machine") == {KEYS[0]: TIMING}
-    assert ledger.timings(KEYS, "another machine") == {}
-    assert ledger.finished(KEYS) == set()
-    ledger.keep(CELLS[0], MEASURED)
-    ledger.keep(CELLS[0], STOPPED, replace=True)
-    assert ledger.timings(KEYS, "one machine") == {KEYS[0]: TIMING}
-
-
 # -- rows ------------------------------------------------------------------------------------------------------------
 
 

@@ -30,7 +30,7 @@ from conrod.studies.sweep.recommend import (
     check_tolerances,
     recommend_for,
 )
-from conrod.studies.sweep.step_search import Choice, StepSearch, Tried
+from conrod.studies.sweep.step_search import Choice, StepSearch, Tried, finer_than, run_at
 from conrod.studies.sweep.study import SweepPlan, plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
@@ -232,6 +232,24 @@ def test_what_only_does_in_the_grid_may_go_beyond_it_where_that_should_do(worse:
     answer = recommended(runs, position=1.05e-7)
     assert max(c.settings.steps_per_revolution for c in runs.ran) == pytest.approx(most, rel=0.01)
     assert isinstance(answer, Recommendation) == (worse == 2.0)
+
+
+@pytest.mark.parametrize(
+    ("tried", "error", "found"),
+    [
+        ((), 0.5, 1416), ((), 1.0, 1416), ((), 1.5, None),  # run: the error there decides
+        ((1416,), 0.5, 1416), ((1200, 1416), 0.5, 1200), ((2000,), 0.5, 1416), ((1200,), 1.5, None),  # known ones
+    ],
+)  # fmt: skip
+def test_the_finer_step_is_the_one_that_makes_up_for_the_excess(tried: Any, error: float, found: int | None) -> None:
+    """At order 2 an excess of 1.6, with a margin of 1.25, takes 1.414 times the steps."""
+    runs, rule = PretendedRuns(lambda _: error * 1e-6, per_step), grid_of_saw().rules[0]
+    search = StepSearch(rule, [])
+    pursue([run_at([(search, n) for n in (1000, *tried)])], runs.run)
+    rejected, asked = search.tried[0], len(runs.ran)
+    (one,) = pursue([finer_than(search, rejected, 1.6, {"position": 1e-6})], runs.run)
+    assert (one and one.steps) == found
+    assert len(runs.ran) - asked == (0 if min(tried, default=9999) <= 1416 else 1)
 
 
 def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> None:

@@ -8,22 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
 from described import CATALOGUE, changed
 
 from conrod.engines import engine_named
-from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.scenes.catalogue import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from conrod.studies.ablate.study import COMPARED, change
-from conrod.studies.frame.run import LEAST_STEPS, RunCase, as_run, measure
+from conrod.studies.frame.run import RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run
-from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.case import Setup
-from conrod.studies.limits.stream_run import stream_run
 
 PASS, TURNS = CATALOGUE / "swinging-four-bar.toml", CATALOGUE / "slider-crank.toml"
 
@@ -78,50 +72,6 @@ def test_a_cost_is_that_of_steps_within_the_pass() -> None:
     made.clear()
     time_run(Fake(), read(TURNS), replace(settings), clock=lambda: next(ticks))  # type: ignore[arg-type]
     assert max(made) > 200
-
-
-def test_ingredients_of_a_pass_are_looked_at_in_the_pass() -> None:
-    scene, settings = read(PASS), cell(read(PASS)).settings
-    coarse, fine = (
-        measure(RunCase("a", scene, one, signed_angles=COMPARED)) for one in (settings, cell(read(PASS), 400).settings)
-    )
-    assert coarse.outcome == "completed"
-    assert (coarse.largest("total") or 1.0) < 0.01
-    assert change(coarse, coarse) == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
-    # Negative control: twice the steps in a revolution make another motion, over the same pass.
-    other = change(coarse, fine)
-    assert other is not None
-    assert 0.0 < other["position"] < 0.01
-
-
-def test_the_steps_of_a_pass_are_walked_to_where_it_has_three() -> None:
-    for axis in (AXES["steps"], AXES["speed"]):
-        case = Setup("a", read(PASS), "pymunk", "tuned")
-        ((_, last),) = axis.spans(case)
-        coarsest = axis.case(case, last)
-        assert round(as_run(coarsest).revolutions * coarsest.settings.steps_per_revolution) == LEAST_STEPS
-        assert stream_run(coarsest).outcome != "unsupported"
-        # Negative control: of what turns, two steps in a turn are run.
-        ((_, last),) = axis.spans(Setup("a", read(TURNS), "pymunk", "tuned"))
-        assert axis.case(Setup("a", read(TURNS), "pymunk", "tuned"), last).settings.steps_per_revolution == 2
-
-
-@pytest.mark.parametrize("path", [PASS, TURNS, CATALOGUE / "inverted-slider-crank.toml"])
-def test_an_exported_model_runs_on_its_own(path: Path) -> None:
-    scene = read(path)
-    model = mujoco.MjModel.from_xml_string(standalone_mjcf(path.stem, scene))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    run = as_run(cell(scene, round(scene.period / model.opt.timestep)))
-    places = []
-    for _ in range(round(run.revolutions * run.settings.steps_per_revolution) + 1):
-        mujoco.mj_kinematics(model, data)
-        places.append(data.site(scene.output).xpos[:2].copy())
-        mujoco.mj_step(model, data)
-    angle = run.start_angle + scene.speed * model.opt.timestep * np.arange(len(places))
-    exact = scene.motion(np.clip(angle, *scene.kinematics.span) if scene.span else angle, scene.speed)
-    off = np.linalg.norm(np.array(places) - exact.point(scene.output).position, axis=1).max()
-    assert off < 1e-5 * scene.lengths[scene.output]
 
 
 @pytest.mark.slow
