@@ -6,6 +6,7 @@ import itertools
 import subprocess
 import sys
 from dataclasses import fields, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
