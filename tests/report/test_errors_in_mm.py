@@ -19,7 +19,7 @@ from conrod.report import free_motion, numbers, trajectory
 from conrod.report.ablate import models_table
 from conrod.report.results import verdict_words
 from conrod.report.sweep.tables import cheapest_table, front_table
-from conrod.report.table import Table, table, text_of
+from conrod.report.table import Table, text_of
 from conrod.report.validation import tables
 from conrod.scenes import SCENES
 from conrod.studies.frame.measurement import MEASURES, QUANTITIES
@@ -88,8 +88,7 @@ def of_own_table(name: str) -> Iterator[Table]:
     columns = {n: v + OFF * n.endswith(".x") for n, v in exact_table(SCENES[name]).items()}
     with TemporaryDirectory() as folder:
         study = judged(columns, SCENES[name], Path(folder))
-    line = trajectory.figure_line(study)
-    yield from (trajectory.errors_table(study), table(("line",), [[line]]))
+    yield trajectory.errors_table(study)
 
 
 def in_mm(table: Table) -> Iterator[str]:

@@ -35,13 +35,6 @@ def summary_line(study: TableStudy) -> str:
     return f"{study.file}: {study.rows} rows, {first} to {last} s, {_turns(study)} of {study.scene_name} ({study.form})"
 
 
-def figure_line(study: TableStudy) -> str:
-    """The one figure that counts; empty where the table has no positions."""
-    errors = {point: curves["total"].size.max for point, curves in study.errors.items() if "total" in curves}
-    shown = numbers.with_mm(errors, study.scene.lengths)
-    return f"largest position error / L over {_turns(study)}: {shown}" if errors else ""
-
-
 def _turns(study: TableStudy) -> str:
     return f"{study.revolutions:.4g} revolution{'' if study.revolutions == 1.0 else 's'}"
 
@@ -62,15 +55,6 @@ def _allowed(name: str, limit: float) -> str:
     return numbers.allowed(name, limit) if name == "phase" else numbers.quantity(limit)
 
 
-def crank_text(study: TableStudy) -> str:
-    """Deviation of the crank; empty where the table has no crank angle."""
-    if study.crank is None:
-        return ""
-    largest, final = numbers.in_degrees(study.crank.phase_max), numbers.in_degrees(study.crank.phase_final)
-    speed = "" if study.crank.speed is None else f"; its speed by {numbers.measured(study.crank.speed)} at most"
-    return f"crank angle against the nominal one: off by {largest} deg at most, {final} deg at the end{speed}"
-
-
 def estimation_lines(study: TableStudy) -> list[str]:
     """Estimates in words with their standard errors, and what is left."""
     found, lines = study.estimation, []
@@ -89,8 +73,7 @@ def findings(study: TableStudy) -> list[str]:
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [
         *estimation_lines(study),
-        figure_line(study),
-        crank_text(study),
+        f"crank angle off the nominal one by {numbers.in_degrees(study.phase)} deg at most" if study.phase else "",
         f"columns not used: {unused}" if unused else "",
         *(f"note: {note}" for note in study.notes),
         *(_cause_line(study, cause) for cause in study.causes),

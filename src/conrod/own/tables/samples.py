@@ -114,20 +114,6 @@ class Observed:
 
 
 @dataclass(frozen=True)
-class Crank:
-    """The crank by a table's own account.
-
-    Attributes:
-        phase_max, phase_final: of its angle minus the nominal one, in size [rad].
-        speed: largest |rate / nominal rate - 1|, None where the table has no rate.
-    """
-
-    phase_max: float
-    phase_final: float
-    speed: float | None
-
-
-@dataclass(frozen=True)
 class Exact:
     """The exact motion beside a table: each motion is computed once, for all points and quantities."""
 
@@ -187,16 +173,13 @@ class Exact:
         return largest(self.errors, name)
 
     @property
-    def crank(self) -> Crank | None:
-        """Deviation of the table's crank from the nominal one; None where the table has no crank angle."""
-        rate = self.observed.rate
+    def phase(self) -> float | None:
+        """Largest deviation of the table's crank from the nominal one [rad]; None where it has no crank angle."""
         if self.observed.angle is None:
             return None
         # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
         phase = np.unwrap(self.angle) - self.nominal_angle
-        phase = phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))
-        off = None if rate is None else float(np.abs(rate / self.scene.speed - 1.0).max())
-        return Crank(float(np.abs(phase).max()), float(abs(phase[-1])), off)
+        return float(np.abs(phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))).max())
 
 
 def quantity_of(name: str) -> str:

@@ -16,15 +16,12 @@ from conrod.own.tables.columns import Column
 from conrod.own.tables.estimation import Estimation, estimate
 from conrod.own.tables.headings import CRANK_ANGLE, TIME, targets
 from conrod.own.tables.reading import Reading
-from conrod.own.tables.samples import ERRORS, Crank, Errors, Exact, largest
+from conrod.own.tables.samples import ERRORS, Errors, Exact, largest
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
 NOTEWORTHY = 1e-6
-# An angle that a clock's rounding makes uncertain by more than this is noted [rad].
-CLOCK_ROUNDING = 1e-9
 BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
-WHOLE = 1.0 - 1e-6  # revolutions that are one: times are written with so many digits
 CLOCK_NOTE = (
     "phase and total are held to the scene's speed from crank angle 0 at time 0: --set speed=SPEED gives another, "
     "--estimate time finds an unknown start, and --tolerance phase=ANGLE allows a drive that does not keep its speed"
@@ -46,7 +43,7 @@ class TableStudy:
         rows: how many it has.
         span: first and last time [s].
         errors: by point and by name.
-        crank: None where the table does not say where its crank was.
+        phase: largest deviation of the crank from the nominal [rad]; None where the table does not say where it was.
         estimation: None where nothing was to be estimated.
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
@@ -62,7 +59,7 @@ class TableStudy:
     rows: int
     span: tuple[float, float]
     errors: Errors
-    crank: Crank | None
+    phase: float | None
     estimation: Estimation | None
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
@@ -76,7 +73,7 @@ class TableStudy:
     def largest(self, name: str) -> float | None:
         """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None where there is none."""
         if name == "phase":
-            return None if self.crank is None else self.crank.phase_max
+            return self.phase
         return largest(self.errors, "velocity", "rms") if name == RMS else largest(self.errors, name)
 
     @property
@@ -124,7 +121,7 @@ def study_table(
         rows=len(observed.times),
         span=(float(observed.times[0]), float(observed.times[-1])),
         errors=table.errors,
-        crank=table.crank,
+        phase=table.phase,
         estimation=estimation,
         tolerance=dict(tolerance or {}),
         causes=(),
@@ -166,23 +163,14 @@ def _wrong(found: TableStudy) -> list[str]:
 
 
 def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
-    observed, span = reading.observed, scene.kinematics.mechanism.driver.span
     if reading.repeated:
         yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
-    # A pass is whole where no other row would have fitted into it.
-    whole, left = (2.0 * math.pi, 0.0) if span is None else (span[1] - span[0], observed.step)
-    if np.ptp(observed.times) + left < WHOLE * whole / abs(scene.speed):
-        rest = "a revolution: the rest of the turn" if span is None else "the pass: the rest of it"
-        yield f"it spans less than {rest} is not judged"
     assumed = [column.target.name for column in reading.columns if column.unit_from == "assumed"]
     if assumed:
         yield f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise"
     there = {column.target.name for column in reading.columns}
     if missing := [target.name for target in targets(tuple(scene.lengths)) if target.name not in there]:
         yield f"not in the table: {', '.join(missing)}; motion is not judged then, and the crank taken at its nominal"
-    rounding = EPS * abs(scene.speed) * float(np.abs(observed.times).max())
-    if rounding > CLOCK_ROUNDING:
-        yield f"times this large leave the crank angle uncertain by {math.degrees(rounding):.1e} deg"
 
 
 # -- what a clock is allowed where the crank has a prescribed speed ----------------------------------------------------

@@ -150,7 +150,7 @@ def free_motion_figure(study: MotionStudy) -> Figure:
 def table_figure(study: TableStudy) -> Figure:
     """Largest error in each span of the run against the revolutions, a line for each point."""
     # Without a crank angle the error at the angle reached is that at the time.
-    named = [q for q in ERRORS if q != "position" or study.crank is not None]
+    named = [q for q in ERRORS if q != "position" or study.phase is not None]
     hues = dict(zip(study.errors, cycle(HUES), strict=False))
     panels = []
     for quantity in named:
