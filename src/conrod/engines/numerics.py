@@ -34,10 +34,7 @@ def close_gap(gap: Callable[[float], float], start: float, nudge: float, closed:
 
 SAMPLES = 720
 # Why there are no bounds for a linkage with a change point: there is no largest motion of links per gap of a joint.
-UNDETERMINED = (
-    "none at a change point: there any give of the joints, however small, leaves the motion open. A run that completed "
-    "went on in the assembly of the exact motion; one that took the other is told as flipped"
-)
+UNDETERMINED = "none at a change point: there any give of the joints, however small, leaves the motion open"
 
 
 def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:

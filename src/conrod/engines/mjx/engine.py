@@ -31,10 +31,7 @@ from conrod.runs.trajectory import Piece
 DIFFERENCE = 1e-5  # [rad], over which rates are differenced: of order two, so to 1e-10
 # The largest rate of a gap that opens: h dJ/dt v after a step of two to a time constant, 2/e of that without steps.
 STEPPED = math.e / 2.0
-LAW = (
-    "predicted: gaps (c^2 - h c) dJ/dt v of closures that lack this term, all of it in the acceleration of the first "
-    "step, and Euler's velocity, half a step old; 5 % and ten times the error itself more"
-)
+LAW = "predicted: gaps of closures that lack dJ/dt v, and Euler's velocity, half a step old; 5 % more"
 
 
 def expected_error(machine: Machine, settings: MJXSettings, start_angle: float = 0.0) -> ExpectedError:

@@ -24,14 +24,8 @@ from conrod.exact.joint_equations import pose_jets
 # found where errors are below 0.005.
 LEFT_OUT, SECOND_ORDER = 0.05, 10.0
 FALL_RMS = math.sqrt(1.1)  # 1 for the step itself, and 0.18^2, 0.2^2, .. for those that follow
-CONTACT_LAW = (
-    "contact sinking d tc^2 [s''(1 - h/(d tc)) + (1 - d)/d (s'' + g)/cos^2(pressure angle)], at least a fall"
-    " in the first step, jumps of speed at the polygon's corners, and half a sagitta of it / cos(pressure angle)"
-)
-LAW = (
-    "predicted: each closure's gap by its spring, what RK4 leaves of it in every step of the exact motion, and its "
-    "giving way (1 - d) A f to the exact reactions; 5 % and ten times the error itself more"
-)
+CONTACT_LAW = "contact sinking, a fall in the first step, the polygon's corners, half a sagitta / cos(pressure angle)"
+LAW = "predicted: each closure's gap by its spring, by what RK4 leaves of it and by the exact reactions; 5 % more"
 
 
 def expected_error(machine: Machine, settings: MuJoCoSettings, start_angle: float = 0.0) -> ExpectedError:

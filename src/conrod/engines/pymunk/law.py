@@ -123,14 +123,8 @@ def _lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, 
 
 
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
-CONTACT_LAW = (
-    "one step's free fall, (g + |s''|/2) h^2, jumps of speed at the polygon's corners, and half a sagitta of it / "
-    "cos(pressure angle); velocity's rms: g h in the steps of free fall, a share |s''|/g where the curve falls away"
-)
-LAW = (
-    "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of the links' centres of gravity and of their turns, and "
-    "the next term in h"
-)
+CONTACT_LAW = "one step's free fall, the polygon's corners, half a sagitta / cos(pressure angle)"
+LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of centres of gravity and turns, and the next term"
 
 
 def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
