@@ -7,8 +7,7 @@ import numpy as np
 
 from conrod.engines.mujoco.recorder import warnings_kept_quiet
 from conrod.exact.motion import Array
-from conrod.exact.space.coordinates import lengths
-from conrod.exact.space.tree import RATES, SpatialTree
+from conrod.exact.space.tree import RATES, SpatialTree, lengths
 from conrod.mjcf.loops.driving import advanced, gaps_of, opens
 from conrod.mjcf.loops.results import ShippedRun
 from conrod.mjcf.runs import STATE
