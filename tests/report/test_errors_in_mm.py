@@ -11,12 +11,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from ablations import engine_study
 from handmade import handmade_sweep
 from table_files import exact_table, judged
 
 from conrod.report import free_motion, numbers, trajectory
-from conrod.report.ablate import models_table
 from conrod.report.results import verdict_words
 from conrod.report.sweep.tables import cheapest_table, front_table
 from conrod.report.table import Table, text_of
@@ -76,13 +74,6 @@ def of_sweep(name: str) -> Iterator[Table]:
     yield from (front_table(study), cheapest_table(study))
 
 
-def of_ablate(name: str) -> Iterator[Table]:
-    study = engine_study()
-    sizes = dict.fromkeys(("position", "velocity", "acceleration"), OFF / LENGTHS[name])
-    runs = (replace(v, errors=v.errors and sizes, change=v.change and sizes) for v in study.variants)
-    yield models_table(replace(study, variants=tuple(runs)), SCENES[name].lengths)
-
-
 def of_own_table(name: str) -> Iterator[Table]:
     """The exact motion in a table, moved by `OFF` along x."""
     columns = {n: v + OFF * n.endswith(".x") for n, v in exact_table(SCENES[name]).items()}
@@ -99,7 +90,7 @@ def in_mm(table: Table) -> Iterator[str]:
             yield from (number.strip("(,)") for number in found)
 
 
-KINDS = (of_validation, of_free_motion, of_sweep, of_ablate, of_own_table)
+KINDS = (of_validation, of_free_motion, of_sweep, of_own_table)
 
 
 def check(tables_of: Callable[[str], Iterator[Table]], name: str) -> None:

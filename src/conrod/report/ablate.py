@@ -20,18 +20,10 @@ from conrod.studies.ablate.findings import (
     Verdict,
 )
 from conrod.studies.ablate.verdict import AS_GOOD, COSTS, NO_CHANGE
-from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.paired_timing import PairedTiming
 
 ABSENT = "-"
 TONES: Mapping[Verdict, Tone] = {Verdict.FREE: "good", Verdict.COSTLY: "odd", Verdict.HARMFUL: "bad"}
-ROLES = {
-    Role.MINIMAL: "minimal",
-    Role.ADDED: "minimal + {}",
-    Role.REDUCED: "minimal - {}",
-    Role.FULL: "full",
-    Role.TAKEN: "full - {}",
-}
 
 
 def cost_text(cost: PairedTiming | None) -> str:
@@ -40,10 +32,6 @@ def cost_text(cost: PairedTiming | None) -> str:
         return numbers.MISSING
     ratio, low, high = (f"{x:.{2 if x < 9.995 else 1}f}" for x in (cost.ratio, cost.low, cost.high))
     return f"{ratio} ({low} .. {high})"
-
-
-def _size(sizes: Mapping[str, float] | None, quantity: str, lengths: Mapping[str, float]) -> str:
-    return numbers.error(quantity, None if sizes is None else sizes[quantity], lengths)
 
 
 # -- ingredients -----------------------------------------------------------------------------------------------------
@@ -62,7 +50,7 @@ def _ingredient(one: IngredientResult) -> list[Cell]:
     return [
         f"{one.name}{' (part of the minimal model)' if one.minimal else ''}",
         *("" if evidence is None else cost_text(evidence.cost) for evidence in pair),
-        "" if first is None else _size(first.change, "position", {}),
+        "" if first is None else numbers.error("position", first.change and first.change["position"]),
         Toned(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
         ", ".join(one.needed_by),
     ]
@@ -79,24 +67,6 @@ def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
         verdicts = [own[name].verdict.value if name in own else ABSENT for own in named.values()]
         rows.append([f"`{name}`", *verdicts, ", ".join(needs)])
     return table(["ingredient", *found, "needed by studies of"], rows)
-
-
-# -- models ----------------------------------------------------------------------------------------------------------
-
-
-def models_table(found: EngineAblation, lengths: Mapping[str, float]) -> Table:
-    """A row for each model that was run; L [m] by point."""
-    head = ["model", "ended", "cost over minimal", *(f"{q} error" for q in QUANTITIES)]
-    rows = [
-        [
-            ROLES[variant.role].format(variant.ingredient),
-            f"`{variant.outcome}`" + (f": {variant.reason}" if variant.reason else ""),
-            cost_text(variant.cost),
-            *(_size(variant.errors, q, lengths) for q in QUANTITIES),
-        ]
-        for variant in found.variants
-    ]
-    return table(head, rows, right=head[3:])
 
 
 def speed_up(found: EngineAblation) -> str:
@@ -132,10 +102,14 @@ def _finding(found: EngineAblation) -> str:
     return f"{speed_up(found)} {left_out(found)}".strip()
 
 
+def _control(found: EngineAblation) -> str:
+    return cost_text(found.variants[0].cost)
+
+
 def _page(part: Part[AblationStudy]) -> Page:
     text = rendered(
         "ablate", study=part.findings, command=part.command, title=engine_title, finding=_finding,
-        ingredients=ingredients_table, models=models_table, **RULES,
+        ingredients=ingredients_table, control=_control, **RULES,
     )  # fmt: skip
     return Page(text)
 

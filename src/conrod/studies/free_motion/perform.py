@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,6 +15,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import size_of
 from conrod.runs.convergence import claimed_order
+from conrod.runs.run_errors import largest_in_spans
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
@@ -30,8 +30,6 @@ from conrod.studies.free_motion.results import (
     MotionStudy,
     StepPoint,
 )
-
-SPANS = 240  # of a curve that is drawn
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -111,11 +109,8 @@ def _orders(course: ExactCourse, points: tuple[StepPoint, ...]) -> dict[str, flo
 
 def _curves(times: Array, error: Array, energy: Array) -> MotionCurves:
     # The start is exact, and has no place on a logarithmic axis.
-    edges = np.linspace(1, len(times), min(SPANS, len(times) - 1) + 1).astype(int)
-    spans = list(pairwise(edges))
-    largest = (np.array([values[a:b].max() for a, b in spans]) for values in (error, energy))
-    middles = np.array([times[a:b].mean() for a, b in spans])
-    return MotionCurves(middles, *largest)
+    spans = largest_in_spans(len(times) - 1).add(times[1:], error[1:], energy[1:])
+    return MotionCurves(*np.array([(at.mean(), off.max(), lost.max()) for at, off, lost in spans]).T)
 
 
 @dataclass(frozen=True)
