@@ -36,14 +36,16 @@ KNOWN = {
     "cardan": (1, {"bend": 30.1}),
     "double-cardan": (1, {"phasing": 0.1}),
     "double-cardan-misphased": (1, {"bend": 30.1}),
+    "spherical-four-bar": (1, {"coupler": 60.1}),
     "rssr": (1, {"rod": 0.42 * 1.001}),
     "rssr-idle-spin": (2, {"rod": 0.42 * 1.001}),
     "bennett": (1, {"other_twist": 75.1}),
+    "sarrus": (1, {"upper": 0.2 * 1.001}),
     "delta": (3, {"rod": 1.244 * 1.001}),
     "stewart": (6, {"platform": 0.3 * 1.001}),
     "tilted-slider-crank": (1, {"rod": 0.3 * 1.001}),
 }
-ANGLES = ("bend", "phasing", "other_twist")
+ANGLES = ("bend", "phasing", "coupler", "other_twist")
 
 
 @pytest.mark.parametrize(("name", "power"), [("cardan", 1), ("double-cardan", 0), ("double-cardan-misphased", 2)])

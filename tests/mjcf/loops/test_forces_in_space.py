@@ -56,7 +56,8 @@ def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "open_ones"), [
-    ("rssr", set()), ("cardan", {"cross_1", "cross_2"}),
+    ("rssr", set()), ("stewart", set()), ("sarrus", {"other_plate_1", "other_plate_2"}),
+    ("cardan", {"cross_1", "cross_2"}),
 ])  # fmt: skip
 def test_reactions_are_open_where_closures_are_redundant_and_nowhere_else(name: str, open_ones: set[str]) -> None:
     machine = MACHINES[name]()

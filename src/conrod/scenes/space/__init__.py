@@ -8,17 +8,19 @@ from functools import partial
 
 from conrod.errors import Named
 from conrod.scenes.space.machine import SpatialMachine
-from conrod.scenes.space.several_loops import delta, double_cardan, stewart
-from conrod.scenes.space.single_loop import bennett, cardan_joint, rssr, tilted_slider_crank
+from conrod.scenes.space.several_loops import delta, double_cardan, sarrus, stewart
+from conrod.scenes.space.single_loop import bennett, cardan_joint, rssr, spherical_four_bar, tilted_slider_crank
 
 # Each builds its machine, with its parameters as keywords.
 _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
     "cardan": cardan_joint,
     "double-cardan": double_cardan,
     "double-cardan-misphased": partial(double_cardan, phasing=0.5 * math.pi),
+    "spherical-four-bar": spherical_four_bar,
     "rssr": rssr,
     "rssr-idle-spin": partial(rssr, rod_joint="ball"),
     "bennett": bennett,
+    "sarrus": sarrus,
     "delta": delta,
     "stewart": stewart,
     "tilted-slider-crank": tilted_slider_crank,

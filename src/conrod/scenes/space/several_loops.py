@@ -1,4 +1,4 @@
-"""Machines in space with several loops: double Cardan joint, delta robot and Stewart platform."""
+"""Machines in space with several loops: double Cardan joint, Sarrus linkage, delta robot and Stewart platform."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from conrod.exact.jet import Jet, reciprocal, square_root
+from conrod.exact.jet import Jet, reciprocal, sine_cosine, square_root
 from conrod.scenes.space.machine import (
     ORIGIN,
     Closure,
@@ -17,7 +17,7 @@ from conrod.scenes.space.machine import (
     hinge_closure,
     start_pose,
 )
-from conrod.scenes.space.single_loop import driven_angle
+from conrod.scenes.space.single_loop import PIN, driven_angle
 from conrod.scenes.space.vectors import DEGREE, Vector, X, Y, Z, cross, dot, rotated, turned
 
 PLATFORM = (Joint("platform_x", X, "slide"), Joint("platform_y", Y, "slide"), Joint("platform_z", Z, "slide"))
@@ -62,6 +62,48 @@ def double_cardan(
     if phasing:
         heading = ("double-cardan-misphased", f"Double Cardan joint, forks {phasing / DEGREE:g} deg out of phase")
     return SpatialMachine(*heading, links, closures, {"input": "60rpm"}, closed_form)
+
+
+def sarrus(
+    lower: float = 0.15, upper: float = 0.2, other_lower: float = 0.18, other_upper: float = 0.16,
+    offset: float = 0.1, start: float = 50.0 * DEGREE,
+) -> SpatialMachine:  # fmt: skip
+    """Two chains of three parallel hinges, in planes at a right angle, carry a plate straight up and down along Z.
+
+    Each chain bends in its plane like a slider-crank: height = lower sin(a) + sqrt(upper^2 - lower^2 cos^2(a))
+    (Sarrus, Comptes rendus 36, 1853; Hunt, Kinematic Geometry of Mechanisms).
+
+    Args:
+        lower, upper, other_lower, other_upper: lengths [m] of the links of both chains.
+        offset: distance [m] of a chain's outer hinges from Z.
+        start: angle [rad] of the driven link above the ground in the reference pose.
+    """
+
+    def closed_form(drives: Drives) -> dict[str, Jet]:
+        sine, cosine = sine_cosine(drives["input"] + start)
+        height = lower * sine + square_root(upper**2 - lower**2 * cosine * cosine)
+        # The other chain's lower link, from the triangle of its links and the height.
+        other_sine = (height * height + (other_lower**2 - other_upper**2)) * reciprocal(2.0 * other_lower * height)
+        other_cosine = square_root(1.0 - other_sine * other_sine)
+        return {
+            "knee": lower * (cosine * X + sine * Z) + offset * X,
+            "other_knee": other_lower * (other_cosine * Y + other_sine * Z) + offset * Y,
+            "plate": height * Z,
+        }
+
+    at = start_pose(closed_form, ["input"])
+    plate, knee, other_knee = at["plate"], at["knee"], at["other_knee"]
+    pins, eyes, closures = hinge_closure("other_plate", plate + offset * Y, PIN * X)
+    corner, other_corner = plate + offset * X, plate + offset * Y
+    plate_link = Link("plate", corner, (Joint("plate", -Y),), (plate, other_corner), {"plate": plate, **pins})
+    upper_link = Link("upper", knee, (Joint("knee", -Y),), (corner,), {}, (plate_link,))
+    other_upper_link = Link("other_upper", other_knee, (Joint("other_knee", X),), (other_corner,), eyes)
+    links = (
+        Link("lower", offset * X, (Joint("input", -Y),), (knee,), {"knee": knee}, (upper_link,)),
+        Link("other_lower", offset * Y, (Joint("other_lower", X),), (other_knee,), {"other_knee": other_knee},
+             (other_upper_link,)),
+    )  # fmt: skip
+    return SpatialMachine("sarrus", "Sarrus linkage", links, closures, {"input": "sine:20deg,1Hz"}, closed_form)
 
 
 def sphere_meeting(centres: tuple[Jet, Jet, Jet], radius: float) -> Jet:

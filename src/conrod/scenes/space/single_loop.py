@@ -1,4 +1,4 @@
-"""Machines in space with one loop: Cardan joint, RSSR, Bennett, and a tilted slider-crank."""
+"""Machines in space with one loop: Cardan joint, spherical four-bar, RSSR, Bennett, and a tilted slider-crank."""
 
 from __future__ import annotations
 
@@ -67,6 +67,43 @@ def harmonic_root(a: Jet, b: Jet, c: Jet, branch: float) -> tuple[Jet, Jet]:
     root = branch * square_root(square - c * c)
     inverse = reciprocal(square)
     return (a * c - b * root) * inverse, (b * c + a * root) * inverse
+
+
+def spherical_four_bar(
+    crank: float = 30.0 * DEGREE, coupler: float = 60.0 * DEGREE, rocker: float = 70.0 * DEGREE,
+    frame: float = 80.0 * DEGREE, radius: float = 0.2,
+) -> SpatialMachine:  # fmt: skip
+    """Four hinges whose axes meet in a point; the links are arcs [rad] of a sphere.
+
+    The moving axes keep the coupler's arc between them, crank_axis . rocker_axis = cos(coupler).
+    """
+    out = rotated(Z, Y, frame)
+    crank_start = rotated(Z, Y, crank)
+    toward = np.cross(Y, out)  # across the output axis, in the plane of the frame
+
+    def closed_form(drives: Drives) -> dict[str, Jet]:
+        crank_axis = turned(crank_start, Z, drives["input"])
+        along = dot(crank_axis, out)
+        a, b = math.sin(rocker) * dot(crank_axis, toward), math.sin(rocker) * dot(crank_axis, Y)
+        cosine, sine = harmonic_root(a, b, math.cos(coupler) - math.cos(rocker) * along, -1.0)
+        rocker_axis = math.sin(rocker) * (cosine * toward + sine * Y) + math.cos(rocker) * out
+        return {
+            "crank_pin": radius * crank_axis,
+            "rocker_pin": radius * rocker_axis,
+            "coupler_middle": 0.5 * radius * (crank_axis + rocker_axis),
+        }
+
+    at = start_pose(closed_form, ["input"])
+    pin, rocker_pin = at["crank_pin"], at["rocker_pin"]
+    coupler_link = Link("coupler", pin, (Joint("coupler", crank_start),), (rocker_pin,),
+                        {"coupler_pin": rocker_pin, "coupler_middle": at["coupler_middle"]})  # fmt: skip
+    links = (
+        Link("crank", ORIGIN, (Joint("input", Z),), (pin,), {"crank_pin": pin}, (coupler_link,)),
+        Link("rocker", ORIGIN, (Joint("output", out),), (rocker_pin,), {"rocker_pin": rocker_pin}),
+    )
+    closures = [Closure("rocker_pin", "coupler_pin", "rocker_pin")]
+    drives = {"input": "60rpm"}
+    return SpatialMachine("spherical-four-bar", "Spherical four-bar", links, closures, drives, closed_form)
 
 
 def rssr(
