@@ -13,7 +13,7 @@ from command_line import conrod
 
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.studies.ablate.findings import AblationStudy
 
 PLANTED: tuple[Ingredient[Any], ...] = (
@@ -48,4 +48,4 @@ def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypat
 
 
 def findings(file: Path) -> AblationStudy:
-    return restore(AblationStudy, json.loads(file.read_text())["parts"]["saw-500rpm"]["findings"])
+    return restored(AblationStudy, json.loads(file.read_text())["parts"]["saw-500rpm"]["findings"])

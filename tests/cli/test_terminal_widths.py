@@ -28,7 +28,7 @@ from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.report import terminal
 from conrod.report.kind import kind_named
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.report.table import Table, Toned, table
 
 ROOT = Path(__file__).parents[2]
@@ -56,7 +56,7 @@ Print = Callable[[], object]
 def saved(folder: str, kind: str) -> list[Any]:
     """All findings of a committed report."""
     files = sorted((ROOT / "reports" / folder / "data").glob("*.json"))
-    return [restore(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
+    return [restored(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
 
 
 @cache
@@ -71,7 +71,7 @@ def measured(kind: str, *arguments: str) -> list[Any]:
     with TemporaryDirectory() as folder:
         conrod("validate", *arguments, "--json", f"{folder}/found.json")
         parts = json.loads(Path(folder, "found.json").read_text())["parts"]
-    return [restore(kind_named(kind).findings, part["findings"]) for part in parts.values()]
+    return [restored(kind_named(kind).findings, part["findings"]) for part in parts.values()]
 
 
 # The same as in studies/test_validate_ledger.py, which keeps its runs.

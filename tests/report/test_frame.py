@@ -22,7 +22,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
-from conrod.report.saved import plain, restore, shortened
+from conrod.report.saved import restored, shortened, values_of
 from conrod.report.table import Toned, table
 from conrod.report.template import table_text, unwrapped
 from conrod.report.writer import rendered_again, report_batch
@@ -73,25 +73,25 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_findings_come_back_as_they_were_saved() -> None:
     one = study("saw-40rpm")
-    back = restore(MotionStudy, json.loads(json.dumps(plain(one))))
+    back = restored(MotionStudy, json.loads(json.dumps(values_of(one))))
     assert back.scene == one.scene
     assert back.results[0].errors == one.results[0].errors
     assert back.results[0].curves is not None
     np.testing.assert_allclose(back.results[0].curves.error, np.full(50, 1e-9), rtol=1e-6)
-    assert plain(back) == plain(one)
+    assert values_of(back) == values_of(one)
 
 
 @pytest.mark.parametrize("name", ["cam-follower", "pendulum"])
 def test_a_scene_comes_back_with_its_parameters_also_one_from_a_file(name: str) -> None:
     scene = select_scenes([name], [])[name]
-    assert restore(Scene, json.loads(json.dumps(plain(scene)))) == scene
+    assert restored(Scene, json.loads(json.dumps(values_of(scene)))) == scene
 
 
 def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
     with pytest.raises(InvalidInput, match="do not fit MotionStudy"):
-        restore(MotionStudy, {"name": "x"})
-    with pytest.raises(TypeError, match="cannot be saved"):
-        plain(lambda: None)
+        restored(MotionStudy, {"name": "x"})
+    with pytest.raises(TypeError, match="is not plain"):
+        values_of(lambda: None)
 
 
 def test_given_values_keep_all_their_digits_and_measured_ones_those_that_are_reproducible() -> None:
@@ -107,7 +107,7 @@ FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_s
 @pytest.mark.parametrize("kind", FINDINGS)
 def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_others(kind: str, tmp_path: Path) -> None:
     found: Any = FINDINGS[kind]()
-    assert restore(type(found), json.loads(json.dumps(plain(found)))) == found
+    assert restored(type(found), json.loads(json.dumps(values_of(found)))) == found
     batch = report_batch(kind_named(kind), {found.name: found}, tmp_path, COMMAND)
     write_together([batch])
     (again,) = rendered_again(tmp_path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import os
 import re
 import shutil
 from pathlib import Path
@@ -129,10 +128,6 @@ def _changed(name: str, value: Any) -> Any:
     return change
 
 
-def _large(folder: Path) -> None:
-    os.truncate(folder / "results.json", 100_000_000)
-
-
 def _elsewhere(folder: Path) -> None:
     file = folder / "results.json"
     file.write_text(file.read_text().replace("data/", "../data/"))
@@ -146,7 +141,6 @@ def _elsewhere(folder: Path) -> None:
         (_changed("kind", "nothing"), "no report that can be rendered"),
         (_changed("environment", {"a": 1}), "it was changed since conrod wrote it"),
         (_elsewhere, "is not in its folder"),
-        (_large, "100 MB; conrod writes at most 50 MB"),
         (lambda folder: (folder / "data" / "shear-press.json").write_text("{}"), "do not fit"),
         (lambda folder: (folder / "data" / "shear-press.json").unlink(), "cannot be read"),
     ],

@@ -13,7 +13,7 @@ from browser import asked_for, browser, complaints, opened
 from command_line import conrod
 
 from conrod.report.html.moving import moving
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.validation.results import SceneStudy
 
@@ -43,7 +43,7 @@ def page() -> Iterator[Any]:
 
 
 def machine(folder: Path) -> Any:
-    found = restore(SceneStudy, json.loads((folder / "r" / "data" / f"{MACHINE}.json").read_text()))
+    found = restored(SceneStudy, json.loads((folder / "r" / "data" / f"{MACHINE}.json").read_text()))
     return moving(found)
 
 

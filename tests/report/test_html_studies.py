@@ -21,7 +21,7 @@ from conrod.report.figure import Figure
 from conrod.report.html.page import document, sections_of
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import kind_named
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.report.sweep.report import _diagram, _spots
 from conrod.scenes.catalogue import catalogue_names
 from conrod.studies.frame.writing import Batch
@@ -141,7 +141,7 @@ def test_a_heavy_figure_is_noticed(site: Any) -> None:
 
 def test_a_click_on_a_point_says_what_it_is_and_so_does_the_keyboard(site: Any, tmp_path: Path) -> None:
     file = ROOT / "reports" / "sweep" / "data" / "cam-follower.json"
-    study = restore(kind_named("sweep").findings, json.loads(file.read_text()))
+    study = restored(kind_named("sweep").findings, json.loads(file.read_text()))
     known = {words for spots in _spots(study).values() for *_, words in spots}
     (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())["reports/sweep/cam-follower.md"])))
     with browser() as page:

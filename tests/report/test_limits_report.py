@@ -13,7 +13,7 @@ from limit_walks import SCENE, detected, limit_study, of_axis
 
 from conrod.report.kind import Reproduction
 from conrod.report.limits.report import KIND, merged
-from conrod.report.saved import restore, shortened
+from conrod.report.saved import restored, shortened
 from conrod.report.writer import report_batch
 from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.limits.results import LimitStudy
@@ -31,7 +31,7 @@ def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -
 
 
 def kept(batch: Batch, scene: str = SCENE) -> LimitStudy:
-    return restore(LimitStudy, json.loads(str(batch.files[f"data/{scene}.json"])))
+    return restored(LimitStudy, json.loads(str(batch.files[f"data/{scene}.json"])))
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.kind import Reproduction
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.report.sweep.report import KIND
 from conrod.report.sweep.tables import (
     cheapest_table,
@@ -200,7 +200,7 @@ def wrong_rows(rows: list[list[str]], found: dict[tuple[str, str], list[str]]) -
 def test_the_explanation_quotes_what_was_measured() -> None:
     rows = rows_of_explanation()
     assert len(rows) > 20
-    study = restore(SweepStudy, json.loads(RESULTS.read_text(encoding="utf-8")))
+    study = restored(SweepStudy, json.loads(RESULTS.read_text(encoding="utf-8")))
     found = {(p.rule, str(p.steps_per_revolution)): quoted(p) for p in study.points}
     assert wrong_rows(rows, found) == []
     # Negative control: another digit is noticed.

@@ -237,17 +237,6 @@ def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: 
     assert not (tmp_path / "new.html").exists()
 
 
-def test_every_input_is_there_though_two_have_one_name(tmp_path: Path) -> None:
-    files = [tmp_path / folder / "part.xml" for folder in "ab"]
-    for file in files:
-        file.parent.mkdir()
-        file.write_text(f"<!-- of {file.parent.name} -->")
-    (inputs,) = beside.inputs(files, None).tables
-    assert [row[0] for row in inputs.rows] == ["part.xml", "part.xml (2)"]
-    assert [row[2] for row in inputs.rows] == ["of a", "of b"]
-    assert inputs.rows[0][1] == hashlib.sha256(b"<!-- of a -->").hexdigest()
-
-
 # -- what is committed -------------------------------------------------------------------------------------------------
 
 

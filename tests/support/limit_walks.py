@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale, spaced
 from conrod.studies.limits.results import LimitStudy, Probe, Walk
@@ -155,7 +155,7 @@ def detected(walks: Sequence[Walk]) -> list[Walk]:
 @cache
 def saved(scene: str = SCENE) -> LimitStudy:
     """The study in the committed report."""
-    return restore(LimitStudy, json.loads((REPORT / "data" / f"{scene}.json").read_text()))
+    return restored(LimitStudy, json.loads((REPORT / "data" / f"{scene}.json").read_text()))
 
 
 @cache

@@ -26,7 +26,7 @@ from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.folder import ReportFolder
 from conrod.report.limits.report import KIND as LIMITS
-from conrod.report.saved import plain, restore
+from conrod.report.saved import restored, values_of
 from conrod.report.verification import beside
 from conrod.report.verification.beside import DATA
 from conrod.report.verification.page import Change, Verification, changes, data_of, seal_of, sealed_page
@@ -125,10 +125,10 @@ class Dossier:
 
     def _without_places(self, report: Verification) -> Verification:
         """The same with names of files, and not the folders that they are in, which are a user's own affair."""
-        text = json.dumps(plain(report))
+        text = json.dumps(values_of(report))
         for typed in _typed(self.asked):
             text = text.replace(json.dumps(typed)[1:-1], json.dumps(Path(typed).name or typed)[1:-1])
-        return restore(Verification, json.loads(text))
+        return restored(Verification, json.loads(text))
 
 
 def _typed(asked: Request) -> list[str]:
@@ -173,7 +173,7 @@ def _limits(asked: Request, scene: Scene | None) -> LimitStudy | None:
     if wanted not in folder.entries:
         known = ", ".join(folder.entries) or "nothing"
         raise InvalidInput(f"--limits {asked.limits}: it has no limits of {wanted}, but of {known}")
-    return restore(LIMITS.findings, folder.values(wanted))
+    return restored(LIMITS.findings, folder.values(wanted))
 
 
 def _measured(asked: Request, scene: Scene | None) -> TableStudy | None:

@@ -34,13 +34,6 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
 
 
-LARGEST = 50_000_000  # bytes of a JSON file of a report: more than ten times those of the largest
-
-
-class TooLarge(InvalidInput):
-    """A file that no report has written."""
-
-
 class Entry(TypedDict):
     """A part in `results.json`, see `conrod.report.kind`."""
 
@@ -68,14 +61,9 @@ def document_in(file: Path) -> Any:
 
     Raises:
         OSError: it cannot be read.
-        TooLarge: it has more than any report has.
         ValueError: it is no JSON.
     """
     try:
-        if (size := file.stat().st_size) > LARGEST:
-            raise TooLarge(
-                f"{file}: {size / 1e6:.0f} MB; conrod writes at most {LARGEST / 1e6:.0f} MB into such a file"
-            )
         return json.loads(file.read_text(encoding="utf-8"))
     except RecursionError:
         raise ValueError("lists in lists without end") from None
@@ -109,8 +97,6 @@ class ReportFolder:
             return {}
         try:
             found = document_in(file)
-        except TooLarge:
-            raise
         except (OSError, ValueError):
             found = None
         if not isinstance(found, dict) or not (found.keys() >= {"conrod", "schema"} or "kind" in found):

@@ -30,7 +30,7 @@ class Table:
         rows: cells, as many as there are headings.
         right: headings of the columns that are set flush right, as numbers are.
         title: above the table; empty where what stands around it says enough.
-        names: number of the first columns, which name a row; the last of them alone does so within a group.
+        names: number of the first columns, which name a row.
     """
 
     headings: tuple[str, ...]

@@ -34,15 +34,10 @@ def console() -> Console:
 
 
 def print_table(out: Console, table: Table) -> None:
-    """Print a table as a grid.
-
-    Where the terminal is too narrow for it, what repeats down its first columns becomes a line above the rows, and
-    where that is not enough, each row becomes a record: its name and verdict on a line, the figures below.
-    """
+    """Print a table as a grid; where a terminal is too narrow for it, each row as its name, verdict and figures."""
     if table:
         print_lines(out, [Text(table.title, "bold")] if table.title else [])
-        lines = _grid(out, table, 0) or _grid(out, table, table.names - 1) or _records(out, table)
-        for line in lines:
+        for line in _grid(out, table) or _records(out, table):
             line.rstrip()
             out.print(line, soft_wrap=True)
 
@@ -61,21 +56,19 @@ def print_lines(out: Console, lines: Iterable[str | Text], indent: int = 0, *, v
             out.print(" " * (indent if verbatim else begin) if part else "", part, sep="", soft_wrap=True)
 
 
-def _grid(out: Console, table: Table, grouped: int) -> list[Text] | None:
-    """The lines of a table without its first columns, which stand above the rows; None where it is too wide."""
-    columns = range(grouped, len(table.headings))
-    natural = [max(cell_len(text_of(row[k])) for row in (table.headings, *table.rows)) for k in columns]
-    widths = [min(whole, _least(table, k)) for k, whole in zip(columns, natural, strict=True)]
+def _grid(out: Console, table: Table) -> list[Text] | None:
+    """The lines of a table; None where it is too wide."""
+    natural = [max(map(cell_len, map(text_of, column))) for column in zip(table.headings, *table.rows, strict=True)]
+    widths = [min(whole, _least(table, k)) for k, whole in enumerate(natural)]
     spare = out.width - sum(widths) - len(GAP) * (len(widths) - 1)
     if spare < 0:
         return None
     for k, whole in enumerate(natural):
         more = min(whole - widths[k], spare)
         widths[k], spare = widths[k] + more, spare - more
-    rows = [_row(out, table, columns, table.headings, widths), [Text(GAP.join("─" * width for width in widths))]]
-    for above, row in _with_groups(table, grouped):
-        rows += [above, _row(out, table, columns, row, widths)]
-    return [line for lines in rows for line in lines]
+    rule = Text(GAP.join("─" * width for width in widths))
+    lines = [line for row in table.rows for line in _row(out, table, row, widths)]
+    return [*_row(out, table, table.headings, widths), rule, *lines]
 
 
 def _least(table: Table, column: int) -> int:
@@ -87,39 +80,31 @@ def _least(table: Table, column: int) -> int:
     return max(longest, *map(cell_len, heading.split() or [""]))
 
 
-def _row(out: Console, table: Table, columns: Iterable[int], row: Sequence[Cell], widths: Sequence[int]) -> list[Text]:
+def _row(out: Console, table: Table, row: Sequence[Cell], widths: Sequence[int]) -> list[Text]:
     """The lines of a row whose cells may take several."""
-    cells = [_wrapped(out, _text(row[k]), width) for k, width in zip(columns, widths, strict=True)]
+    cells = [_wrapped(out, _text(cell), width) for cell, width in zip(row, widths, strict=True)]
     lines = []
     for k in range(max(map(len, cells))):
         parts = [cell[k] if k < len(cell) else Text() for cell in cells]
-        for part, column, width in zip(parts, columns, widths, strict=True):
-            part.align("right" if table.headings[column] in table.right else "left", width)
+        for part, heading, width in zip(parts, table.headings, widths, strict=True):
+            part.align("right" if heading in table.right else "left", width)
         lines.append(Text(GAP).join(parts))
     return lines
 
 
-def _with_groups(table: Table, grouped: int) -> Iterator[tuple[list[Text], tuple[Cell, ...]]]:
-    """Each row with the line above it, if its first cells are others than those of the row before."""
-    before: tuple[Cell, ...] = ()
-    for row in table.rows:
-        group = row[:grouped]
-        yield ([Text(", ".join(map(text_of, group)), "bold")] if group != before else []), row
-        before = group
-
-
 def _records(out: Console, table: Table) -> list[Text]:
-    """The rows as records."""
-    name, lines = table.names - 1, list[Text]()
-    for above, row in _with_groups(table, name):
+    """The rows as records: name and verdict on a line, the figures below."""
+    lines = list[Text]()
+    for row in table.rows:
         verdict = [k for k, heading in enumerate(table.headings) if heading == VERDICT]
-        head = Text(": ").join(filter(None, (_text(row[k]) for k in (name, *verdict))))
+        name = Text(", ").join(filter(None, map(_text, row[: table.names])))
+        head = Text(": ").join(filter(None, (name, *(_text(row[k]) for k in verdict))))
         figures = Text("; ").join(
             Text(": ").join(filter(None, (Text(heading), _text(cell))))
             for k, (heading, cell) in enumerate(zip(table.headings, row, strict=True))
-            if k > name and k not in verdict and text_of(cell)
+            if k >= table.names and k not in verdict and text_of(cell)
         )
-        lines += [*above, *_wrapped(out, head, out.width)]
+        lines += _wrapped(out, head, out.width)
         lines += [Text(INDENT) + line for line in _wrapped(out, figures, out.width - len(INDENT)) if line]
     return lines
 

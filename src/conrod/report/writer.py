@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
-from conrod.report.folder import ReportFolder, TooLarge, document_in
+from conrod.report.folder import ReportFolder, document_in
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named
-from conrod.report.saved import GIVEN, json_text, plain, restore, shortened
+from conrod.report.saved import GIVEN, json_text, restored, shortened, values_of
 from conrod.studies.frame.writing import Batch, recover
 
 F = TypeVar("F")
@@ -49,7 +49,7 @@ def report_batch(
         for name, (one, commands) in merged.items()
     }
     digits_of = {**GIVEN, **kind.digits_of}
-    saved = {name: shortened(plain(kind.kept(one)), kind.digits, digits_of) for name, (one, _) in merged.items()}
+    saved = {name: shortened(values_of(kind.kept(one)), kind.digits, digits_of) for name, (one, _) in merged.items()}
     alone = all(commands == command.of(name) for name, (_, commands) in merged.items())
     whole = alone and before.entries.keys() <= findings.keys()
     head = _head(kind) | {"command": command.of_all(findings) if whole else None}
@@ -62,7 +62,7 @@ def _with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tupl
     if kind.merged is None or name not in before.entries:
         return new, command
     try:
-        whole: F = kind.merged(restore(kind.findings, before.values(name)), new)
+        whole: F = kind.merged(restored(kind.findings, before.values(name)), new)
     except InvalidInput:
         return new, command
     if whole == new:
@@ -73,7 +73,7 @@ def _with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tupl
 def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:
     """The findings as one JSON document: as `results.json`, with the findings of each part in it."""
     parts = {
-        name: {"title": kind.title(one), "summary": plain(kind.summary(one)), "findings": plain(kind.kept(one))}
+        name: {"title": kind.title(one), "summary": values_of(kind.summary(one)), "findings": values_of(kind.kept(one))}
         for name, one in findings.items()
     }
     return json_text(_head(kind) | {"parts": parts})
@@ -116,8 +116,6 @@ def _kinds_in(folder: Path) -> list[str]:
     for file in sorted(folder.glob("*.json")):
         try:
             document = document_in(file)
-        except TooLarge:
-            raise
         except (OSError, ValueError):
             continue
         if isinstance(document, dict) and "schema" in document and "conrod" in document:
@@ -149,7 +147,7 @@ def _batch(
     if kind.index is not None:
 
         def read(name: str) -> Any:
-            return restore(kind.findings, saved[name] if name in saved else target.values(name))
+            return restored(kind.findings, saved[name] if name in saved else target.values(name))
 
         index = Index(done, head["environment"], _origin(head["command"]), read)
         first = _page_files(kind.index_file, kind.index(index))
@@ -172,9 +170,9 @@ def part_files(
 ) -> tuple[dict[str, str], Mapping[str, Any]]:
     """A part's files, made of its saved findings, and its summary; for any process."""
     kind = kind_named(kind_name)
-    part = Part(name, restore(kind.findings, values), entry["command"], entry["conrod"])
+    part = Part(name, restored(kind.findings, values), entry["command"], entry["conrod"])
     page = _page_files(kind.page_file(name), kind.page(part))
-    return {kind.data_file(name): json_text(values), **page}, plain(kind.summary(part.findings))
+    return {kind.data_file(name): json_text(values), **page}, values_of(kind.summary(part.findings))
 
 
 def _entry(

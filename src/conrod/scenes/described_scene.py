@@ -52,6 +52,9 @@ class DescribedScene(Scene):
         # Reports fill parameters in where braces stand; a file has none to fill in.
         object.__setattr__(self, "description", (about.about + self._changes()).replace("{", "{{").replace("}", "}}"))
 
+    def as_saved(self) -> dict[str, object]:
+        return {"document": self.document, "given_anew": dict(self.given_anew)}
+
     def __reduce__(self) -> tuple[object, ...]:
         # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
         return _met, (type(self), self.document, self.given_anew)

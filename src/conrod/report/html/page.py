@@ -21,7 +21,7 @@ from conrod.report.html.animated import inline
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import Kind, Part, kind_named
-from conrod.report.saved import restore
+from conrod.report.saved import restored
 from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
@@ -96,7 +96,7 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
     """What a part's page shows beside its text; figures that this makes needless are then left out."""
     if kind.live is None and kind.spots is None:
         return ""
-    findings, shown = restore(kind.findings, json.loads(texts[entry["data"]])), place.figure
+    findings, shown = restored(kind.findings, json.loads(texts[entry["data"]])), place.figure
     part = Part(name, findings, entry["command"], entry["conrod"])
     live = kind.live(part, place.anchor) if kind.live else ""
     spots = kind.spots(findings) if kind.spots else {}

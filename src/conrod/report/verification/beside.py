@@ -10,7 +10,6 @@ from typing import Any
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
 from conrod.mjcf.invariances.results import InvarianceStudy
-from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.results import ModelStudy
 from conrod.own.pedigree import package_hash, sha256, stated_source
 from conrod.own.sensitivity import sensitivities, shares
@@ -30,12 +29,8 @@ COVERAGE = 2.0  # standard uncertainties that an error may be, about 95 %
 
 def inputs(files: Sequence[Path], scene: Scene | None) -> Section:
     """Each input with its SHA-256 and what it says of its source."""
-    contents = dict[str, bytes]()
-    for path in files:
-        # Files of one name, of several folders, are all there.
-        name = path.name if path.name not in contents else f"{path.name} ({len(contents) + 1})"
-        contents[name] = path.read_bytes()
-    rows = [(name, sha256(content), stated_source(content) or "not stated") for name, content in contents.items()]
+    contents = [(path.name, path.read_bytes()) for path in files]
+    rows = [(name, sha256(content), stated_source(content) or "not stated") for name, content in contents]
     if scene is not None:
         rows.append((f"parameters of {scene.kind}", sha256(scene.parameters_text.encode()), scene.source))
     return Section((table(("input", "SHA-256", "source, as it says itself"), rows),))
@@ -43,14 +38,9 @@ def inputs(files: Sequence[Path], scene: Scene | None) -> Section:
 
 def software(study: Any) -> Section:
     """Packages with their hashes, and the platform; nothing that names a machine or a user."""
-    match study:
-        case TableStudy():
-            engines = ["FMPy"] if study.form.startswith("FMI") else []
-        case ModelStudy() | LoopStudy():
-            engines = ["mujoco"]
-        case _:
-            engines = [*engine_packages()]
-    rows = [(name, *package_hash(name)) for name in ("conrod", *engines, "numpy", "scipy")]
+    runs_fmu = isinstance(study, TableStudy) and study.form.startswith("FMI")
+    used = ("conrod", *engine_packages(), *(["FMPy"] if runs_fmu else []), "numpy", "scipy")
+    rows = [(name, *package_hash(name)) for name in used]
     where = [f"{name} {value}" for name, value in environment().items() if name in ("python", "machine", "system")]
     return Section((table(("package", "version", "SHA-256", "of its"), rows),), (", ".join(where),))
 

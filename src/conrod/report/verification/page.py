@@ -15,7 +15,7 @@ from typing import TypeAlias
 from conrod.errors import InvalidInput
 from conrod.report.html import page as html_page
 from conrod.report.html.markdown import Place, html_of
-from conrod.report.saved import plain, restore
+from conrod.report.saved import restored, values_of
 from conrod.report.table import Table, text_of
 from conrod.report.template import rendered
 
@@ -119,7 +119,7 @@ def sealed_page(found: Verification) -> bytes:
         [html_page.Section("verification", f"Verification report: {found.subject}", html_of(text, place))]
     )
     # In a script nothing but its end is markup.
-    data = json.dumps(plain(found), ensure_ascii=False).replace("<", "\\u003c")
+    data = json.dumps(values_of(found), ensure_ascii=False).replace("<", "\\u003c")
     html = html.replace("</head>", f'<meta name="{MARK}" content="sha256:{UNSEALED}">\n</head>', 1)
     head, end = html.rsplit("</body>", 1)
     html = f'{head}<script type="application/json" id="{MARK}-data">{data}</script>\n</body>{end}'
@@ -149,4 +149,4 @@ def data_of(page: bytes) -> Verification:
     found = DATA.search(page.decode())
     if found is None:
         raise InvalidInput("it has no data of a verification report")
-    return restore(Verification, json.loads(found[1]))
+    return restored(Verification, json.loads(found[1]))
