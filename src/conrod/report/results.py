@@ -92,41 +92,6 @@ def results_table(
     return table(("scene", "engine", "preset", *columns, VERDICT), rows, columns, title, names=3)
 
 
-def refinement_table(
-    runs: Iterable[R],
-    heading: str,
-    keys: Callable[[R], Iterable[str]],
-    size: Callable[[R, Any, str], float | None],
-    order: Callable[[R, str], str],
-    shown: Callable[[str, float | None], str] = numbers.error,
-) -> Table:
-    """Errors along the refinement paths and the order that they show.
-
-    Args:
-        keys: those of a run that have a row each.
-        size: the error of a key at a point of the path.
-        shown: it as people read it.
-    """
-
-    def cell(run: R, point: Any, key: str) -> str:
-        ended = "" if point.outcome == Outcome.COMPLETED.slug else f" ({point.outcome})"
-        return shown(key, size(run, point, key)) + ended
-
-    paths = [(run, {p.steps_per_revolution: p for p in _points(run)}) for run in runs if _points(run)]
-    steps = sorted({n for _, points in paths for n in points})
-    rows = []
-    for run, points in paths:
-        for key in keys(run):
-            cells = [cell(run, points[n], key) if n in points else numbers.MISSING for n in steps]
-            rows.append((*name_of(run), key, *cells, order(run, key)))
-    return table(["engine", "preset", heading, *(f"N = {n}" for n in steps), "order"], rows)
-
-
-def _points(run: Any) -> Sequence[Any]:
-    found: Sequence[Any] = run.refinement
-    return found
-
-
 def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:
     """What the index and scripts read of a scene.
 
