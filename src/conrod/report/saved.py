@@ -8,6 +8,8 @@ from typing import Any, TypeVar
 
 from conrod.report import numbers
 from conrod.runs.plain import plain, restore
+from conrod.scenes import SCENES, Scene
+from conrod.scenes.described_scene import DescribedScene
 
 T = TypeVar("T")
 # Digits of an array, which is there to be drawn; single numbers keep all of theirs.
@@ -24,7 +26,13 @@ def values_of(findings: Any) -> Any:
 
 def restored(wanted: type[T], values: Any) -> T:
     """The findings of a type that `values_of` made these values of; raises InvalidInput where they do not fit it."""
-    return restore(wanted, values, strict=False)
+    return restore(wanted, values, {Scene: _scene})
+
+
+def _scene(values: Mapping[str, Any]) -> Scene:
+    if "document" in values:
+        return DescribedScene(values["document"], tuple(sorted(values["given_anew"].items())))
+    return {scene.kind: type(scene) for scene in SCENES.values()}[values["machine"]](**values["parameters"])
 
 
 def shortened(values: Any, digits: int | None, digits_of: Mapping[str, int | None] = GIVEN) -> Any:

@@ -1,15 +1,17 @@
 """Results as plain values, which JSON and a ledger can hold, and back.
 
-A class that is to be another value than its fields has `as_saved`, which returns that, and a static `of_saved`.
+A class that is to be another value than its fields has `as_saved`, which returns that.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import partial
+from types import MappingProxyType
 from typing import Any, TypeVar, get_origin
 
 import msgspec
@@ -57,19 +59,20 @@ def plain(value: Any, digits: int | None = None) -> Any:
     return found
 
 
-def restore(kind: type[Value], values: Any, strict: bool = True) -> Value:
+def restore(kind: type[Value], values: Any, others: Mapping[Any, Callable[[Any], Any]] = MappingProxyType({})) -> Value:
     """The inverse of `plain`.
 
     Args:
         kind: a dataclass whose fields' types can be looked up where it is defined, or a type such as `tuple[Run, ...]`.
         values: as `plain` or `json.loads` gives them; keys that the type does not have are left out.
-        strict: no text is a number; where it is not, one that is not finite may be.
+        others: what makes a value of a class that has `as_saved`; where there are any, a text may be a number that is
+            not finite.
 
     Raises:
         InvalidInput: they do not fit the type; names the one that does not.
     """
     try:
-        return msgspec.convert(values, kind, dec_hook=_decoded, strict=strict)
+        return msgspec.convert(values, kind, dec_hook=partial(_decoded, others), strict=not others)
     except (msgspec.ValidationError, KeyError, TypeError) as error:
         raise InvalidInput(f"saved values do not fit {getattr(kind, '__name__', kind)}: {error}") from None
 
@@ -85,9 +88,9 @@ def _rounded(values: Any, digits: int) -> Any:
     return plain(float(f"{values:.{digits - 1}e}") if isinstance(values, float) else values, digits)
 
 
-def _decoded(kind: Any, value: Any) -> Any:
+def _decoded(others: Mapping[Any, Callable[[Any], Any]], kind: Any, value: Any) -> Any:
     if (get_origin(kind) or kind) is np.ndarray:
         return np.asarray(value, dtype=float)
-    if hasattr(kind, "of_saved"):
-        return kind.of_saved(value)
+    if kind in others:
+        return others[kind](value)
     raise NotImplementedError(f"{kind} cannot be restored")

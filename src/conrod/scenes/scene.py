@@ -57,16 +57,6 @@ class Scene(ExactReference):
         """What it is kept as: its kind and its parameters."""
         return {"machine": self.kind, "parameters": dict(self.parameters)}
 
-    @staticmethod
-    def of_saved(values: Mapping[str, Any]) -> Scene:
-        """The scene that was kept so; raises KeyError where there is none."""
-        from conrod.scenes import SCENES
-        from conrod.scenes.described_scene import DescribedScene
-
-        if "document" in values:
-            return DescribedScene(values["document"], tuple(sorted(values["given_anew"].items())))
-        return {scene.kind: type(scene) for scene in SCENES.values()}[values["machine"]](**values["parameters"])
-
     def __reduce__(self) -> tuple[object, ...]:
         # A pickle carries the parameters alone: what was computed from them belongs to the code that computed it.
         return partial(type(self), **self.parameters), ()
