@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,11 @@ from conrod.errors import InvalidInput
 
 # A machine of 50 links takes 15 kB.
 MOST_BYTES = 256 * 1024
+# Dotted names of many parts take the parser time by the square of their number. A file of the format needs 5 parts, and
+# none in quotes.
+LONG_NAME = re.compile(r"(?<![A-Za-z0-9_-])(?:[A-Za-z0-9_-]++[ \t]*+\.[ \t]*+){20}")
+QUOTED_PART = re.compile(r"""["'][ \t]*+\.""")
+LONG_NUMBER = re.compile(r"[0-9_]{1000}")
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -28,11 +34,14 @@ def parse(content: bytes) -> dict[str, Any]:
         text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
     except UnicodeDecodeError as error:
         raise InvalidInput(f"it is no text in UTF-8: byte {error.start} cannot be read; save it as UTF-8") from None
+    for number, line in enumerate(text.split("\n"), 1):
+        if LONG_NAME.search(line) or len(QUOTED_PART.findall(line)) > 20 or LONG_NUMBER.search(line):
+            raise InvalidInput(f"line {number}: names of more than 20 parts and numbers of 1000 digits are not read")
     try:
         return tomllib.loads(text)
     except RecursionError:
         raise InvalidInput("its lists or tables lie too deep inside each other") from None
-    except ValueError as error:  # TOMLDecodeError is one; numbers of too many digits raise another one
+    except ValueError as error:
         raise InvalidInput(f"it is no TOML: {' '.join(str(error).split())[:200]}") from None
 
 
