@@ -38,13 +38,6 @@ def test_exact_motion_is_that_of_its_parts(name: str, generic: bool) -> None:
                 np.testing.assert_allclose(values[rows], getattr(part.point(point), quantity), atol=1e-12 * size)
 
 
-def test_a_speed_for_some_samples_alone_is_refused() -> None:
-    scene = SCENES["saw-40rpm"]
-    for count in (5, 20):
-        with pytest.raises(ValueError, match="broadcast"):
-            scene.motion(np.zeros(10), np.ones(count))
-
-
 @pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
 def test_a_pymunk_run_is_the_same_however_it_is_cut(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = SCENES[name]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -200,11 +199,6 @@ def test_reports_say_what_is_exact_there(parallelogram: DescribedScene) -> None:
     assert "at crank angles of 120 and 300 deg" in parallelogram.description
     assert "smooth continuation" in parallelogram.description
     assert "Change points" not in scene_of(tables(DOUBLE_ROCKER)).description
-
-
-def test_masses_and_weight_have_no_say_in_change_points(parallelogram: DescribedScene) -> None:
-    heavier = replace(parallelogram.mechanism(), gravity=(0.0, -9.81))
-    assert Kinematics(heavier).change_angles.size == 2
 
 
 def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,17 +20,13 @@ from catalogue import (
     SCENES,
     slow_but_for_a_few,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
 from conrod.errors import InvalidInput
-from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion, PointMotion
 from conrod.exact.reference import GenericReference
 from conrod.mechanism.cam import symmetric_cam
-from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 
@@ -241,14 +237,6 @@ def test_every_cam_matches_the_generic_solver(name: str) -> None:
     assert max(found.values()) <= AGAINST_EACH_OTHER, found
 
 
-@settings(max_examples=4, deadline=None)
-@given(ratio=st.floats(0.05, 0.7), offset=st.floats(-0.2, 0.2), rod=st.floats(0.01, 10.0), speed=st.floats(-90.0, -0.1))
-def test_any_saw_matches_the_generic_solver(ratio: float, offset: float, rod: float, speed: float) -> None:
-    scene = Saw(crank=ratio * rod, rod=rod, offset=offset * rod, speed=speed)
-    found = generic_difference(scene, scene.kinematics)
-    assert max(found.values()) <= AGAINST_EACH_OTHER, found
-
-
 LINKAGE_SCENES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, ShearPress | Saw)}
 
 
@@ -333,24 +321,13 @@ def closed_form_poses(scene: Scene, angles: Array) -> Array:
     return np.column_stack([crank, rod, slider, zero])
 
 
-def largest_residual(mechanism: Mechanism, poses: Array) -> dict[str, float]:
-    """Of every joint's equations: lengths [m], and for a slide an angle [rad]."""
-    bodies = pose_jets(mechanism, [poses])
-    return {
-        joint.name: max(float(np.abs(e.coefficients[0]).max()) for e in joint_residual(joint, bodies))
-        for joint in mechanism.joints
-    }
-
-
 @pytest.mark.parametrize(
     "name", [n for n, s in {**EVERY_SCENE, **CAMS}.items() if isinstance(s, ShearPress | Saw | CamFollower)]
 )
 def test_exact_poses_leave_nothing_in_any_joint(name: str) -> None:
     scene = {**EVERY_SCENE, **CAMS}[name]
     mechanism = scene.mechanism()
-    poses = closed_form_poses(scene, ten_turns(1000))
-    assert max(largest_residual(mechanism, poses).values()) <= GAP
-    gaps = joint_gaps(mechanism, [poses])
+    gaps = joint_gaps(mechanism, [closed_form_poses(scene, ten_turns(1000))])
     assert set(gaps) == {joint.name for joint in mechanism.joints}
     assert max(np.abs(gap).max() for gap in gaps.values()) <= GAP
 
@@ -382,18 +359,6 @@ def test_gap_rates_and_gap_accelerations_of_the_exact_motion_vanish(name: str) -
 
 
 # -- in time ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", EVERY_SCENE)
-def test_the_reference_is_the_motion_at_speed_times_time(name: str) -> None:
-    scene = EVERY_SCENE[name]
-    times = np.linspace(0.0, 10.0 * scene.period, 321)
-    by_time, by_angle = scene.reference(times), scene.motion(scene.speed * times, scene.speed)
-    for point in scene.lengths:
-        for quantity in ("position", "velocity"):
-            np.testing.assert_array_equal(
-                getattr(by_time.point(point), quantity), getattr(by_angle.point(point), quantity)
-            )
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -455,8 +420,8 @@ def test_the_press_is_where_the_document_has_it() -> None:
 @pytest.mark.parametrize("name", CAMS_WITH_JOINTS)
 def test_breaks_are_the_four_joints_of_the_arcs(name: str, speed: float) -> None:
     cam = replace(CAMS_WITH_JOINTS[name], speed=speed)
-    left, right = (motion.point("roller") for motion in cam.beside_breaks())
     angles = np.array(cam.break_angles())
+    left, right = (cam.motion(angles, speed, side=side).point("roller") for side in ("left", "right"))
     assert len(angles) == 4
     assert np.all(np.diff(angles) > 0.0)
     assert 0.0 < angles[0] < angles[-1] < TURN
@@ -508,8 +473,7 @@ def test_sides_of_the_reference_are_seen_along_time(speed: float) -> None:
     assert np.abs(left - right).max(axis=1).min() > 0.1 * speed**2 * cam.full_lift
 
 
-@pytest.mark.parametrize("off", [-1e-9, -3e-10, 0.0, 3e-10, 1e-9])
-@pytest.mark.parametrize("base", [0.036, 0.046, 0.056, 0.066, 0.076])
+@pytest.mark.parametrize(("base", "off"), [(0.036, -1e-9), (0.056, 0.0), (0.076, 1e-9)])
 def test_the_least_flank_radius_makes_one_circle_without_breaks(base: float, off: float) -> None:
     least = 0.5 * (base + 0.029 + 0.080)
     cam = CamFollower(base_radius=base, flank_radius=least + off * (1.0 - 1e-6))
@@ -523,12 +487,6 @@ def test_the_least_flank_radius_makes_one_circle_without_breaks(base: float, off
     (arc,) = cam.mechanism().cam_contacts[0].profile.arcs
     assert arc.radius == pytest.approx(least, rel=1e-14)
     assert arc.centre == (pytest.approx(eccentricity, rel=1e-14), 0.0)
-
-
-def test_just_above_the_least_flank_radius_there_are_breaks_again() -> None:
-    cam = CamFollower(flank_radius=0.0725 + 1.1e-9)
-    assert not cam.is_one_circle
-    assert len(cam.break_angles()) == 4
 
 
 def test_below_the_least_flank_radius_there_is_no_cam() -> None:
@@ -566,24 +524,6 @@ def test_the_least_acceleration_is_just_after_the_joint_of_flank_and_nose(name: 
 
 
 @pytest.mark.parametrize("name", CAMS)
-def test_the_profile_is_a_closed_convex_chain_of_tangent_arcs(name: str) -> None:
-    cam = CAMS[name]
-    arcs = cam.mechanism().cam_contacts[0].profile.arcs
-    assert sum(arc.extent for arc in arcs) == pytest.approx(TURN, rel=1e-14)
-    for arc, following in zip(arcs, arcs[1:] + arcs[:1], strict=True):
-        # Same normal at the joint, and with it the same point: the arcs are tangent there.
-        assert math.remainder(arc.stop - following.start, TURN) == pytest.approx(0.0, abs=1e-14)
-        end = _at_normal(arc.centre, arc.radius, arc.stop)
-        start = _at_normal(following.centre, following.radius, following.start)
-        np.testing.assert_allclose(end, start, rtol=0.0, atol=1e-15)
-    assert all(arc.extent > 0.0 and arc.radius > 0.0 for arc in arcs)
-
-
-def _at_normal(centre: tuple[float, float], radius: float, normal: float) -> tuple[float, float]:
-    return centre[0] + radius * math.cos(normal), centre[1] + radius * math.sin(normal)
-
-
-@pytest.mark.parametrize("name", CAMS)
 def test_the_signed_distance_is_measured_along_the_normal(name: str) -> None:
     profile = CAMS[name].mechanism().cam_contacts[0].profile
     normals = np.linspace(0.0, TURN, 1441)[:-1] + 1e-4
@@ -609,9 +549,7 @@ def test_a_flank_near_the_least_radius_keeps_its_digits() -> None:
         arcs = symmetric_cam(0.036, 0.0725 + excess, 0.029, 0.080).arcs
         assert len(arcs) == 4
         for arc, following in zip(arcs, arcs[1:] + arcs[:1], strict=True):
-            end = _at_normal(arc.centre, arc.radius, arc.stop)
-            start = _at_normal(following.centre, following.radius, following.start)
-            np.testing.assert_allclose(end, start, rtol=0.0, atol=1e-15)
+            np.testing.assert_allclose(arc.point(arc.stop), following.point(following.start), rtol=0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("scene", [CamFollower(), CamFollower(speed=-2.0), Saw()], ids=["cam", "cam-back", "saw"])
@@ -623,10 +561,3 @@ def test_a_generic_reference_has_the_interface_of_a_scene(scene: Scene) -> None:
         assert np.abs(off).max() <= 1e-12 * length * scene.speed**2
         assert abs(generic.lengths[name] / length - 1.0) < 1e-3
     np.testing.assert_allclose(scene.break_angles(), generic.break_angles(), rtol=0.0, atol=1e-9)
-    if scene.break_angles():
-        (left, right), (same_left, same_right) = scene.beside_breaks(), generic.beside_breaks()
-        # Just beside a break, where the jerk changes fast, its angle's own error is seen.
-        mine, theirs = left.point("roller").acceleration, same_left.point("roller").acceleration
-        assert np.allclose(mine, theirs, atol=1e-9 * scene.speed**2)
-        mine, theirs = right.point("roller").jerk, same_right.point("roller").jerk
-        assert np.allclose(mine, theirs, atol=1e-8 * abs(scene.speed) ** 3)

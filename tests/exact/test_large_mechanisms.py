@@ -39,14 +39,6 @@ def faulty(scene: DescribedScene) -> DescribedScene:
     return scene.with_parameters(**{DEEP: scene.parameters[DEEP] + 3e-4})
 
 
-@pytest.mark.parametrize(("loops", "links"), [(20, 42), (24, 50)])
-def test_loops_and_links_are_as_many_as_mobility_allows(loops: int, links: int) -> None:
-    mechanism = scene_of(large_mechanism(loops)).mechanism()
-    assert mechanism.mobility == 1
-    assert len(mechanism.bodies) + 1 == links
-    assert len(mechanism.joints) - len(mechanism.bodies) == loops == links // 2 - 1
-
-
 def test_exact_motion_closes_every_joint_up_to_jerk(large: DescribedScene) -> None:
     derivatives = large.kinematics.derivatives(large.kinematics.angles(90), 3)
     factorials = (1.0, 1.0, 2.0, 6.0)

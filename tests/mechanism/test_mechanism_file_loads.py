@@ -130,9 +130,3 @@ def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expect
         scene_of(whole)
     assert expected in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_rates_of_bodies_that_contradict_the_joints_are_refused() -> None:
-    scene = scene_of(loaded(start={"rod": {"turn": 0, "rate": 3}, "crank": {"rate": 5}}))
-    with pytest.raises(InvalidInput, match="contradicts the joints"):
-        ForwardDynamics(scene.mechanism()).motion(np.array([0.0, 0.1]), rates=scene.start_rates)

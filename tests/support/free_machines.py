@@ -49,7 +49,10 @@ def exact(mechanism: Mechanism, timestep: float, steps: int, crank_rate: float, 
     key = id(mechanism), round(timestep * every, 12), count, crank_rate
     if key not in _EXACT:
         times = timestep * (every * np.arange(count))
-        _EXACT[key] = mechanism, ForwardDynamics(mechanism).motion(times, crank_rate)
+        _EXACT[key] = (
+            mechanism,
+            ForwardDynamics(mechanism).motion(times, {mechanism.crank: mechanism.driver.sense * crank_rate}),
+        )
     return _EXACT[key][1]
 
 

@@ -63,11 +63,6 @@ class ExactReference(ABC):
         seen = side if self.speed > 0 else backward
         return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
 
-    def beside_breaks(self) -> tuple[Motion, Motion]:
-        """Exact motion at constant speed on the left and on the right of all break angles, of which there are some."""
-        angles = np.array(self.break_angles())
-        return self.motion(angles, self.speed, side="left"), self.motion(angles, self.speed)
-
 
 @dataclass(frozen=True)
 class GenericReference(ExactReference):

@@ -204,6 +204,4 @@ class Segment:
 
     def height(self, x: Array, order: int) -> Array:
         """Height above the segment's start and its derivatives by the cam angle, at a part x of the segment."""
-        if self.law == DWELL:
-            return np.zeros(np.shape(x))
         return self.lift / self.over**order * LAWS[self.law](x, order)

@@ -22,8 +22,8 @@ from conrod.exact.motion import Array
 from conrod.mechanism.loads import TimePulse
 from conrod.mechanism.mechanism import Mechanism
 
-STANDS = 1e-9  # of a body's turn by the arc length, or a load's coordinate: below it, it does not move
-# Of what weight and loads would push with together if none held against another: below it, they are in balance.
+STANDS = 1e-9  # of a body's turn by the arc length: below it, it does not turn
+# Of what weight and loads would push with together if none held against another, nor a dead centre against them.
 BALANCED = 1e-12
 # Of a radian that every body turns, in one step of the integrator. Drift of energy with it, and without: a cam of law
 # 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12; in about the same time.
@@ -75,15 +75,12 @@ class ForwardDynamics:
         self.line = Line(mechanism)
         self._driven = [load.law for load in self.loads if not load.conservative]
 
-    def motion(
-        self, times: Array, crank_rate: float | None = None, rates: Mapping[str, float] | None = None
-    ) -> FreeMotion:
+    def motion(self, times: Array, rates: Mapping[str, float]) -> FreeMotion:
         """The motion from the start poses.
 
         Args:
             times: (T,) [s], growing from 0.
-            crank_rate: rate of the crank angle at time 0 [rad/s].
-            rates: instead of it, turn rates of bodies at time 0 [rad/s], counter-clockwise; one determines all.
+            rates: turn rates of bodies at time 0 [rad/s], counter-clockwise; one determines all, none is a rest.
 
         Raises:
             InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a
@@ -93,10 +90,7 @@ class ForwardDynamics:
         times = np.asarray(times, dtype=float)
         if not (len(times) and np.isfinite(times).all() and times[0] >= 0.0 and (np.diff(times) > 0.0).all()):
             raise InvalidInput(f"{mechanism.name}: times must be finite and grow from 0 on")
-        given = dict(rates or {})
-        if crank_rate is not None:
-            given[mechanism.crank] = mechanism.driver.sense * crank_rate
-        start = np.array([0.0, self.start_rate(given), 0.0])
+        start = np.array([0.0, self.start_rate(rates), 0.0])
         if start[1] == 0.0:
             self._check_rest()
         course = Course(
@@ -161,10 +155,7 @@ class ForwardDynamics:
         push = abs(at.descent + self._force(at, 0.0, 0.0))
         point, tangent, _ = self.line.point(0.0)
         bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
-        forces = self._idle_forces(bodies)
-        together = self._weights(bodies) + sum(abs(force * slope) for force, slope in forces)
-        idle = max((abs(force) for force, slope in forces if abs(slope) < STANDS), default=0.0)
-        if push < max(BALANCED * together, STANDS * idle):
+        if push < BALANCED * (self._weights(bodies) + self._forces(bodies)):
             raise InvalidInput(
                 f"{self.mechanism.name}: at rest in a dead centre, or where its weight and loads are in balance, which "
                 "nothing ends; start beside it, or in motion"
@@ -179,15 +170,14 @@ class ForwardDynamics:
             total += force * math.hypot(x, y)
         return total
 
-    def _idle_forces(self, bodies: dict[str, PoseJet]) -> list[tuple[float, float]]:
-        """Force of each load at rest, and how its coordinate grows with the arc length."""
-        size = float(self.line.configurations.curve.scale[0])
-        found = []
+    def _forces(self, bodies: dict[str, PoseJet]) -> float:
+        """Forces of the loads at rest, times a body's size; torques as they are."""
+        size, total = float(self.line.configurations.curve.scale[0]), 0.0
         for load in self.loads:
             value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
-            force = load.law.force(value, 0.0 * slope, np.zeros(1))
-            found.append((float(force[0]), float(slope[0]) / (1.0 if load.unit == "rad" else size)))
-        return found
+            force = abs(float(load.law.force(value, 0.0 * slope, np.zeros(1))[0]))
+            total += force * (1.0 if load.unit == "rad" else size)
+        return total
 
     def _measures(self, rate: float, time: float) -> Array:
         """Sizes that arc length, its rate and work are measured by where they are 0."""
