@@ -139,13 +139,17 @@ def test_a_heavy_figure_is_noticed(site: Any) -> None:
     assert weight(batch) <= MOST < weight(Batch(batch.folder, {**batch.files, drawn: heavy}))
 
 
-def test_a_click_on_a_point_says_what_it_is_and_so_does_the_keyboard(site: Any, tmp_path: Path) -> None:
-    file = ROOT / "reports" / "sweep" / "data" / "cam-follower.json"
-    study = restored(kind_named("sweep").findings, json.loads(file.read_text()))
-    known = {words for spots in _spots(study).values() for *_, words in spots}
-    (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())["reports/sweep/cam-follower.md"])))
+@pytest.mark.parametrize("name", ["sweep/cam-follower", "limits/saw-500rpm"])
+def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, site: Any, tmp_path: Path) -> None:
+    kind = kind_named(name.partition("/")[0])
+    file = ROOT / "reports" / name.replace("/", "/data/")
+    assert kind.spots is not None
+    spots = kind.spots(restored(kind.findings, json.loads(file.with_suffix(".json").read_text())))
+    known = {words for found in spots.values() for *_, words in found}
+    (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())[f"reports/{name}.md"])))
     with browser() as page:
         opened(page, tmp_path / "p.html")
+        page.execute_script("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
         said, svg = (page.find_element("css selector", f".spots {one}") for one in ("output", "img"))
         assert said.text not in known
         page.execute_script("arguments[0].scrollIntoView()", svg)

@@ -13,12 +13,14 @@ from matplotlib.path import Path
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.map_figure import borders, cells, map_figure
 from conrod.report.limits.marks import UNDETECTED_COLOUR
+from conrod.report.limits.report import KIND
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import Setup
 from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, standing
 from conrod.studies.limits.records import level_of
+from conrod.studies.limits.results import LimitStudy
 
 MASSES, NEARNESS, STABILISATION = PAIRS
 QUARTER = 0.25
@@ -116,9 +118,13 @@ def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
     runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", undetected, None))
     found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
     figure = drawn(found)
-    assert [line.get_color() == UNDETECTED_COLOUR for line in figure.axes[0].lines] == [False, undetected]
+    assert [line.get_color() == UNDETECTED_COLOUR for line in figure.axes[0].lines] == [undetected]
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("undetected" in text for text in legend) is undetected
+    assert KIND.spots is not None
+    (spots,) = KIND.spots(LimitStudy("saw-500rpm", "saw", "", {}, {}, (), (found,), (), ())).values()
+    said = f"10 steps per revolution, mass of slider : rod 1, broken, opened, {'un' if undetected else ''}detected"
+    assert said in {words for *_, words in spots}
 
 
 def test_cells_and_borders_are_those_of_the_nodes() -> None:

@@ -6,6 +6,7 @@ import base64
 import json
 import zlib
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -26,7 +27,7 @@ def spots_in(figure: Figure, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
 
 
 def with_spots(figure: str, spots: Sequence[Spot]) -> str:
-    """A figure's markup with its spots, from left to right: lists of their places and of their words, compressed."""
-    columns = list(zip(*sorted(spots), strict=True))
+    """A figure's markup with its spots, from left to right: lists of places and of words between commas, compressed."""
+    columns = list(zip_longest(*((x, y, *words.split(", ")) for x, y, words in sorted(spots))))
     data = base64.b64encode(zlib.compress(json.dumps(columns, separators=(",", ":")).encode(), 9)).decode()
     return f'<span class="spots">{figure}<script type="application/octet-stream">{data}</script></span>'

@@ -23,7 +23,7 @@ from conrod.report.limits.marks import UNDETECTED_COLOUR, label_of, mark_style, 
 from conrod.report.numbers import ROUNDING
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
-from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR, Level
+from conrod.studies.limits.records import GOOD, ROUGH_ERROR, SAFE_ERROR, Level
 
 WIDTH, PANEL_HEIGHT = 9.5, 4.2  # [inch]
 LEFT, RIGHT, BOTTOM, TITLE, LEGEND_ROW = 1.05, 1.15, 0.52, 0.28, 0.21  # [inch]
@@ -65,8 +65,10 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         area = cells(colours == colour, *edges)
         axes.add_patch(PathPatch(area, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1, **WHOLE))
     axes.add_patch(PathPatch(borders(standings, *edges), fill=False, zorder=3, **BOUNDARY, **WHOLE))
-    for outcome, undetected in dict.fromkeys((run.outcome, run.undetected) for run in found.runs):
-        runs = [run for run in found.runs if (run.outcome, run.undetected) == (outcome, undetected)]
+    # What a run shows that completed within ten per cent is said by its colour.
+    marked = [run for run in found.runs if run.level not in GOOD]
+    for outcome, undetected in dict.fromkeys((run.outcome, run.undetected) for run in marked):
+        runs = [run for run in marked if (run.outcome, run.undetected) == (outcome, undetected)]
         style = mark_style(outcome, undetected) | {"zorder": 6, "clip_on": False}
         axes.plot(x[[run.i for run in runs]], y[[run.j for run in runs]], **style)
     set_scale(axes, "x", across, min(edges[0]), max(edges[0]))
@@ -107,7 +109,6 @@ def _legend(found: LimitMap) -> list[Any]:
     """Only what occurs."""
     handles: list[Any] = [
         Line2D([], [], label="boundary, run on both sides", **BOUNDARY),
-        Line2D([], [], label="a run (between: the nearest run)", **mark_style("completed", undetected=False)),
     ]
     failed = {run.outcome for run in found.runs if run.error is None}
     if failed:

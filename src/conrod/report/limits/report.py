@@ -12,10 +12,12 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
+from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.limits.error_chart import error_chart
 from conrod.report.limits.follower import float_figure, onset_table
 from conrod.report.limits.map_figure import map_figure
+from conrod.report.limits.marks import label_of, places_on
 from conrod.report.limits.tables import (
     by_axis,
     limits_table,
@@ -29,7 +31,7 @@ from conrod.report.table import Table, table
 from conrod.report.template import rendered
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.records import Level
+from conrod.studies.limits.records import GOOD, Level
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 
 # In a folder all else that is a fraction was measured; inputs are kept as they are.
@@ -54,6 +56,21 @@ def map_of(found: LimitMap) -> Figure:
     name = f"{found.scene}-{found.x_axis}-x-{found.y_axis}-{found.engine}-{found.preset}"
     title = f"{AXES[found.x_axis].title} x {AXES[found.y_axis].title}, {engine_title(found.engine)} {found.preset}"
     return Figure(name, title, partial(map_figure, found))
+
+
+def _spots(study: LimitStudy) -> dict[str, list[Spot]]:
+    """What happened at each node of the maps that was run."""
+    found = {}
+    for one in study.maps:
+        figure, across, upwards = map_figure(one), AXES[one.x_axis], AXES[one.y_axis]
+        x, y = places_on(across, one.x), places_on(upwards, one.y)
+        places = []
+        for run in one.runs:
+            where = f"{one.x[run.i]:.0f} {across.label}, {label_of(upwards)} {numbers.quantity(y[run.j])}"
+            noticed = "" if run.level in GOOD else ", undetected" if run.undetected else ", detected"
+            places.append((x[run.i], y[run.j], f"{where}, {run.level}, {run.outcome}{noticed}"))
+        found[map_of(one).name] = spots_in(figure, figure.axes[0], places)
+    return found
 
 
 def _page(part: Part[LimitStudy]) -> Page:
@@ -154,6 +171,7 @@ KIND = Kind(
     title=lambda study: study.title,
     summary=_summary,
     page=_page,
+    spots=_spots,
     index=_index,
     merged=merged,
     digits=4,

@@ -5,7 +5,8 @@ async function unpacked(text) {
 }
 
 for (const root of document.querySelectorAll(".spots")) {
-  const [across, down, texts] = await unpacked(root.querySelector("script").textContent);
+  const [across, down, ...parts] = await unpacked(root.querySelector("script").textContent);
+  const texts = across.map((_, k) => parts.map((part) => part[k]).filter(Boolean).join(", "));
   const [label, slider, said, ring] = ["label", "input", "output", "i"].map((tag) => document.createElement(tag));
   const figure = root.querySelector("img");
   let held = false;
