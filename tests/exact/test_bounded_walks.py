@@ -62,14 +62,14 @@ def travels(whole: dict[str, Any]) -> dict[str, float]:
     return scene_of(whole).lengths
 
 
-@pytest.mark.parametrize("start", ["0.001 mm", "4.5e-5 mm", "1000 km"])
+@pytest.mark.parametrize("start", ["0.001 mm", "1000 km"])
 def test_a_start_far_from_any_pose_that_fits_costs_nothing(start: str, solutions: Solutions) -> None:
     whole = changed(CAM, "start.follower.origin", [0, start])
     assert travels(whole)["roller"] == pytest.approx(0.033, rel=1e-9)
     assert solutions.count < 200
 
 
-@pytest.mark.parametrize("factor", [1e-5, 1e-3, 1e3, 1e5])
+@pytest.mark.parametrize("factor", [1e-5, 1e5])
 @pytest.mark.parametrize("path", [SIX_BAR, PARALLELOGRAM], ids=lambda path: path.stem)
 def test_a_machine_of_another_scale_moves_alike(path: Path, factor: float, solutions: Solutions) -> None:
     scaled, usual = travels(at_scale(path, factor)), travels(tables(path))
@@ -85,24 +85,12 @@ def test_change_points_do_not_depend_on_the_scale(factor: float) -> None:
     np.testing.assert_allclose(*found, atol=1e-9)
 
 
-def out_of_scale(path: Path, seed: int) -> DescribedScene | str:
-    return mutants.read(mutants.out_of_scale(tables(path), random.Random(f"{path.name} {seed}")))
-
-
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [p if p == SIX_BAR else pytest.param(p, marks=pytest.mark.slow) for p in SHIPPED])
 def test_dimensions_out_of_scale_are_answered_or_refused(path: Path, solutions: Solutions) -> None:
-    for seed in range(3):
-        solutions.count = 0
-        out_of_scale(path, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_many_dimensions_out_of_scale(path: Path, solutions: Solutions) -> None:
     ends: list[DescribedScene | str] = []
-    for seed in range(1000, 1100):
+    for seed in range(1000, 1025):
         solutions.count = 0
-        ends.append(out_of_scale(path, seed))
+        ends.append(mutants.read(mutants.out_of_scale(tables(path), random.Random(f"{path.name} {seed}"))))
     assert any(isinstance(end, str) for end in ends)
     assert any(isinstance(end, DescribedScene) for end in ends)
 

@@ -32,7 +32,7 @@ def dense(rows: list[dict[int, Entry]]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("loops", [0, 1, 2, 3])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_it_solves_and_signs_as_lapack_does_and_solves_the_transposed_matrix(loops: int, seed: int) -> None:
     rows = matrix_with(loops, seed)
     right = np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES))
@@ -69,7 +69,7 @@ def test_a_number_that_may_be_rounding_is_no_pivot() -> None:
     np.testing.assert_allclose(solution, np.tile([-1.0, 2.3], (SAMPLES, 1)), rtol=1e-15)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_known_pivots_give_the_same_bits_as_looked_for_ones(seed: int) -> None:
     rows = matrix_with(2, seed)
     right: list[Entry] = list(np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES)))

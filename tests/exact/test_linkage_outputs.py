@@ -8,7 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import rolling_machines
 from linkages import (
     crank_shaper,
     example_5_6,
@@ -23,7 +22,7 @@ from conrod.exact.linkage import instant_quantities, turn_quantities
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.exact.linkage.outputs import Output, outputs
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles
-from conrod.mechanism.mechanism import Mechanism, Rolling
+from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import SCENES
 
 TURN = 2.0 * math.pi
@@ -181,16 +180,6 @@ def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
     found = output("Whitworth")
     assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
     assert found.gain == pytest.approx(TURN, rel=1e-14)
-
-
-@pytest.mark.parametrize("driving", [0.02, -0.09])
-def test_a_geared_wheel_goes_on_by_the_ratio_of_its_radii(driving: float) -> None:
-    machine = rolling_machines.gear_pair(driving)
-    (pair,) = machine.meshes
-    assert isinstance(pair, Rolling)
-    (found,) = outputs(course(machine))
-    assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
-    assert found.gain == pytest.approx(-TURN * pair.radius_a / pair.radius_b, rel=1e-12)
 
 
 def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from rolling_machines import (
     CRANK,
-    MACHINES,
     PASS,
     PIVOT,
     SPEED,
@@ -29,15 +28,6 @@ from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Rack, Rolling
 from conrod.runs.outcome import joint_gaps
-
-
-@pytest.mark.parametrize("name", MACHINES)
-def test_rolling_pairs_count_as_higher_pairs_and_leave_one_freedom(name: str) -> None:
-    machine = driven(MACHINES[name])
-    assert machine.described.mobility == 1
-    rank = np.linalg.matrix_rank(machine.kinematics.jacobian(machine.kinematics.start)[0])
-    assert rank == 3 * len(machine.described.bodies)
-
 
 # -- exact motion ----------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,6 @@ import pytest
 from document_machines import turning
 
 from audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
-from conrod.mechanism.mechanism import Mechanism, Mesh, Prismatic, Revolute
 from conrod.scenes import Scene
 from conrod.scenes.catalogue import catalogue_scene
 
@@ -132,56 +131,3 @@ def test_machine_has_the_printed_lengths(machine: str) -> None:
         folder = body if body == "ground" else f"bodies.{body}"
         first, second = ([values[f"{folder}.points.{end}.{axis}"] for axis in "xy"] for end in ends)
         assert math.dist(first, second) == pytest.approx(printed, rel=1e-12)
-
-
-def test_auxiliary_point_lies_on_the_line_ab_and_across_the_slide_from_d() -> None:
-    scene = catalogue_scene("six-bar")
-    a, b, c, d, x = (scene.motion(0.0, scene.speed).point(name).position[0] for name in ("A", "B", "C", "D", "X4"))
-    assert abs((a - b)[0] * (x - b)[1] - (a - b)[1] * (x - b)[0]) < 1e-15
-    assert abs(off(float(np.linalg.norm(x - c)), "1.21")) < 0.5
-    sliding = scene.motion(0.0, scene.speed).point("D").velocity[0]
-    assert abs(sliding @ (x - d)) < 1e-13 * np.linalg.norm(sliding)
-
-
-@pytest.mark.parametrize(
-    ("machine", "links", "lower_pairs", "higher_pairs"),
-    [("web-cutter", 4, 4, 0), ("two-slider-linkage", 6, 7, 0), ("six-bar", 6, 7, 0), ("rack-and-wheel", 5, 5, 1)],
-)
-def test_machine_has_the_links_and_joints_that_the_document_counts(
-    machine: str, links: int, lower_pairs: int, higher_pairs: int
-) -> None:
-    mechanism: Mechanism = catalogue_scene(machine).mechanism()
-    assert len(mechanism.bodies) + 1 == links
-    assert sum(isinstance(joint, Revolute | Prismatic) for joint in mechanism.joints) == lower_pairs
-    assert sum(isinstance(joint, Mesh) for joint in mechanism.joints) == higher_pairs
-    assert mechanism.mobility == 1
-
-
-@pytest.mark.parametrize(
-    ("machine", "lengths", "told"),
-    [("swinging-four-bar", (0.11, 0.21, 0.145, 0.3397), 88.86), ("rack-and-wheel", (0.3, 0.25, 0.13, 0.475), 53.07)],
-)
-def test_pass_of_a_four_bar_stays_within_the_arc_that_its_description_tells(
-    machine: str, lengths: tuple[float, ...], told: float
-) -> None:
-    # The input ends where coupler and output are in line: law of cosines.
-    a, b, c, ground = lengths
-    limit = math.acos((a**2 + ground**2 - (b + c) ** 2) / (2.0 * a * ground))
-    assert math.degrees(limit) == pytest.approx(told, abs=0.02)
-    mechanism = catalogue_scene(machine).mechanism()
-    assert mechanism.driver.span is not None
-    assert f"{told} deg" in " ".join(catalogue_scene(machine).assumptions)
-    assert all(abs(mechanism.crank_turn(angle)) < limit for angle in (*mechanism.driver.span, 0.0))
-
-
-def test_pass_of_the_two_slider_linkage_stays_within_the_arc_that_its_description_tells() -> None:
-    # The input ends where the rod AB stands at right angles to the slide of B.
-    scene = catalogue_scene("two-slider-linkage")
-    values, slide = scene.parameters, scene.parameters["joints.slide-4.direction"]
-    across = np.array([math.sin(slide), -math.cos(slide)])
-    a, b = (np.array([values[f"bodies.rod-3.points.{end}.{axis}"] for axis in "xy"]) for end in "AB")
-    limit = math.acos((across @ b - np.linalg.norm(b - a)) / np.linalg.norm(a))
-    low, high = slide - 0.5 * math.pi - limit, slide - 0.5 * math.pi + limit
-    assert np.degrees([low, high]) == pytest.approx([-159.08, 112.84], abs=0.005)
-    assert "from -159.08 to 112.84 deg" in " ".join(scene.assumptions)
-    assert low < scene.kinematics.span[0] < 0.0 < scene.kinematics.span[1] < high

@@ -12,7 +12,6 @@ from described import CATALOGUE, changed, tables
 
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
-from conrod.exact.linkage.course import crank_range
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.scenes.described_scene import DescribedScene, scene_of
@@ -63,47 +62,6 @@ def test_the_time_ratio_of_a_quick_return_is_that_of_its_closed_form(name: str, 
 
 def test_another_offset_gives_another_time_ratio() -> None:
     assert abs(time_ratio(altered("crank-shaper", "ground.points.O4", [0, -0.21])) - 2.0) > 0.05
-
-
-def test_the_whitworth_lever_goes_round_and_that_of_the_shaper_swings() -> None:
-    assert np.ptp(turn_of(scene("whitworth"), "lever", TURN)) == pytest.approx(2.0 * math.pi)
-    # Between the tangents to the crank's circle; the samples miss the extremes by their spacing's square.
-    swing = np.ptp(turn_of(scene("crank-shaper"), "lever", TURN))
-    assert swing == pytest.approx(2.0 * math.asin(0.5), abs=1e-4)
-
-
-# -- four-bar linkages -------------------------------------------------------------------------------------------------
-
-
-def test_the_double_rocker_reaches_what_the_triangle_of_its_links_allows() -> None:
-    reached = crank_range(scene("double-rocker").kinematics)
-    a, b, c, d = 80.0, 30.0, 70.0, 100.0
-    for end, side in ((reached.start, c - b), (reached.stop, c + b)):
-        assert math.radians(45.0) + end == pytest.approx(
-            math.acos((a * a + d * d - side * side) / (2 * a * d)), abs=1e-7
-        )
-    assert min(a, b, c, d) == b  # the coupler is shortest: Grashof's condition makes both arms rockers
-    assert b + d <= a + c
-
-
-def test_a_crank_rocker_by_grashof_turns_fully() -> None:
-    """The same links with the shortest one as the crank."""
-    whole = changed(CATALOGUE / "double-rocker.toml", "bodies.input.points.A", [0.03, 0])
-    whole["bodies"]["coupler"]["points"]["B"] = [0.08, 0]
-    del whole["driver"]["from"], whole["driver"]["to"]
-    whole["start"] = {"coupler": {"B": [0.1, 0.07]}}
-    assert scene_of(whole).kinematics.turns_fully
-
-
-def test_the_follower_of_a_parallelogram_turns_as_its_crank_and_the_coupler_does_not() -> None:
-    of = scene("parallelogram")
-    crank, coupler, follower = (turn_of(of, body, TURN) for body in ("crank", "coupler", "follower"))
-    assert np.abs(follower - crank).max() < 1e-13
-    assert np.abs(coupler).max() < 1e-13
-
-
-def test_a_longer_follower_turns_the_coupler() -> None:
-    assert np.ptp(turn_of(altered("parallelogram", "bodies.follower.points.B", [0.11, 0]), "coupler", TURN)) > 0.1
 
 
 # -- straight lines ----------------------------------------------------------------------------------------------------

@@ -74,7 +74,7 @@ def test_pymunks_law_knows_what_the_start_leaves_of_the_first_acceleration() -> 
     assert 0.9 < found < 1.0
 
 
-@pytest.mark.parametrize("steps", [2, 3, 12, 20, 40])
+@pytest.mark.parametrize("steps", [2, 12])
 def test_pymunks_law_looks_no_further_than_a_pass_goes(steps: int) -> None:
     """A double rocker has 1 to 3 of these steps in its pass, and cannot be assembled much beyond it."""
     for speed in (1.0, -1.0):

@@ -15,7 +15,6 @@ from described import FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
 import conrod
 from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
-from conrod.scenes import SCENES
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
 from conrod.studies.frame.run import RunCase
 
@@ -92,11 +91,6 @@ def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
         read_scene(FOUR_BAR),
     ]
     assert len({key(other) for other in other_machines} | {key(scene)}) == 1 + len(other_machines)
-
-
-def test_keys_of_scenes_in_closed_form_are_of_their_parameters() -> None:
-    saw = SCENES["saw-40rpm"]
-    assert RunCase("any", saw, MuJoCoSettings.stock(saw, 100)).identity()["parameters"] == saw.parameters
 
 
 def test_a_scene_arrives_in_another_process() -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.motion import Array
 from conrod.scenes.described_scene import read_scene
@@ -94,11 +93,3 @@ def test_a_published_slider_crank_is_off_by_what_its_own_energy_is(tmp_path: Pat
     file.write_text(MACHINE.replace("0.1 N*m", "0.1001 N*m"))
     other = moved(read_scene(file), np.concatenate([[0.0], times]))
     assert other.poses[1:, 2] != pytest.approx(angles, rel=2e-5)
-
-
-def test_a_start_that_contradicts_the_joints_is_refused(tmp_path: Path) -> None:
-    """Exudyn's fourBarMechanismTest.py starts so: the ends of its coupler part by 4.8 m/s."""
-    wrong = MACHINE.replace("rod = { turn = 0 }", "rod = { turn = 0, rate = 1 }")
-    (file := tmp_path / "published.toml").write_text(wrong)
-    with pytest.raises(InvalidInput, match="rate of rod at the start = 1 rad/s contradicts the joints"):
-        moved(read_scene(file), [0.0, 1.0])
