@@ -20,8 +20,7 @@ from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.charts.styles import OUTCOME_MARKS
-from conrod.report.limits.error_chart import error_chart
-from conrod.report.limits.marks import UNDETECTED_COLOUR
+from conrod.report.limits.charts import UNDETECTED_COLOUR, error_chart
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale

@@ -12,8 +12,7 @@ from catalogue import SAW
 
 from conrod import MuJoCoSettings
 from conrod.scenes.catalogue import catalogue_scene
-from conrod.studies.ablate.findings import Role, Verdict
-from conrod.studies.ablate.verdict import costs_time, evidence_of, levels, verdict
+from conrod.studies.ablate.findings import Role, Verdict, costs_time, evidence_of, levels, verdict
 from conrod.studies.frame.paired_timing import LONG_BLOCK, PairedTiming, time_pair
 
 STEP = 10_000  # [ns] that a step of the minimal model takes

@@ -16,9 +16,8 @@ from conrod import MuJoCoSettings
 from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES
-from conrod.studies.ablate.case import CostCase
 from conrod.studies.ablate.findings import Effect, EngineAblation, IngredientResult, Role, VariantResult, Verdict
-from conrod.studies.ablate.study import ablate_engine, change, full_variants, single_variants
+from conrod.studies.ablate.study import CostCase, ablate_engine, change, full_variants, single_variants
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.frame.case import pursue
 from conrod.studies.frame.ledger import Ledger

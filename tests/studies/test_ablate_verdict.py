@@ -7,9 +7,8 @@ from dataclasses import replace
 import pytest
 from ablations import MINIMAL, MINIMAL_ERROR, alone, timing, variant
 
-from conrod.studies.ablate import verdict as rules
-from conrod.studies.ablate.findings import Evidence, Role, Verdict
-from conrod.studies.ablate.verdict import BESIDE_OTHERS, JUDGED, evidence_of, levels, verdict
+from conrod.studies.ablate import findings as rules
+from conrod.studies.ablate.findings import BESIDE_OTHERS, JUDGED, Evidence, Role, Verdict, evidence_of, levels, verdict
 
 LEVEL = levels(MINIMAL)
 

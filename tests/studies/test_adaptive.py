@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conrod.studies.limits.adaptive import STRIDE, Node, codes, nearest_runs, refine
+from conrod.studies.limits.maps import STRIDE, Node, codes, nearest_runs, refine
 
 Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
 QUARTER = 0.25

@@ -24,9 +24,8 @@ from conrod.runs.trajectory import Outcome, Piece
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.detection.defects import MOTION
-from conrod.studies.detection.judging import FINE, motion_judge, noticed_by, smallest_noticed
 from conrod.studies.detection.machine_defects import Recording, another_assembly
-from conrod.studies.detection.qualification import QualificationCase
+from conrod.studies.detection.qualification import FINE, QualificationCase, motion_judge, noticed_by, smallest_noticed
 from conrod.studies.validation.plan import Plan, begun
 from conrod.studies.validation.results import Qualified
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from watched import extremes
 
-from conrod.report.limits.follower import onset_table
+from conrod.report.limits.tables import onset_table
 from conrod.report.table import Toned
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower, Saw

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 
 from conrod.report.charts.canvas import drawing_style
+from conrod.report.limits.charts import UNDETECTED_COLOUR
 from conrod.report.limits.map_figure import borders, cells, map_figure
-from conrod.report.limits.marks import UNDETECTED_COLOUR
 from conrod.report.limits.report import KIND
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue

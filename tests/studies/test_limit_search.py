@@ -13,10 +13,9 @@ from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.plan import ITEMS, Request
+from conrod.studies.limits.plan import ITEMS, Request, walk_search
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.results import Boundary, Walk
-from conrod.studies.limits.walk import walk_search
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
 WATCHED = plain(Extremes(1, True, {}, None, None, (), ""))

@@ -10,14 +10,17 @@ from conrod import MuJoCoSettings
 from conrod.engines import Engine, engine_named
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.studies.ablate.findings import (
+    JUDGED,
     AblationStudy,
     EngineAblation,
     Evidence,
     IngredientResult,
     Role,
     VariantResult,
+    evidence_of,
+    levels,
+    verdict,
 )
-from conrod.studies.ablate.verdict import JUDGED, evidence_of, levels, verdict
 from conrod.studies.frame.paired_timing import PairedTiming
 
 SCENE = "saw-500rpm"

@@ -11,8 +11,8 @@ from pathlib import Path
 from conrod.report.saved import restored
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Scale, spaced
+from conrod.studies.limits.plan import CRITERIA, boundary_of
 from conrod.studies.limits.results import LimitStudy, Probe, Walk
-from conrod.studies.limits.walk import CRITERIA, boundary_of
 
 SCENE = "saw-500rpm"
 REPORT = Path(__file__).parents[2] / "reports" / "limits"

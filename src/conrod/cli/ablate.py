@@ -77,7 +77,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
 
 
 def _timed(cases: Sequence[Case]) -> bool:
-    from conrod.studies.ablate.case import CostCase
+    from conrod.studies.ablate.study import CostCase
 
     return any(isinstance(case, CostCase) for case in cases)
 

@@ -11,7 +11,10 @@ from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.table import Cell, Table, Tone, Toned, table
 from conrod.report.template import listed, rendered
 from conrod.studies.ablate.findings import (
+    AS_GOOD,
+    COSTS,
     MEANINGS,
+    NO_CHANGE,
     AblationStudy,
     Effect,
     EngineAblation,
@@ -19,7 +22,6 @@ from conrod.studies.ablate.findings import (
     Role,
     Verdict,
 )
-from conrod.studies.ablate.verdict import AS_GOOD, COSTS, NO_CHANGE
 from conrod.studies.frame.paired_timing import PairedTiming
 
 ABSENT = "-"

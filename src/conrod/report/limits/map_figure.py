@@ -19,7 +19,7 @@ from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import Layout, legend_rows
 from conrod.report.charts.styles import preset_title
-from conrod.report.limits.marks import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
+from conrod.report.limits.charts import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
 from conrod.report.numbers import ROUNDING
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap, MapRun, standing

@@ -14,13 +14,12 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.limits.error_chart import error_chart
-from conrod.report.limits.follower import float_figure, onset_table
+from conrod.report.limits.charts import error_chart, float_figure, label_of, places_on
 from conrod.report.limits.map_figure import map_figure
-from conrod.report.limits.marks import label_of, places_on
 from conrod.report.limits.tables import (
     by_axis,
     limits_table,
+    onset_table,
     refusals,
     repeated_words,
     undetected_table,

@@ -7,9 +7,10 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.table import Table, table
+from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import listed
 from conrod.studies.limits.determinism import Determinism
+from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
 from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk, stretches
 
@@ -146,3 +147,22 @@ def _where(walk: Walk, alike: Sequence[Probe]) -> str:
     more = len(alike) - MOST_NAMED
     named = ", ".join(probe.text for probe in alike[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
     return f"{len(alike)} of {len(walk.probes)}: {named}"
+
+
+def onset_table(floats: Iterable[FollowerFloat]) -> Table:
+    """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
+    rows = [
+        (
+            *who(found),
+            numbers.measured(None if found.penetration is None else 1e3 * found.penetration),
+            numbers.MISSING if found.onset is None else f"{found.onset:.4f}",
+            _verdict(found),
+        )
+        for found in floats
+    ]
+    return table((*WHO, "penetration [mm]", "onset / theory", ""), rows)
+
+
+def _verdict(found: FollowerFloat) -> Cell:
+    within = f"within {100 * WITHIN:g} %"
+    return within if found.onset and abs(found.onset - 1.0) <= WITHIN else Toned(f"not {within}", "bad")

@@ -1,23 +1,83 @@
-"""Errors along an axis, a curve for each engine and preset, and above it a mark for each run that did not complete."""
+"""Figures of limits: errors along an axis, and flights of a follower; scales and marks, which maps have too."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from conrod.report.charts.canvas import Layout, legend_rows, on_log_grid, preset_handles, whole_decades
-from conrod.report.charts.styles import preset_style, preset_title
-from conrod.report.limits.marks import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
+from conrod.exact.motion import Array
+from conrod.report import numbers
+from conrod.report.charts.canvas import Layout, legend_rows, on_grid, on_log_grid, preset_handles, whole_decades
+from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
+from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.axis import Axis, Scale
+from conrod.studies.limits.follower_float import FollowerFloat
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
+
+FEW_DECADES = 4.5  # in which one, two and five have a tick each
+MOST_TICKS = 13
+UNDETECTED_COLOUR = "#d40000"  # of runs that are wrong and undetected
+
+
+def places_on(axis: Axis, values: Iterable[float]) -> Array:
+    """Places (N,) of values along an axis: themselves, of nearness what is left to one."""
+    places = np.array(list(values), dtype=float)
+    if axis.scale is Scale.LISTED:
+        return on_grid(places, float(np.ptp(places)))
+    logs = np.log10(1.0 - places if axis.scale is Scale.NEARNESS else places)
+    return np.asarray(10.0 ** on_grid(logs, float(np.ptp(logs))))
+
+
+def label_of(axis: Axis) -> str:
+    """Label for what `places_on` gives."""
+    return f"1 - {axis.label}" if axis.scale is Scale.NEARNESS else axis.label
+
+
+def set_scale(axes: Axes, which: Literal["x", "y"], axis: Axis, begin: float, end: float, room: float = 0.0) -> None:
+    """Give one of two axes the scale of an axis of limits, from one place to another, with ticks.
+
+    Args:
+        room: beside both ends, of the whole length.
+    """
+    if axis.listed:
+        beside = room * (end - begin)
+        axes.set(**{f"{which}lim": (begin - beside, end + beside)})
+    else:
+        beside = (end / begin) ** room
+        axes.set(**{f"{which}scale": "log", f"{which}lim": (begin / beside, end * beside)})
+        drawn = axes.xaxis if which == "x" else axes.yaxis
+        subs = (1.0, 2.0, 5.0) if abs(math.log10(end / begin)) < FEW_DECADES else (1.0,)
+        drawn.set_major_locator(LogLocator(subs=subs, numticks=MOST_TICKS))
+        drawn.set_minor_locator(NullLocator())
+        drawn.set_major_formatter(FuncFormatter(lambda value, _: numbers.quantity(value)))
+
+
+def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, Any]:
+    """Return arguments of `Axes.plot` for the mark of a way of ending; red where nothing shows it."""
+    return {
+        "linestyle": "none",
+        "marker": OUTCOME_MARKS.get(outcome, "."),
+        "markersize": size,
+        "markeredgewidth": 0.9,
+        "color": UNDETECTED_COLOUR if undetected else "#222222",
+    }
+
+
+def outcome_handles(outcomes: set[str]) -> list[Line2D]:
+    """Return legend entries of ways of ending, in the order of the list of outcomes."""
+    known = [one.slug for one in Outcome if one.slug in outcomes and one.slug in OUTCOME_MARKS]
+    return [Line2D([], [], label=one, **mark_style(one, undetected=False, size=5.0)) for one in known]
+
 
 WIDTH, PANEL = 9.5, 2.9  # [inch]
 LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
@@ -129,3 +189,31 @@ def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]
+
+
+# -- flights of a follower --------------------------------------------------------------------------------------------
+
+FLIGHTS_HEIGHT = 3.7  # [inch]
+SPEEDS, LENGTHS, NONE = (0.96, 1.24), (0.05, 100.0), 0.03  # speeds and lengths [deg] shown; where there is none
+
+
+def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
+    """The longest flight of each speed with the finer step, filled where it is none that shrinks with the step."""
+    layout = Layout(WIDTH, FLIGHTS_HEIGHT)
+    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, FLIGHTS_HEIGHT - TOP - BOTTOM)
+    axes.axvline(1.0, color="#333333", linewidth=1.0)
+    for found in floats:
+        style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
+        for flies in (False, True):
+            shown = [p for p in found.probes if SPEEDS[0] <= p.speed <= SPEEDS[1] and p.flies is flies]
+            lengths = np.maximum(np.degrees([p.lengths[1] or 0.0 for p in shown]), NONE)
+            fill = {"markerfacecolor": colour(found.engine) if flies else "none"}
+            axes.plot(on_grid(np.array([p.speed for p in shown]), 1.0), on_log_grid(lengths), **(style | fill))
+    axes.set(xlim=SPEEDS, yscale="log", ylim=(0.6 * NONE, LENGTHS[1]))
+    axes.set_yticks([NONE, 0.1, 1.0, 10.0, 100.0], ["none", "0.1", "1", "10", "100"])
+    axes.minorticks_off()
+    axes.set_xlabel("crank speed over the float speed: it flies (filled), or does not (open)")
+    axes.set_ylabel("longest flight [deg]")
+    handles = preset_handles((found.engine, found.preset) for found in floats)
+    layout.legend(handles, len(handles), handlelength=3.0)
+    return layout.figure
