@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.machine import described
 from conrod.engines.engine import Engine, Machine
-from conrod.engines.mjx import rollout
+from conrod.engines.mjx import engine as rollout
 from conrod.engines.mjx.settings import MJXSettings
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import build

@@ -13,10 +13,9 @@ from pymunk._chipmunk_cffi import lib
 from benchmarks.row import Row
 from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
-from conrod.engines.pymunk.built import Build
+from conrod.engines.pymunk.dynamics import point_tracks, staggered
 from conrod.engines.pymunk.engine import ENGINE
-from conrod.engines.pymunk.points import point_tracks, staggered
-from conrod.engines.pymunk.space import build
+from conrod.engines.pymunk.space import Build, build
 from conrod.engines.pymunk.stepping import advance, repeat
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array

@@ -54,7 +54,7 @@ FORBIDDEN = [
     ("conrod.own.tables", "conrod.engines.pymunk", "a table is of any tool"),
     ("conrod.own.printed", "conrod.engines", "print is held against the exact motion, with no engine"),
     ("conrod", "audits", "the documents' audits are an application of conrod, not installed with it"),
-    ("conrod.engines.mujoco.grid", "mujoco", "variations are of plain values"),
+    ("conrod.engines.mujoco.variants", "mujoco", "variations are of plain values"),
     ("conrod.engines.pymunk.grid", "pymunk", "grids and variations are of plain values"),
 ]
 

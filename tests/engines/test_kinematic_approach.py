@@ -7,7 +7,7 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.engines import numerics as approach
-from conrod.engines.pymunk import kinematic as pymunk_kinematic
+from conrod.engines.pymunk import engine as pymunk_kinematic
 from conrod.exact.motion import Array
 from conrod.scenes.catalogue import catalogue_scene
 

@@ -212,7 +212,7 @@ def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: di
 @needs_mjx
 @pytest.mark.slow
 def test_what_is_timed_is_compiled_before_and_takes_the_steps_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    from conrod.engines.mjx import rollout
+    from conrod.engines.mjx import engine as rollout
 
     taken, advance = list[int](), rollout.advance
     monkeypatch.setattr(rollout, "advance", lambda model, data, n: (taken.append(n), advance(model, data, n))[1])

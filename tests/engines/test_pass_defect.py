@@ -12,8 +12,7 @@ from scipy.integrate import solve_ivp
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
-from conrod.engines.mujoco.closure_errors import Course, followed, local_errors
-from conrod.engines.mujoco.law import LEFT_OUT
+from conrod.engines.mujoco.law import LEFT_OUT, Course, followed, local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.running import whole_run

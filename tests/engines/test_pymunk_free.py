@@ -12,8 +12,8 @@ from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energ
 
 from conrod.engines import engine_named
 from conrod.engines.pymunk import free_run as own
-from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.loads import Pushes
+from conrod.engines.pymunk.space import Build
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous

@@ -15,7 +15,7 @@ from conrod.engines import engine_named
 from conrod.engines.centres import body_states
 from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
 from conrod.engines.mujoco.model import build
-from conrod.engines.pymunk.points import point_tracks, staggered
+from conrod.engines.pymunk.dynamics import point_tracks, staggered
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.outcome import Verdict, judge

@@ -15,9 +15,10 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
-from conrod.engines.mujoco import older, recorder
+from conrod.engines.mujoco import dynamics as recorder
+from conrod.engines.mujoco import older
+from conrod.engines.mujoco.dynamics import ended_by_engine
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.recorder import ended_by_engine
 from conrod.engines.pymunk import dynamics, stepping
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, run
-from conrod.engines.pymunk import points, stepping
+from conrod.engines.pymunk import dynamics, stepping
 from conrod.exact.motion import cache_blocks
 from conrod.exact.reference import GenericReference
 
@@ -44,7 +44,7 @@ def test_a_pymunk_run_is_the_same_however_it_is_cut(name: str, monkeypatch: pyte
     settings = PymunkSettings.tuned(scene, 400)
     whole = run(scene, settings, revolutions=1)
     monkeypatch.setattr(stepping, "BLOCK", 7)
-    monkeypatch.setattr(points, "CHUNK", 11)
+    monkeypatch.setattr(dynamics, "CHUNK", 11)
     cut = run(scene, settings, revolutions=1)
     for point, tracks in whole.points.items():
         for quantity in QUANTITIES[:3]:

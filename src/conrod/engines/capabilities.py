@@ -11,8 +11,9 @@ from conrod.engines.releases import Releases
 from conrod.engines.tracks import ForceTracks, FreeRun, Pace
 from conrod.engines.variants import PRESETS, Grid, Ingredient, Rule
 from conrod.errors import InvalidInput
+from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute
 
 
 @dataclass(frozen=True)
@@ -219,3 +220,33 @@ def expected_error(engine: Engine[Any], machine: Machine, settings: Any, **start
     if isinstance(law, Lacking):
         return ExpectedError(law=law.reason)
     return law.expected_error(machine, settings, **start)
+
+
+# -- the slider-crank that timings are ratios to -----------------------------------------------------------------------
+
+
+SLIDER_CRANK = Mechanism(
+    name="reference loop",
+    bodies=(Body("crank", 4.0, 0.02), Body("rod", 1.5, 0.01125), Body("slider", 6.0, 0.06)),
+    joints=(
+        Revolute("shaft", GROUND, "crank", (0.0, 0.0), (0.0, 0.0)),
+        Revolute("crank-pin", "crank", "rod", (0.1, 0.0), (-0.15, 0.0)),
+        Revolute("slider-pin", "rod", "slider", (0.15, 0.0), (0.0, 0.0)),
+        Prismatic("slide", GROUND, "slider", (0.0, 0.0), (0.0, 0.0), direction=0.0),
+    ),
+    driver=Driver("shaft"),
+    poses={"crank": (0.0, 0.0, 0.0), "rod": (0.25, 0.0, 0.0), "slider": (0.4, 0.0, 0.0)},
+    observed=(),
+)
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A mechanism at a speed [rad/s]."""
+
+    kinematics: Kinematics
+    speed: float
+
+
+# One turn a second.
+REFERENCE = Driven(Kinematics(SLIDER_CRANK), 6.283185307179586)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet, warnings_of
+from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet, warnings_of
 from conrod.exact.motion import Array
 
 KINDS = mujoco.mjtState

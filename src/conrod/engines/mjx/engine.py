@@ -4,29 +4,147 @@ Its closures lack dJ/dt v: MJX sets J a = aref, where MuJoCo sets J a + dJ/dt v 
 -2/c g' - g/c^2 + dJ/dt v, with c the time constant: it opens to c^2 dJ/dt v, after a first step in which nothing has
 opened yet and all of dJ/dt v is an error of the acceleration. Steps h along tangents take h/c of that away: each
 leaves h^2/2 dJ/dt v less of a gap than the rate h dJ/dt v at its end says. Time is the way of the crank [rad].
-"""
+
+What is compiled serves all machines of one layout, whatever their sizes. As in MuJoCo, the sensors that a step leaves
+belong to the state before it; but under RK4 to the last of its stages."""
 
 from __future__ import annotations
 
+import io
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import redirect_stdout
 from importlib.metadata import version
+from typing import Any
 
+import jax
+import jax.numpy as jnp
+import mujoco
 import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import PIECE, Engine, Machine
-from conrod.engines.mjx import rollout
+from conrod.engines.engine import PIECE, Engine, Machine, run_of
 from conrod.engines.mjx.settings import PRESETS, MJXSettings
 from conrod.engines.mujoco import dynamics
-from conrod.engines.mujoco.closure_errors import Course, followed, largest_point_errors, yielding
 from conrod.engines.mujoco.engine import ENGINE as MUJOCO
-from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, ripple
+from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, Course, followed, largest_point_errors, ripple, yielding
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.mujoco.settings import LEAST_STEPS
 from conrod.engines.numerics import UNDETERMINED, largest_derivatives
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
+
+with redirect_stdout(io.StringIO()):  # it prints that it has no Warp
+    from mujoco import mjx
+
+BLOCK = 512  # samples that are kept at a time: the length of an array of what is compiled
+
+
+def stepped(model: Any, data: Any) -> Any:
+    """Data after a step, of the same types: in double precision MJX also makes some of its integers longer."""
+    return jax.tree.map(lambda after, before: after.astype(before.dtype), mjx.step(model, data), data)
+
+
+def _record(model: Any, data: Any, samples: Any) -> tuple[Any, Any, Any]:
+    """Data after so many steps, with states (BLOCK, nq + nv) and sensors (BLOCK, ..) before each."""
+
+    def step(k: Any, carried: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        now, states, sensors = carried
+        states = states.at[k].set(jnp.concatenate([now.qpos, now.qvel]))
+        after = stepped(model, now)
+        read = mjx.forward(model, now) if model.opt.integrator == mjx.IntegratorType.RK4 else after
+        return after, states, sensors.at[k].set(read.sensordata)
+
+    kept = (jnp.zeros((BLOCK, model.nq + model.nv)), jnp.zeros((BLOCK, model.nsensordata)))
+    found: tuple[Any, Any, Any] = jax.lax.fori_loop(0, samples, step, (data, *kept))
+    return found
+
+
+def _advance(model: Any, data: Any, steps: Any) -> Any:
+    """Data after so many steps, with nothing kept."""
+    return jax.lax.fori_loop(0, steps, lambda _, now: stepped(model, now), data)
+
+
+record, advance = jax.jit(_record), jax.jit(_advance)
+
+
+def kept(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[Any, Array, Array]:
+    """Data after so many samples, with states (.., T, nq + nv) and sensor data (.., T, ..) of each, as doubles.
+
+    Args:
+        of: `record`, of one machine, or what is mapped from it over several.
+    """
+    found = []
+    for done in range(0, samples, BLOCK):
+        count = min(BLOCK, samples - done)
+        with jax.enable_x64(double):
+            data, *values = of(model, data, count)
+        found.append([np.asarray(value[..., :count, :], dtype=float) for value in values])
+    states, sensors = (np.concatenate(values, axis=-2) for values in zip(*found, strict=True))
+    return data, states, sensors
+
+
+class Recorder:
+    """A machine that is stepped from a state of its model, as MuJoCo's recorder does it.
+
+    Attributes:
+        warnings: of the engine; it has none.
+    """
+
+    warnings: Mapping[str, int] = {}
+
+    def __init__(self, made: Build, settings: MJXSettings, coordinates: Array, rates: Array) -> None:
+        self._timestep, self._double, self._steps = settings.timestep, settings.precision == "double", 0
+        self._model, self._data = put(made, coordinates, rates, self._double)
+
+    def next(self, samples: int) -> tuple[Array, Array]:
+        """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), all doubles."""
+        self._data, states, sensors = kept(record, self._model, self._data, samples, self._double)
+        # From the step index: a sum of steps in single precision stands still.
+        clock = self._timestep * np.arange(self._steps, self._steps + samples)
+        self._steps += samples
+        return np.column_stack([clock, states]), sensors
+
+
+def put(made: Build, coordinates: Array, rates: Array, double: bool) -> tuple[Any, Any]:
+    """Model and data of MJX, in a state.
+
+    Raises:
+        NotImplementedError: MJX says what it lacks of the model.
+    """
+    data = mujoco.MjData(made.model)
+    data.qpos[:], data.qvel[:] = coordinates, rates
+    with jax.enable_x64(double):
+        return mjx.put_model(made.model), mjx.put_data(made.model, data)
+
+
+def stepper(machine: Machine, settings: MJXSettings) -> Callable[[int], None]:
+    """A machine in the exact state of its start, with nothing recorded."""
+    made = build(machine, settings, sensors=False)
+    double = settings.precision == "double"
+    return _compiled(*put(made, *made.start_state(machine, run_of(machine, 1, 1.0)[0]), double), double)
+
+
+def reference_loop() -> Callable[[int], None]:
+    """MuJoCo's slider-crank, in single precision."""
+    loop = MUJOCO.reference_loop()
+    return _compiled(mjx.put_model(loop.model), mjx.put_data(loop.model, loop.data), double=False)
+
+
+def _compiled(model: Any, data: Any, double: bool) -> Callable[[int], None]:
+    """Advance the data by so many steps at each call; compiled before the first."""
+
+    def call(steps: int) -> None:
+        nonlocal data
+        with jax.enable_x64(double):
+            data = jax.block_until_ready(advance(model, data, steps))
+
+    call(0)
+    return call
+
+
+# -- the engine, and its law -------------------------------------------------------------------------------------------
+
 
 DIFFERENCE = 1e-5  # [rad], over which rates are differenced: of order two, so to 1e-10
 # The largest rate of a gap that opens: h dJ/dt v after a step of two to a time constant, 2/e of that without steps.
@@ -75,8 +193,8 @@ class MJX(Engine[MJXSettings]):
     version = version("mujoco-mjx")
     presets = PRESETS
     expected_error = staticmethod(expected_error)
-    stepper = staticmethod(rollout.stepper)
-    reference_loop = staticmethod(rollout.reference_loop)
+    stepper = staticmethod(stepper)
+    reference_loop = staticmethod(reference_loop)
 
     def refusal(self, machine: Machine, settings: MJXSettings) -> str | None:
         if machine.kinematics.mechanism.cam_contacts:
@@ -87,7 +205,7 @@ class MJX(Engine[MJXSettings]):
             return reason
         made = build(machine, settings)
         try:
-            rollout.put(made, *made.start_state(machine, 0.0), settings.precision == "double")
+            put(made, *made.start_state(machine, 0.0), settings.precision == "double")
         except NotImplementedError as lacking:
             return f"mjx lacks what the model has: {lacking}"
         return None
@@ -96,7 +214,7 @@ class MJX(Engine[MJXSettings]):
         self, machine: Machine, settings: MJXSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
     ) -> Iterator[Piece]:
         made = build(machine, settings)
-        recorder = rollout.Recorder(made, settings, *made.start_state(machine, start_angle))
+        recorder = Recorder(made, settings, *made.start_state(machine, start_angle))
         yield from dynamics.recorded(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
 
 

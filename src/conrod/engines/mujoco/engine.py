@@ -1,23 +1,153 @@
-"""MuJoCo, as one of conrod's engines."""
+"""MuJoCo, as one of conrod's engines, with its kinematic mode and its timed steps."""
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from conrod.engines.cam_polygon import contact_refusal
-from conrod.engines.engine import Engine, Machine, with_fields
-from conrod.engines.mujoco import dynamics, ingredients, kinematic, law, older, standalone, timing
+from conrod.engines.capabilities import REFERENCE, KinematicResult
+from conrod.engines.engine import STOCK, Engine, Machine, run_of, with_fields
+from conrod.engines.mujoco import dynamics, law, older, standalone
+from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run
-from conrod.engines.mujoco.grid import regularised, rules, stabilised
+from conrod.engines.mujoco.law import shape_error
+from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.settings import PRESETS, MuJoCoSettings
+from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
+from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
+from conrod.engines.numerics import StraightAhead, approached, close_gap
 from conrod.engines.releases import read_releases
 from conrod.engines.tracks import ForceTracks, no_forces
-from conrod.engines.tree import tree_of, tree_refusal
+from conrod.engines.tree import Tree, tree_of, tree_refusal
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import CamContact
+
+# -- kinematic mode: its own constraints as a solver at prescribed crank angles ----------------------------------------
+
+
+NEWTON_STEPS = 20
+
+
+def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
+    """The crank held at each angle, the rest placed by the engine's own equations."""
+    settings = MuJoCoSettings.tuned(machine, 1000)
+    made = build(machine, settings)
+    data = mujoco.MjData(made.model)
+    contacts = made.tree.mechanism.cam_contacts
+    rows, course = [], StraightAhead()
+    for theta, asked in approached(machine.kinematics, angle):
+        # Only where assemblies meet does it matter where the iteration begins.
+        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+        data.qpos[:] = data.qpos if ahead is None else ahead
+        data.qpos[made.crank_dof] = theta
+        if contacts:
+            _place_follower(made, data, contacts[0])
+        else:
+            _close_loops(made, data)
+        course.found(theta, data.qpos)
+        if not asked:
+            continue
+        mujoco.mj_forward(made.model, data)
+        rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
+        data.qvel[made.crank_dof] = machine.speed
+        if not contacts:
+            _close_rates(made, data, machine.speed)
+            mujoco.mj_forward(made.model, data)
+            rows[-1] = (data.qpos.copy(), data.qvel.copy(), data.sensordata.copy())
+    coordinates, rates, sensors = (np.array(column) for column in zip(*rows, strict=True))
+    poses, _ = made.forward(coordinates, rates)
+    points = {
+        p.name: (
+            made.sensor(sensors, f"{p.name}.position")[:, :2],
+            None if contacts else made.sensor(sensors, f"{p.name}.velocity")[:, :2],
+        )
+        for p in made.tree.mechanism.observed
+    }
+    error = shape_error(machine, settings) if contacts else None
+    return KinematicResult(angle, poses, points, error)
+
+
+def _free(made: Build) -> NDArray[np.int_]:
+    """Indices of the coordinates that are not the crank's."""
+    return np.array([i for i in range(made.model.nv) if i != made.crank_dof], dtype=int)
+
+
+def _close_loops(made: Build, data: mujoco.MjData) -> None:
+    """Newton iteration on the engine's own constraint violation and Jacobian."""
+    free = _free(made)
+    for _ in range(NEWTON_STEPS):
+        mujoco.mj_fwdPosition(made.model, data)
+        step = np.linalg.lstsq(constraint_jacobian(made.model, data)[:, free], data.efc_pos[: data.nefc], rcond=None)[0]
+        data.qpos[free] -= step
+        if np.abs(step).max(initial=0.0) < 1e-15:  # nothing to close where the crank is all there is
+            break
+
+
+def _close_rates(made: Build, data: mujoco.MjData, speed: float) -> None:
+    """Rates that the engine's constraint Jacobian leaves at the crank's speed."""
+    free = _free(made)
+    jacobian = constraint_jacobian(made.model, data)
+    data.qvel[free] = np.linalg.lstsq(jacobian[:, free], -jacobian[:, made.crank_dof] * speed, rcond=None)[0]
+
+
+def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> None:
+    """The follower where the engine's own distance of cam and roller is zero (secant iteration)."""
+    (cam, roller), slide = made.geoms(contact), int(_free(made)[0])
+
+    def gap(position: float) -> float:
+        data.qpos[slide] = position
+        mujoco.mj_kinematics(made.model, data)
+        return float(mujoco.mj_geomDistance(made.model, data, cam, roller, 1.0, None))
+
+    # Single-precision vertices make the distance rough below this.
+    close_gap(gap, float(data.qpos[slide]), 1e-4 * contact.roller_radius, 1e-13)
+
+
+# -- steps with nothing recorded, which is what MuJoCo itself costs ----------------------------------------------------
+
+
+def reference_loop() -> BareRun:
+    """The slider-crank that timings are ratios to, with a flywheel of 10 kg m^2 and MuJoCo's own solver tolerance."""
+    defaults = MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0)
+    return started(REFERENCE, defaults)
+
+
+@dataclass(frozen=True)
+class BareRun:
+    """A model with its state; calling it advances the state by so many steps, in one call of the engine.
+
+    Attributes:
+        tree: of a machine under loads, whose laws act; None where there are none.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    tree: Tree | None = None
+
+    def __call__(self, steps: int) -> None:
+        acting = nullcontext() if self.tree is None else laws_acting(self.model, self.tree)
+        with warnings_kept_quiet(), acting:
+            mujoco.mj_step(self.model, self.data, nstep=steps)
+
+
+def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
+    """A machine in the exact state of its start, compiled without sensors."""
+    made = build(machine, settings, sensors=False)
+    data = mujoco.MjData(made.model)
+    data.qpos[:], data.qvel[:] = made.start_state(machine, run_of(machine, 1, 1.0)[0])
+    tree = made.tree if made.tree.mechanism.loads else None
+    return BareRun(made.model, data, tree)
+
+
+# -- the engine --------------------------------------------------------------------------------------------------------
 
 
 class MuJoCo(Engine[MuJoCoSettings]):
@@ -27,17 +157,17 @@ class MuJoCo(Engine[MuJoCoSettings]):
     version = str(mujoco.__version__)
     presets = PRESETS
     run = staticmethod(dynamics.run)
-    solve_kinematics = staticmethod(kinematic.solve_kinematics)
+    solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
-    stepper = staticmethod(timing.started)
-    reference_loop = staticmethod(timing.reference_loop)
+    stepper = staticmethod(started)
+    reference_loop = staticmethod(reference_loop)
     grid = staticmethod(rules)
     free_run = staticmethod(free_run)
     paste = staticmethod(standalone.paste)
     stabilised = staticmethod(stabilised)
     regularised = staticmethod(regularised)
-    minimal = staticmethod(ingredients.minimal)
-    ingredients = staticmethod(ingredients.ingredients)
+    minimal = staticmethod(minimal)
+    ingredients = staticmethod(ingredients)
     releases = read_releases("conrod.engines.mujoco")
 
     def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:

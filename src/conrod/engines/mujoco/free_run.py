@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK
+from conrod.engines.mujoco.dynamics import Recorder
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
-from conrod.engines.mujoco.recorder import Recorder
 from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, harden
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.engines.tree import spanning_tree, tree_refusal

@@ -11,11 +11,20 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
-from conrod.engines.mujoco.closures import add, add_closures, closure_points, joint_name, number, numbers, section
-from conrod.engines.mujoco.loads import add_forces, add_load_tendons, load_points
-from conrod.engines.mujoco.model_edits import dress_up
+from conrod.engines.mujoco.loads import (
+    add,
+    add_closures,
+    add_forces,
+    add_load_tendons,
+    closure_points,
+    joint_name,
+    load_points,
+    number,
+    numbers,
+    section,
+)
+from conrod.engines.mujoco.model_edits import add_camera, add_link_geoms, add_looks, dress_up
 from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.mujoco.visual_geometry import add_camera, add_link_geoms, add_looks
 from conrod.engines.tree import Branch, Tree
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute
 

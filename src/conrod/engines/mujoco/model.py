@@ -25,8 +25,7 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.mujoco import older
-from conrod.engines.mujoco.closures import joint_name
-from conrod.engines.mujoco.loads import by_program, moves_nothing, origin_of
+from conrod.engines.mujoco.loads import by_program, joint_name, moves_nothing, origin_of
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.engines.tree import Tree, tree_of

@@ -1,23 +1,118 @@
-"""Dynamic mode: pymunk steps, conrod records. Nothing is written after the start but the crank's own angle."""
+"""Dynamic mode: pymunk steps, conrod records. Nothing is written after the start but the crank's own angle.
+
+The instants that pymunk's samples belong to, and the motion of points and links at them, are here."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from conrod.engines.centres import body_states
 from conrod.engines.engine import PIECE, Machine
-from conrod.engines.pymunk.built import VERSION, Build
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import Staggered, point_tracks, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import build
+from conrod.engines.pymunk.space import VERSION, Build, build
 from conrod.engines.pymunk.stepping import advance, state
 from conrod.engines.recording import Recorded, pieces
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, cache_blocks, turned
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.trajectory import BodyStates, BodyTracks, Piece
+from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
+
+
+@dataclass(frozen=True)
+class Staggered:
+    """Instants of the T samples of a run.
+
+    A step moves positions first, x_(n+1) = x_n + h v_n, and then makes v_(n+1) fit the joints there. So v_n is the
+    difference of two positions and belongs to the middle of the step that follows it, t_n + h / 2; v_0, given at
+    t = 0, is left out. (A contact is corrected by velocities of its own, apart from v_n, which then fits the instant
+    t_n itself.) Acceleration is the difference of two velocities and belongs to the instant between. It
+    begins at the third step: positions run behind the exact ones by a lag that is complete only after the second step.
+
+    Attributes:
+        position: (T,), of all samples.
+        velocity: (T - 1,), of those from the second on.
+        acceleration: (T - 3,), of those from the fourth on, each with the one before.
+        step: h [s].
+        ahead: from a sample to the instant of its velocity [s].
+        back: from a sample to the instant of the acceleration [s].
+    """
+
+    position: Instants
+    velocity: Instants
+    acceleration: Instants
+    step: float
+    ahead: float
+    back: float
+
+
+def staggered(mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array) -> Staggered:
+    """Instants of samples at times (T,) [s] with a step h [s], and where the crank was by the engine's own account.
+
+    Args:
+        centres: centres of gravity with turns (T, 3 n) [m, m, rad].
+        rates: theirs, each at the instant that velocities belong to.
+    """
+    ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
+    back = ahead - 0.5 * h
+    driver, crank = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
+    turn, spin = centres[:, crank].copy(), rates[:, crank].copy()
+
+    def at(times: Array, turn: Array, spin: Array, gain: Array | None = None) -> Instants:
+        rest = np.zeros_like(spin) if gain is None else driver.sense * gain
+        return Instants(times, driver.sense * (turn - driver.start), driver.sense * spin, rest)
+
+    return Staggered(
+        position=at(times, turn, spin),
+        velocity=at(times[1:] + ahead, turn[1:] + ahead * spin[1:], spin[1:]),
+        acceleration=at(
+            times[3:] + back,
+            turn[3:] + back * spin[2:-1],
+            0.5 * (spin[3:] + spin[2:-1]),
+            (spin[3:] - spin[2:-1]) / h,
+        ),
+        step=h,
+        ahead=ahead,
+        back=back,
+    )
+
+
+CHUNK = 4096
+
+
+def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Array) -> dict[str, PointTracks]:
+    """Tracks of all observed points.
+
+    Args:
+        at: instants of the T samples.
+        centres: centres of gravity with turns (T, 3 n) [m, m, rad].
+        rates: theirs, each at the instant that velocities belong to.
+    """
+    tracks = {}
+    for observed in mechanism.observed:
+        i, centre = 3 * mechanism.body_index[observed.body], mechanism.body(observed.body).centre_of_gravity
+        way = (observed.point[0] - centre[0], observed.point[1] - centre[1])
+        positions, velocities = np.empty((2, len(centres), 2))
+        for rows in cache_blocks(len(centres), CHUNK):
+            positions[rows], velocities[rows] = centres[rows, i : i + 2], rates[rows, i : i + 2]
+            if way != (0.0, 0.0):
+                turn, spin = centres[rows, i + 2], rates[rows, i + 2]
+                positions[rows] += np.column_stack(turned(way, turn))
+                arm_x, arm_y = turned(way, turn + at.ahead * spin)
+                velocities[rows, 0] -= spin * arm_y
+                velocities[rows, 1] += spin * arm_x
+        tracks[observed.name] = PointTracks(
+            Track(at.position, positions),
+            Track(at.velocity, velocities[1:]),
+            Track(at.acceleration, np.diff(velocities[2:], axis=0) / at.step),
+        )
+    return tracks
+
+
+# -- runs at constant speed --------------------------------------------------------------------------------------------
+
 
 KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
 

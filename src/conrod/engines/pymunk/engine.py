@@ -1,37 +1,238 @@
-"""pymunk (Chipmunk2D), as one of conrod's engines."""
+"""pymunk (Chipmunk2D), as one of conrod's engines, with its kinematic mode and its timed steps."""
 
 from __future__ import annotations
 
-from conrod.engines.engine import Engine, Machine
-from conrod.engines.pymunk import (
-    built,
-    dynamics,
-    forces,
-    free_run,
-    grid,
-    kinematic,
-    law,
-    space,
-    timing,
-)
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pymunk
+
+from conrod.engines.capabilities import REFERENCE, KinematicResult
+from conrod.engines.centres import body_states
+from conrod.engines.engine import STOCK, Engine, Machine, run_of
+from conrod.engines.numerics import StraightAhead, approached, close_gap
+from conrod.engines.pymunk import dynamics, forces, free_run, grid, law, space
+from conrod.engines.pymunk.dynamics import started as start_of
+from conrod.engines.pymunk.law import shape_error
+from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
+from conrod.engines.pymunk.space import Build, Pushed, build
+from conrod.engines.pymunk.stepping import repeat, state
 from conrod.engines.releases import read_releases
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pins_of
+
+# -- kinematic mode: its own joints as a solver of positions and rates at prescribed crank angles ----------------------
+
+
+# With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
+STEP = 1e-6  # [s]
+NEWTON_STEPS = 12
+ITERATIONS = 2000
+RATE_SOLVES = 20
+RATE_DONE = 1e-13  # of the machine's size times the crank's speed, left in a joint
+# A Newton step this small [m, rad] is rounding.
+DONE = 1e-16
+
+
+def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
+    """The crank held at each angle, the rest placed by the engine's own joints (or its distance query)."""
+    settings = PymunkSettings.tuned(machine, 1000)
+    still = replace(settings, iterations=ITERATIONS, gravity=False, error_bias=0.0)
+    made = build(machine, still)
+    _make_equal(made)
+    contacts = made.mechanism.cam_contacts
+    rows, course = [], StraightAhead()
+    for theta, asked in approached(machine.kinematics, angle):
+        turn = made.mechanism.crank_turn(theta)
+        # Only where assemblies meet does it matter where the iteration begins.
+        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+        if ahead is not None:
+            _place(made, ahead)
+        if contacts and asked:
+            rows.append(_place_follower(made, contacts[0], turn))
+        elif not contacts:
+            _close_joints(made, turn)
+            course.found(theta, _centres(made))
+            if asked:
+                rows.append((_centres(made), _closing_rates(made, machine, turn)))
+    centres, rates = (np.array(column) for column in zip(*rows, strict=True))
+    poses, speeds = body_states(made.mechanism, centres, rates)
+    observed = machine.kinematics.point_derivatives([poses, speeds])
+    points = {name: (place, None if contacts else rate) for name, (place, rate) in observed.items()}
+    error = shape_error(machine, settings) if contacts else None
+    return KinematicResult(angle, poses, points, error)
+
+
+def _make_equal(made: Build) -> None:
+    """Unit masses, felt about alike at every joint: the pose depends on no mass, the engine's iteration does."""
+    size = max(max(abs(x), abs(y)) for x, y, _ in made.mechanism.poses.values()) or 1.0
+    slides = [j for j in made.mechanism.joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)]
+    sliding = {name for slide in slides for name in (slide.a, slide.b)}
+    for link, body in zip(made.mechanism.bodies, made.bodies, strict=True):
+        if body.body_type != pymunk.Body.DYNAMIC:
+            continue
+        body.mass = 1.0
+        if math.isfinite(body.moment):
+            arms = [math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)]
+            # A wheel or a block is held at its middle; any size will do for what turns it. A slide hands on a turn.
+            arm = size if link.name in sliding else 0.0
+            body.moment = (max([arm, *arms]) or size) ** 2
+
+
+def _place(made: Build, centres: Array) -> None:
+    """Put centres of gravity and turns (3 n,) where they are to be."""
+    for body, (x, y, turn) in zip(made.bodies, centres.reshape(-1, 3), strict=True):
+        body.position, body.angle = (float(x), float(y)), float(turn)
+
+
+def _close_joints(made: Build, turn: float) -> None:
+    """Place all bodies, with the crank at a turn [rad]."""
+    _set_bias(made, 0.0)
+    made.crank.angular_velocity = 0.0
+    made.crank.angle = turn
+    before = _centres(made)
+    for _ in range(NEWTON_STEPS):
+        for body in made.bodies:
+            body.velocity = (0.0, 0.0)
+            body.angular_velocity = 0.0
+        made.space.step(STEP)  # finds the velocities that close the joints
+        made.space.step(STEP)  # moves by them
+        now = _centres(made)
+        if np.abs(now - before).max() < DONE:
+            break
+        before = now
+
+
+def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
+    """Rates of the centres of gravity (3 n,) that fit the joints where they are, at the crank's speed.
+
+    A solve of the velocities alone: no correction, and the crank set back so that it arrives at `turn`. Where the
+    joints are badly conditioned one solve is not enough. Each one more begins with the impulses of the last one, from
+    bodies at rest, and so goes on where that ended.
+    """
+    spin = made.mechanism.driver.sense * machine.speed
+    centres = _centres(made)
+    _set_bias(made, 1.0)
+    for _ in range(RATE_SOLVES):
+        for body in made.bodies:
+            body.velocity = (0.0, 0.0)
+            body.angular_velocity = 0.0
+        made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
+        made.space.step(STEP)
+        rates = np.asarray(state(made)[1][0])
+        poses, speeds = body_states(made.mechanism, centres[None], rates[None])
+        left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[0, :-1, 0]
+        if np.abs(left).max() <= RATE_DONE * abs(spin) * machine.kinematics.size:
+            break
+    return rates
+
+
+def _set_bias(made: Build, error_bias: float) -> None:
+    for constraint in made.space.constraints:
+        constraint.error_bias = error_bias
+
+
+def _centres(made: Build) -> Array:
+    return np.array([number for body in made.bodies for number in (*body.position, body.angle)])
+
+
+def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Array, Array]:
+    """The follower where the engine's own distance of cam and roller is zero (secant iteration along the slide)."""
+    made.crank.angle = turn
+    made.space.reindex_shapes_for_body(made.crank)
+    follower = made.bodies[made.mechanism.body_index[contact.b]]
+    start = follower.position
+    slide = made.mechanism.guide(contact.b)
+    assert isinstance(slide, Prismatic)  # or the machine is refused
+    along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)
+
+    def gap(way: float) -> float:
+        centre = start + along * way
+        return min(shape.point_query(centre).distance for shape in made.crank.shapes) - contact.roller_radius
+
+    way = close_gap(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
+    follower.position = start + along * way
+    return _centres(made), np.zeros(3 * len(made.bodies))
+
+
+# -- steps with nothing recorded, which is what pymunk itself costs ----------------------------------------------------
+
+
+def reference_loop() -> BareRun:
+    """The slider-crank that timings are ratios to, with pymunk's defaults."""
+    return started(REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
+
+
+@dataclass
+class BareRun:
+    """A space with a driven crank; calling it advances it by so many steps.
+
+    Attributes:
+        turn: of the crank body at the start [rad].
+        spin: its speed [rad/s].
+        give: gives all bodies their forces for the step that begins so long [s] after the start; None without loads.
+        steps: taken so far; the crank's turn is counted from it, as in a recorded run.
+    """
+
+    space: pymunk.Space
+    crank: pymunk.Body
+    pushed: Pushed
+    timestep: float
+    turn: float
+    spin: float
+    give: Callable[[float], object] | None = None
+    steps: int = 0
+
+    def __call__(self, steps: int) -> None:
+        times = self.timestep * np.arange(self.steps, self.steps + steps)
+        turns = (self.turn + self.spin * times).tolist()
+        if self.give is None:
+            repeat(self.space, self.crank, self.pushed, self.timestep, turns)
+        else:
+            for turn, time in zip(turns, times.tolist(), strict=True):
+                self.crank.angle = turn
+                self.give(time)
+                self.space.step(self.timestep)
+        self.steps += steps
+
+
+def started(machine: Machine, settings: PymunkSettings) -> BareRun:
+    """A machine in the exact state of its start."""
+    angle, _ = run_of(machine, 1, 1.0)
+    made = start_of(machine, settings, angle)
+    driver, begun = made.mechanism.driver, angle / machine.speed
+    pushes = pushes_of(made, settings)
+    return BareRun(
+        made.space,
+        made.crank,
+        made.pushed,
+        timestep=settings.timestep,
+        turn=made.mechanism.crank_turn(angle),
+        spin=driver.sense * machine.speed,
+        give=(lambda since: pushes.give(begun + since)) if pushes else None,
+    )
+
+
+# -- the engine --------------------------------------------------------------------------------------------------------
 
 
 class Pymunk(Engine[PymunkSettings]):
     """pymunk by way of its `Space`, with all capabilities but ingredients."""
 
     name = "pymunk"
-    version = built.VERSION
+    version = space.VERSION
     presets = PRESETS
     refusal = staticmethod(space.refusal)
     run = staticmethod(dynamics.run)
-    solve_kinematics = staticmethod(kinematic.solve_kinematics)
+    solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
     forces = staticmethod(forces.forces)
     free_run = staticmethod(free_run.free_run)
-    stepper = staticmethod(timing.started)
-    reference_loop = staticmethod(timing.reference_loop)
+    stepper = staticmethod(started)
+    reference_loop = staticmethod(reference_loop)
     paste = staticmethod(grid.paste)
     stabilised = staticmethod(grid.stabilised)
     regularised = staticmethod(grid.regularised)

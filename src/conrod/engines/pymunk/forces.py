@@ -25,9 +25,8 @@ import numpy as np
 
 from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine
-from conrod.engines.pymunk.dynamics import body_tracks, started
+from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.points import Staggered, staggered
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance

@@ -19,11 +19,10 @@ import numpy as np
 
 from conrod.engines.centres import body_states
 from conrod.engines.engine import PIECE
-from conrod.engines.pymunk.built import Build
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.settings import PymunkSettings
-from conrod.engines.pymunk.space import build_free
+from conrod.engines.pymunk.space import Build, build_free
 from conrod.engines.pymunk.stepping import advance_free, state
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput

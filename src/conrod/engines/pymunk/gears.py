@@ -8,12 +8,9 @@ does the ring's. The result is the same equations, of two bodies each.
 from __future__ import annotations
 
 import numpy as np
-import pymunk
 
-from conrod.engines.pymunk.built import Build
 from conrod.engines.tree import carrier_of
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack
 
 RACK_REFUSAL = "pymunk has no joint that ties the way along a line to a turn, which a rack needs"
@@ -26,32 +23,18 @@ Weights = dict[str, float]  # what the turns of bodies add to what rolls off [m/
 def gears_refusal(mechanism: Mechanism) -> str | None:
     """None, or the reason why a mechanism's rolling pairs cannot be given to pymunk."""
     try:
-        _ties(mechanism)
+        ties(mechanism)
     except InvalidInput as reason:
         return str(reason)
     return None
 
 
-def gear_joints(made: Build, start: Array) -> dict[str, pymunk.GearJoint]:
-    """One joint for each rolling pair, by its name; of pairs solved for each other one stands for another.
-
-    Args:
-        start: exact poses (3 n,) of all links at crank angle 0, which have the phases.
+def ties(mechanism: Mechanism) -> dict[str, Weights]:
+    """The two bodies whose turns each pair ties, with their weights; of pairs solved for each other one for another.
 
     Raises:
         InvalidInput: pymunk cannot have a pair; says why.
     """
-    joints = {}
-    for name, tie in _ties(made.mechanism).items():
-        (first, weight_first), (second, weight_second) = tie.items()
-        ratio = -weight_second / weight_first
-        turns = [float(start[3 * made.mechanism.body_index[body] + 2]) for body in (first, second)]
-        joints[name] = pymunk.GearJoint(made.link(first), made.link(second), ratio * turns[1] - turns[0], ratio)
-    return joints
-
-
-def _ties(mechanism: Mechanism) -> dict[str, Weights]:
-    """The two bodies whose turns each pair ties, with their weights."""
     direct = {mesh.name: _weights(mechanism, mesh) for mesh in mechanism.meshes}
     if all(len(weights) == 2 for weights in direct.values()):
         return direct

@@ -34,11 +34,9 @@ from conrod.engines.capabilities import ExpectedError
 from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine, run_of, step_length
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, largest_derivatives, rounding
-from conrod.engines.pymunk.built import shaft_centred
-from conrod.engines.pymunk.iteration import SHARE
-from conrod.engines.pymunk.points import point_tracks, staggered
-from conrod.engines.pymunk.settings import PymunkSettings, follower_fall
-from conrod.engines.pymunk.space import rounded_polygon, wedges
+from conrod.engines.pymunk.dynamics import point_tracks, staggered
+from conrod.engines.pymunk.settings import SHARE, PymunkSettings, follower_fall
+from conrod.engines.pymunk.space import rounded_polygon, shaft_centred, wedges
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array

@@ -1,8 +1,10 @@
-"""Mechanism -> pymunk `Space`."""
+"""Mechanism -> pymunk `Space`, with its bodies and joints."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from itertools import pairwise
 from typing import assert_never
 
@@ -10,13 +12,75 @@ import numpy as np
 import pymunk
 
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
+from conrod.engines.centres import centre_state
 from conrod.engines.engine import Machine
-from conrod.engines.pymunk.built import Build, shaft_centred
-from conrod.engines.pymunk.gears import gear_joints, gears_refusal
+from conrod.engines.pymunk.gears import gears_refusal, ties
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import Profile
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
+
+VERSION = version("pymunk")  # what 7.0.0 says of itself is 2.0.0
+Pushed = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies with the constant force [N] on each
+
+
+@dataclass(frozen=True)
+class Build:
+    """A space and its bodies, in the order of the mechanism's."""
+
+    mechanism: Mechanism  # as the engine has it, see `shaft_centred`
+    space: pymunk.Space
+    bodies: tuple[pymunk.Body, ...]
+    # Constant forces have to be given again before every step, which clears them.
+    pushed: Pushed
+    names: dict[pymunk.Constraint, str]  # the joint that each constraint is of
+
+    @property
+    def crank(self) -> pymunk.Body:
+        """The driven body."""
+        return self.bodies[self.mechanism.body_index[self.mechanism.crank]]
+
+    def place(self, poses: Array, rates: Array) -> None:
+        """Put the bodies into poses (3 n,) with rates (3 n,) of all links."""
+        for i, (link, body) in enumerate(zip(self.mechanism.bodies, self.bodies, strict=True)):
+            own = slice(3 * i, 3 * i + 3)
+            gx, gy, turn, vx, vy, spin = centre_state(link, poses[own], rates[own])
+            body.position, body.angle = (gx, gy), turn
+            body.velocity, body.angular_velocity = (vx, vy), spin
+        self.space.reindex_shapes_for_body(self.space.static_body)
+
+    def hold(self, name: str, constraint: pymunk.Constraint) -> None:
+        """Add a constraint, of a joint of this name."""
+        self.names[constraint] = name
+        self.space.add(constraint)
+
+    def link(self, name: str) -> pymunk.Body:
+        """The body of a link, or the ground."""
+        return self.space.static_body if name == GROUND else self.bodies[self.mechanism.body_index[name]]
+
+    def local(self, name: str, point: Point) -> Point:
+        """A point of a link in pymunk's body frame, whose origin is the centre of gravity."""
+        if name == GROUND:
+            return point
+        cx, cy = self.mechanism.body(name).centre_of_gravity
+        return (point[0] - cx, point[1] - cy)
+
+
+def shaft_centred(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with the crank's centre of gravity on its shaft.
+
+    A kinematic body turns about its centre of gravity, and its mass acts on nothing: so where its real one lies does
+    not matter, but the place about which it turns does.
+    """
+    shaft = mechanism.driven_joint.point_b
+    bodies = tuple(
+        replace(body, centre_of_gravity=shaft) if body.name == mechanism.crank else body for body in mechanism.bodies
+    )
+    return replace(mechanism, bodies=bodies)
+
+
+# -- translation -------------------------------------------------------------------------------------------------------
+
 
 ROUNDING = 0.9
 WEDGE_FACETS = 240
@@ -56,7 +120,12 @@ def _built(mechanism: Mechanism, settings: PymunkSettings, start: Array, driven:
     for joint in mechanism.joints:
         if not driven or joint.name != mechanism.driver.joint:
             _add_joint(made, joint, settings)
-    for name, gear in gear_joints(made, start).items():
+    # Phases are those of the start.
+    for name, tie in ties(mechanism).items():
+        (first, weight_first), (second, weight_second) = tie.items()
+        ratio = -weight_second / weight_first
+        turns = [float(start[3 * mechanism.body_index[body] + 2]) for body in (first, second)]
+        gear = pymunk.GearJoint(made.link(first), made.link(second), ratio * turns[1] - turns[0], ratio)
         _add(made, name, gear, settings)
     return made
 
@@ -80,7 +149,7 @@ def _add_joint(made: Build, joint: Joint, settings: PymunkSettings) -> None:
         case CamContact():
             _add_shapes(made, joint, settings)
             constraints = []
-        case Rolling() | Rack():  # all together, see `gear_joints`
+        case Rolling() | Rack():  # all together, by the turns that they tie
             constraints = []
         case _:
             assert_never(joint)

@@ -14,8 +14,8 @@ import numpy as np
 import pymunk
 from pymunk._chipmunk_cffi import ffi, lib
 
-from conrod.engines.pymunk.built import Build, Pushed
 from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk.space import Build, Pushed
 from conrod.exact.motion import Array, cache_blocks
 
 # In a cpBody position, velocity, force, angle and angular velocity follow two function pointers, four numbers of mass

@@ -13,7 +13,7 @@ from xml.parsers import expat
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.own.models.loading import load_model
 

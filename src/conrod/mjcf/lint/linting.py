@@ -9,7 +9,7 @@ from pathlib import Path
 
 import mujoco
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, collisions, stepping
 from conrod.mjcf.lint.bench import Bench

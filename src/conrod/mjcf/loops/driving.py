@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
+from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
 from conrod.engines.mujoco.model import constraint_jacobian
-from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion

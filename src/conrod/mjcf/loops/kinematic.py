@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.driving import gaps_of, start_state
 from conrod.mjcf.loops.results import QUANTITIES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.tree import RATES, SpatialTree, lengths
 from conrod.mjcf.loops.driving import advanced, gaps_of, opens

@@ -8,9 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mobility import jacobian_rank
 from conrod.engines.mujoco.model import equality_jacobian
-from conrod.engines.numerics import close_gap
+from conrod.engines.numerics import close_gap, jacobian_rank
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.loading import (

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import older
-from conrod.engines.mujoco.recorder import bad_numbers, warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
 from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array

@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.recorder import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number

@@ -7,7 +7,7 @@ from collections import Counter
 import mujoco
 import numpy as np
 
-from conrod.engines.mobility import jacobian_rank
+from conrod.engines.numerics import jacobian_rank
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly
