@@ -120,6 +120,7 @@ def _lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, 
     return position, velocity, its_rate - point[4] / 24.0
 
 
+LEAST_FALL = 1e-12  # [m/s^2]; where nothing presses the follower, it is free in all steps
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
 CONTACT_LAW = "one step's free fall, the polygon's corners, half a sagitta / cos(pressure angle)"
 LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of centres of gravity and turns, and the next term"
@@ -144,24 +145,32 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     follower = FollowerMotion.of(machine)
-    fall, h = follower_fall(machine.kinematics.mechanism), settings.timestep
+    mechanism, h = machine.kinematics.mechanism, settings.timestep
+    # Released, the follower falls by what presses it: weight alone, or what of the exact motion's force is not its own.
+    falls: Array = np.full(1, follower_fall(mechanism))
+    if mechanism.loads:
+        falls = follower.force * follower.cosine / mechanism.body(follower.contact.b).mass - follower.acceleration
+    fall = float(falls.max())
     polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
     corner = abs(machine.speed) * follower.largest_corner(polygon)  # speed that a corner adds
     drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2 + corner * h
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
-    share = float(_free_share(follower, fall).mean()) + _other_free(follower, polygon) / settings.steps_per_revolution
+    share = float(_free_share(follower, falls).mean()) + _other_free(follower, polygon) / settings.steps_per_revolution
     fallen = math.sqrt(min(1.0, share)) * fall * h / abs(machine.speed)
     velocity = (fallen + follower.facet_slope_rms(polygon)) / follower.lift
     return ExpectedError(position, velocity_rms=velocity, law=CONTACT_LAW)
 
 
-def _free_share(follower: FollowerMotion, fall: float) -> Array:
+def _free_share(follower: FollowerMotion, falls: Array) -> Array:
     """Share (T,) of steps that a follower falls free in, where the curve falls away under it.
 
     It uses up an overlap of g h^2 / 2 by h^2 |s''| / 2 a step, and has it again after one free step, which falls by
     g h^2 less 2 h^2 |s''| at most: with |s''| above g / 4 not all of it.
+
+    Args:
+        falls: g (T,), or (1,) where it is the same all the way.
     """
-    away = np.maximum(0.0, -follower.acceleration) / fall
+    away = np.maximum(0.0, -follower.acceleration) / np.maximum(falls, LEAST_FALL)
     return np.where(away <= 0.25, away, np.minimum(1.0, 2.0 * away))
 
 
