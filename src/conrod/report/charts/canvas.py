@@ -109,9 +109,9 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
         )
 
 
-def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str], line: float = 3.2) -> None:
-    """One legend for all panels, in a row above them, with lines of a length in the font's size."""
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=line)
+def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
+    """One legend for all panels, in a row above them."""
+    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
 
 
 def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
@@ -129,8 +129,6 @@ def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None,
 
 # The divisors of the errors of a quantity, as labels of axes have them.
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
-STEPS = "steps per revolution N (step of the crank angle h = 2π / N)"
-MOST_STEPS = 10  # named on an axis
 
 
 class Layout:
@@ -181,11 +179,3 @@ def log_axis(
     if ticks is not None:
         axes.set_xticks(list(ticks), names)
     axes.minorticks_off()
-
-
-def steps_axis(axes: Axes, steps: Sequence[int], room: float) -> None:
-    """Give the horizontal axis numbers of steps per revolution in rising order; `room` is a factor beside the ends."""
-    if steps:
-        shown = steps[:: -(-len(steps) // MOST_STEPS)]
-        log_axis(axes, (steps[0] / room, steps[-1] * room), shown, [str(n) for n in shown])
-    axes.set_xlabel(STEPS)

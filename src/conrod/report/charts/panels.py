@@ -1,8 +1,8 @@
-"""Errors in panels above each other: over the crank angle, of free motion over time, of a table over revolutions."""
+"""Errors in panels above each other, over angle, time or steps, and those of all machines on one scale."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from typing import Any, TypeAlias
@@ -16,8 +16,17 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from conrod.exact.motion import Array
 from conrod.own.tables.samples import ERRORS
 from conrod.own.tables.study import TableStudy
-from conrod.report.charts.canvas import NORMS, legend_above, on_grid, on_log_grid, tolerance_heads, whole_decades
-from conrod.report.charts.styles import HUES, completed, curve_style, label
+from conrod.report.charts.canvas import (
+    NORMS,
+    legend_above,
+    log_axis,
+    on_grid,
+    on_log_grid,
+    rows_axis,
+    tolerance_heads,
+    whole_decades,
+)
+from conrod.report.charts.styles import HUES, completed, curve_style, label, preset_style, preset_title
 from conrod.report.numbers import ROUNDING
 from conrod.scenes import Scene
 from conrod.studies.frame.measurement import QUANTITIES
@@ -26,8 +35,12 @@ from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MARKERS = 12  # of a curve
-TAIL = 4  # last samples of a curve, which get no marker
 HEIGHT, ABOVE, BELOW = 2.8, 0.5, 0.55  # of a panel, and of the rooms for the legend and the label [inch]
+ROW, MARGINS = 0.26, 1.25  # heights [inch]
+LARGEST = 10.0  # error / L that ends the scale: what is further off is no machine any more
+ROOM = 1.15  # beside the first and last number of steps
+STEPS = "steps per revolution N (step of the crank angle h = 2π / N)"
+MOST_STEPS = 10  # named on an axis
 LEAST = 1e-5  # of the largest error of a table's panel: a run that begins without error squeezes no other
 
 # Places and values (N,) on the grid that is drawn, and arguments of `Axes.plot`.
@@ -49,13 +62,8 @@ class Panel:
     allowed: Sequence[tuple[float | None, Mapping[str, Any]]] = ()
 
 
-def panels_figure(panels: Sequence[Panel], along: str, turns: bool = True) -> Figure:
-    """The panels, with one legend above them.
-
-    Args:
-        along: what the horizontal axis is.
-        turns: it is an angle in degrees.
-    """
+def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], None] = lambda _: None) -> Figure:
+    """The panels over what the horizontal axis is and how it is divided, with one legend above them."""
     height = HEIGHT * len(panels) + ABOVE + BELOW
     figure = Figure(figsize=(10.5, height))
     drawn = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
@@ -64,8 +72,7 @@ def panels_figure(panels: Sequence[Panel], along: str, turns: bool = True) -> Fi
         axes.set_xlim(*panel.ends)
         error_panel(axes, panel.label, panel.curves)
         tolerance_heads(axes, panel.ends[1], panel.allowed)
-        if turns:
-            axes.xaxis.set_major_locator(_turn_ticks(abs(panel.ends[1] - panel.ends[0])))
+        ticks(axes)
         handles, labels = axes.get_legend_handles_labels()
         named |= dict(zip(labels, handles, strict=True))
     if any(allowed is not None for panel in panels for allowed, _ in panel.allowed):
@@ -82,16 +89,10 @@ def error_panel(axes: Axes, label: str, curves: Sequence[Curve]) -> None:
     for place, (at, values, style) in enumerate(curves):
         every = max(1, len(at) // MARKERS)
         # The curves take turns, so that no marker covers another.
-        marks = slice(2 + (place * every) // len(curves), len(at) - TAIL, every)
+        marks = slice((place * every) // len(curves), None, every)
         axes.plot(at, values, markevery=marks, **style)
     whole_decades(axes, [values for _, values, _ in curves])
     axes.set_ylabel(label)
-
-
-def _turn_ticks(degrees: float) -> MultipleLocator | MaxNLocator:
-    """Quarters of a turn, or of several; of less than half a turn whatever divides it well."""
-    whole = 90.0 * max(1, round(degrees / 720.0))
-    return MultipleLocator(whole) if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10])
 
 
 def _labelled(run: Result) -> dict[str, Any]:
@@ -112,7 +113,14 @@ def error_figure(study: SceneStudy) -> Figure:
         )
         for name in QUANTITIES
     ]  # fmt: skip
-    return panels_figure(panels, "crank angle [deg]")
+
+    def ticks(axes: Axes) -> None:
+        """Quarters of a turn, or of several; of less than half a turn whatever divides it well."""
+        degrees = abs(ends[1] - ends[0])
+        whole = MultipleLocator(90.0 * max(1, round(degrees / 720.0)))
+        axes.xaxis.set_major_locator(whole if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10]))
+
+    return panels_figure(panels, "crank angle [deg]", ticks)
 
 
 def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
@@ -131,6 +139,55 @@ def _error_curve(run: ValidationResult, name: str) -> Curve:
     return on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions), on_log_grid(error), _labelled(run)
 
 
+def refinement_figure(study: SceneStudy) -> Figure:
+    """Largest error over the observed points against steps per revolution, a panel for each quantity."""
+    runs = [r for r in study.results if r.mode == "dynamic" and r.refinement]
+    steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
+    ends = (steps[0] / ROOM, steps[-1] * ROOM)
+    panels = []
+    for name in QUANTITIES:
+        curves = []
+        for run in runs:
+            stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, name)) is not None]
+            at, errors = np.array(stable, dtype=float).reshape(-1, 2).T
+            curves.append((at, on_log_grid(errors), _labelled(run)))
+        panels.append(Panel(f"{name} error, max / {NORMS[name]}", curves, ends))
+    shown = steps[:: -(-len(steps) // MOST_STEPS)]
+    return panels_figure(panels, STEPS, lambda axes: log_axis(axes, ends, shown, [str(n) for n in shown]))
+
+
+def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """The errors of completed runs; those that ended otherwise are crosses at the right edge.
+
+    Args:
+        scenes: summaries of a validation by machine.
+    """
+    figure = Figure(figsize=(10.5, ROW * len(scenes) + MARGINS))
+    axes = figure.subplots()
+    labels: dict[str, Any] = {}
+    for row, summary in enumerate(scenes.values()):
+        for result in summary["results"]:
+            if result["mode"] != "dynamic" or result["outcome"] == "unsupported":
+                continue
+            style = preset_style(result["engine"], result["preset"]) | {"linestyle": "none"}
+            error = result["largest"]["position"]
+            if result["outcome"] == "completed" and error is not None:
+                at = float(on_log_grid(np.array([min(error, LARGEST)]))[0])
+            else:
+                at, style = LARGEST, style | {"marker": "x", "markersize": 6.0}
+            (mark,) = axes.plot([at], [row], **style, clip_on=False)
+            labels.setdefault(preset_title(result["engine"], result["preset"]), mark)
+            if result["outcome"] != "completed":
+                labels.setdefault("did not complete", mark)
+    log_axis(axes, (ROUNDING, LARGEST), [10.0**k for k in range(-12, 2, 2)])
+    rows_axis(axes, list(scenes))
+    axes.set_xlabel("largest position error / L over the run")
+    height = figure.get_figheight()
+    figure.subplots_adjust(left=0.19, right=0.975, top=1.0 - 0.45 / height, bottom=0.6 / height)
+    figure.legend(labels.values(), labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.55, 1.0))
+    return figure
+
+
 def free_motion_figure(study: MotionStudy) -> Figure:
     """Errors of all runs that completed, over time."""
     runs = [(r, r.curves) for r in study.results if r.curves is not None]
@@ -144,7 +201,7 @@ def free_motion_figure(study: MotionStudy) -> Figure:
         Panel("position error / L", errors, (0.0, seconds), allowed),
         Panel("energy error / largest energy", energies, (0.0, seconds)),
     ]
-    return panels_figure(panels, "time [s]", turns=False)
+    return panels_figure(panels, "time [s]")
 
 
 def table_figure(study: TableStudy) -> Figure:
@@ -167,4 +224,4 @@ def table_figure(study: TableStudy) -> Figure:
             head = {"color": "#444444", "markerfacecolor": "#444444"}
             title, allowed = f"{quantity} error / {NORMS.get(quantity, 'L')}", [(study.tolerance.get(quantity), head)]
             panels.append(Panel(title, lines, (0.0, study.revolutions), allowed))
-    return panels_figure(panels, "revolutions since the first row", turns=False)
+    return panels_figure(panels, "revolutions since the first row")

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.report import numbers
-from conrod.report.charts.errors import overview_figure, refinement_figure
-from conrod.report.charts.panels import error_figure
+from conrod.report.charts.panels import error_figure, overview_figure, refinement_figure
 from conrod.report.charts.styles import completed, engine_title, label
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
