@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
@@ -12,13 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks import ledger_cost, mujoco_recording, pymunk_recording
-from benchmarks.__main__ import table
-from benchmarks.row import Row
 from benchmarks.side_by_side import against, interleaved
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.stepping import advance
-from conrod.runs.trajectory import PointTracks
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 
@@ -42,13 +36,6 @@ def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str)
     # One step more, which the timed base takes too: the sensors of the last sample.
     mujoco_recording.stepped(made, data, 1)
     np.testing.assert_array_equal(data.sensordata, sensors[STEPS])
-
-
-def test_mujocos_base_computes_the_sensors_that_are_recorded() -> None:
-    chosen = mujoco_recording.settings("Euler")
-    made = build(mujoco_recording.SAW, chosen)
-    assert made.model.nsensordata > 0
-    assert_recorded_at_every_step(mujoco_recording.recorded(made, chosen, STEPS))
 
 
 # -- pymunk ----------------------------------------------------------------------------------------------------------
@@ -75,23 +62,6 @@ def test_pymunks_bare_loop_takes_as_many_steps_and_drifts_by_rounding_alone() ->
     pymunk_recording.stepped(fewer, STEPS - 1)
     step = pymunk_recording.SAW.speed * pymunk_recording.SETTINGS.timestep
     assert bare.crank.angle - fewer.crank.angle == pytest.approx(step)
-
-
-def test_pymunks_recorded_side_records_every_step() -> None:
-    assert_recorded_at_every_step(pymunk_recording.recorded(pymunk_recording.started(), STEPS), missing=3)
-
-
-def assert_recorded_at_every_step(points: dict[str, PointTracks], missing: int = 0) -> None:
-    """Each quantity of each observed point has a finite value of its own at every step."""
-    assert set(points) == {"C", "M"}
-    for tracks in points.values():
-        for track, count in zip(
-            (tracks.position, tracks.velocity, tracks.acceleration), (0, missing and 1, missing), strict=True
-        ):
-            assert track.values.shape == (STEPS + 1 - count, 2)
-            assert np.isfinite(track.values).all()
-            assert (np.diff(track.instants.times) > 0.0).all()
-            assert (np.abs(np.diff(track.values, axis=0)).max(axis=1) > 0.0).all()
 
 
 # -- the ledger ------------------------------------------------------------------------------------------------------
@@ -124,33 +94,3 @@ def test_repeats_are_interleaved_and_the_first_does_not_count() -> None:
     (row,) = against(seconds, "bare", {"recorded": 1.25}, "engine")
     assert row.repeats == [8.0 / 6.0, 12.0 / 10.0]
     assert row.reached is False  # the median, 1.267, counts and not the best
-
-
-def test_a_missed_bar_is_printed_as_missed() -> None:
-    rows = [
-        Row("slow", "s", [3.0, 1.0, 2.0], 1.5),
-        Row("quick", "s", [1.0], 1.5),
-        Row("speed", "x", [1.7], 1.8, at_least=True),
-        Row("beside", "x", [9.0]),
-    ]
-    lines = table(rows).splitlines()[2:]
-    assert [("missed" in line, "reached" in line) for line in lines] == [
-        (True, False),
-        (False, True),
-        (True, False),
-        (False, False),
-    ]
-
-
-def test_an_unknown_group_is_refused_before_anything_is_measured() -> None:
-    root = Path(__file__).parents[1]
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks", "nothing"],
-        cwd=root,
-        env=os.environ | {"PYTHONPATH": str(root)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert "unknown group nothing" in done.stderr

@@ -31,15 +31,6 @@ def page(name: str) -> str:
     return " ".join((FOLDER / f"{name}.md").read_text(encoding="utf-8").split())
 
 
-@pytest.mark.parametrize("name", STUDIES)
-def test_a_study_is_short_and_its_page_shows_script_and_figure(name: str) -> None:
-    assert len((FOLDER / f"{name}.py").read_text(encoding="utf-8").splitlines()) < 40
-    assert (FOLDER / f"{name}.svg").exists()
-    assert re.search(rf"\]\({name}\.svg\)", page(name))
-    assert re.search(rf"\]\({name}\.py\)", page(name))
-    assert f"]({name}.md)" in page("README")
-
-
 def test_the_flywheel_that_the_page_tells_keeps_the_fluctuation_that_is_wanted() -> None:
     """The script's own functions, without its search."""
     told = re.search(r"It finds ([\d.]+) kg m²", page("flywheel"))

@@ -24,7 +24,7 @@ from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
 from conrod.report.saved import restored, shortened, values_of
 from conrod.report.table import Toned, table
-from conrod.report.template import table_text, unwrapped
+from conrod.report.template import table_text
 from conrod.report.writer import rendered_again, report_batch
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.resolve_arguments import select_scenes
@@ -214,11 +214,6 @@ def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path)
     assert "7.0e-5" in (tmp_path / "saw-40rpm-motion.md").read_text()
 
 
-def test_a_folder_without_reports_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="no report"):
-        rendered_again(tmp_path)
-
-
 # -- tables and templates --------------------------------------------------------------------------------------------
 
 
@@ -228,7 +223,3 @@ def test_tables_escape_bars_and_set_what_is_out_of_tolerance_bold() -> None:
     assert table_text(table(("a",), [])) == ""
     with pytest.raises(ValueError, match="do not fit"):
         table(("a",), [("1", "2")])
-
-
-def test_paragraphs_of_templates_become_one_line_each() -> None:
-    assert unwrapped("# A\nb\nc\n\n\n\n- d\n  e\n- f\n| g |\n| h |\n") == "# A\nb c\n\n- d e\n- f\n| g |\n| h |\n"
