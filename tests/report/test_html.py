@@ -139,7 +139,6 @@ def _elsewhere(folder: Path) -> None:
         (_changed("schema", 99), "another version of conrod"),
         (_changed("parts", []), "it was changed since conrod wrote it"),
         (_changed("kind", "nothing"), "no report that can be rendered"),
-        (_changed("environment", {"a": 1}), "it was changed since conrod wrote it"),
         (_elsewhere, "is not in its folder"),
         (lambda folder: (folder / "data" / "shear-press.json").write_text("{}"), "do not fit"),
         (lambda folder: (folder / "data" / "shear-press.json").unlink(), "cannot be read"),

@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, TypedDict
-
-import msgspec
+from typing import TYPE_CHECKING, Any
 
 from conrod.errors import InvalidInput
 from conrod.studies.frame.files import is_folder, is_no_file
@@ -32,28 +30,6 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: the report in {folder} has a file of that name")
     if wanted in (home, *home.parents):
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
-
-
-class Entry(TypedDict):
-    """A part in `results.json`, see `conrod.report.kind`."""
-
-    title: str
-    command: str
-    conrod: str
-    summary: dict[str, Any]
-    page: str
-    data: str
-    files: list[str]
-
-
-class Document(TypedDict):
-    """What `results.json` has to hold to be read again."""
-
-    conrod: str
-    environment: dict[str, str]
-    command: str | None
-    files: list[str]
-    parts: dict[str, Entry]
 
 
 def document_in(file: Path) -> Any:
@@ -113,13 +89,14 @@ class ReportFolder:
     @staticmethod
     def _check_changed(file: Path, found: dict[str, Any]) -> None:
         """Refuse a document that conrod did not write so; raises InvalidInput."""
+        said = f"{file}: it was changed since conrod wrote it"
         try:
-            parts = msgspec.convert(found, Document)["parts"].values()
-        except msgspec.ValidationError as error:
-            raise InvalidInput(f"{file}: it was changed since conrod wrote it: {error}") from None
-        for name in (*found["files"], *(name for entry in parts for name in (*entry["files"], entry["data"]))):
-            if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
-                raise InvalidInput(f"{file}: it was changed since conrod wrote it: {name} is not in its folder")
+            parts = [(*entry["files"], entry["data"], entry["page"]) for entry in found["parts"].values()]
+            for name in (*found["files"], *(name for files in parts for name in files)):
+                if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
+                    raise InvalidInput(f"{said}: {name} is not in its folder")
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InvalidInput(f"{said}: {error!r}") from None
 
     @property
     def entries(self) -> dict[str, Any]:

@@ -1,20 +1,9 @@
 """Kinds of reports: how findings are saved, and how pages and figures are made of what was saved.
 
-To add a kind of report:
-
-1. Findings: a frozen dataclass of plain values, arrays, scenes (`Scene`), enums and further dataclasses; what a study
-   returns will often do. `report/saved.py` turns it into JSON and back. What is only there to be printed (Outcome,
-   verdict) may be a property of it. Arrays keep seven digits: they are there to be drawn.
-2. Templates in `report/templates/`: `NAME.md.jinja` for the page of one part (a machine, a file) and
-   `NAME-index.md.jinja` for the first page. All prose stands there; tables are `Table`s and figures are `Figure`s,
-   which a template prints with `{{ table }}`. The first screen has the findings and a figure.
-3. A module of `conrod.report` with `KIND = Kind(...)`: functions from a `Part` to its `Page`, from findings to the
-   summary that the index reads, and from the `Index` to its `Page`. A page is `Page(rendered("NAME", ...), figures)`.
-4. A line in `KINDS` below: the name and the module.
-
-A verb then writes with `report_batch(KIND, {part: findings}, folder, command)` of `report/writer.py`, having called
-`ReportFolder(folder, KIND).check(parts, document)` before any work. `conrod report DIR` renders it again from the
-folder's own JSON. `report/free_motion.py` is an example to copy. Findings that change shape get another `schema`.
+To add a kind: findings, a frozen dataclass of plain values, arrays, scenes, enums and further dataclasses; templates
+`NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, where all prose stands; a module
+with `KIND = Kind(...)`, such as `report/free_motion.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before
+any work and writes with `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
 conrod, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` are those that the

@@ -14,7 +14,7 @@ from conrod.report.html.curves import Line, panel
 from conrod.report.html.moving import MOST_POWER, POSES, Moving, moving, transforms
 from conrod.report.html.page import template
 from conrod.report.kind import Part
-from conrod.studies.validation.results import SceneStudy, ValidationResult
+from conrod.studies.validation.results import SceneStudy
 
 DASHES = ("", "6 3", "2 3", "8 3 2 3")  # of the presets of an engine, in their order
 QUANTITIES = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration": ("m/s²", 1.0)}
@@ -33,7 +33,7 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
         anchor=anchor, study=part.findings, box=" ".join(f"{one:.0f}" for one in machine.drawing.box), still=still,
         bodies=[Markup(svg) for _, svg in bodies[:-1]], ground=Markup(bodies[-1][1]), power=power,
         exact=transforms(exact), engine=transforms(exact + 10.0**power * error), powers=range(MOST_POWER + 1),
-        runs=[(label(run), _command(part, run), _sample(machine, k)) for k, run in enumerate(machine.runs)],
+        runs=[(label(run), _sample(machine, k)) for k, run in enumerate(machine.runs)],
         panels=_panels(machine), data=Markup(json.dumps(_data(machine), separators=(",", ":"))),
         degrees=f"{_degrees(machine, still):.0f}", traces=_traces(machine), output=part.findings.scene.output,
     )  # fmt: skip
@@ -42,13 +42,6 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
 def _degrees(machine: Moving, still: int) -> float:
     first, last = machine.ends
     return first + (last - first) * still / POSES
-
-
-def _command(part: Part[SceneStudy], run: ValidationResult) -> str:
-    """The command that makes this run, and no other where it can be named."""
-    options = {"--engine": run.engine, "--preset": run.preset if run.mode == "dynamic" else None}
-    given = [f" {name} {value}" for name, value in options.items() if value and name not in part.command]
-    return part.command + "".join(given)
 
 
 def _data(machine: Moving) -> dict[str, Any]:

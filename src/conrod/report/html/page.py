@@ -17,8 +17,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup, escape
 
 from conrod.report.figure import FOLDER as FIGURES
-from conrod.report.html.animated import inline
 from conrod.report.html.markdown import Place, html_of
+from conrod.report.html.moving import inline
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import Kind, Part, kind_named
 from conrod.report.saved import restored

@@ -14,8 +14,7 @@ from conrod.report.charts.panels import error_figure, overview_figure, refinemen
 from conrod.report.charts.styles import completed, engine_title, label
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
-from conrod.report.html.animated import animated_svg
-from conrod.report.html.moving import moving
+from conrod.report.html.moving import animated_svg, moving
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.results import summary_of, summary_words, versions_words
 from conrod.report.scene_words import described, parameters_table
