@@ -88,7 +88,7 @@ def transforms(poses: Array) -> list[str]:
     return [f"translate({x:.3f} {y:.3f}) rotate({turn:.4f})" for x, y, turn in poses.reshape(-1, 3)]
 
 
-# -- a picture that moves wherever pictures do --------------------------------------------------------------------------
+# -- a picture that moves wherever pictures do -------------------------------------------------------------------------
 
 
 def animated_svg(machine: Moving) -> str:
