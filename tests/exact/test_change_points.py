@@ -193,12 +193,6 @@ def test_a_run_that_goes_on_in_the_other_assembly_is_told(parallelogram: Describ
     assert verdict.outcome is Outcome.FLIPPED
 
 
-def test_reports_say_what_is_exact_there(parallelogram: DescribedScene) -> None:
-    assert "at crank angles of 120 and 300 deg" in parallelogram.description
-    assert "smooth continuation" in parallelogram.description
-    assert "Change points" not in scene_of(tables(DOUBLE_ROCKER)).description
-
-
 def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
     looks, crossing = [], smooth_course.crossing
 

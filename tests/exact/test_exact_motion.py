@@ -17,7 +17,6 @@ from catalogue import (
     DEFECTIVE_CAMS,
     DEFECTIVE_LINKAGES,
     EVERY_SCENE,
-    SCENES,
     slow_but_for_a_few,
 )
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
@@ -361,27 +360,6 @@ def test_gap_rates_and_gap_accelerations_of_the_exact_motion_vanish(name: str) -
 # -- in time ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_a_negative_speed_is_the_other_sense_of_rotation(name: str) -> None:
-    scene = SCENES[name]
-    backward = replace(scene, speed=-scene.speed)
-    times = np.linspace(0.0, 2.0 * scene.period, 400)[1:]
-    forth, back = scene.reference(-times), backward.reference(times)
-    for point in scene.lengths:
-        first, second = forth.point(point), back.point(point)
-        np.testing.assert_array_equal(first.position, second.position)
-        np.testing.assert_allclose(first.velocity, -second.velocity, atol=1e-18)
-        np.testing.assert_allclose(first.jerk, -second.jerk, atol=1e-12 * scene.lengths[point])
-    if not isinstance(scene, ShearPress | Saw):
-        return  # a symmetric cam, say, moves its follower alike in both senses
-    # Negative control: a machine that ignored the sign would repeat the same motion, and that is not what it does.
-    ignoring = scene.reference(times)
-    assert any(
-        np.abs(ignoring.point(p).velocity - back.point(p).velocity).max() > 0.1 * abs(scene.speed) * scene.lengths[p]
-        for p in scene.lengths
-    )
-
-
 # -- normalising lengths ---------------------------------------------------------------------------------------------
 
 
@@ -432,34 +410,16 @@ def test_breaks_are_the_four_joints_of_the_arcs(name: str, speed: float) -> None
     for limit, near in ((left, before.point("roller")), (right, after.point("roller"))):
         assert np.abs(limit.acceleration - near.acceleration).max() <= 1e2 * beside * cam.full_lift
         assert np.abs(limit.jerk - near.jerk).max() <= 1e4 * beside * cam.full_lift
-    # ... and they differ, by far more than that.
+    np.testing.assert_allclose(left.position, right.position, rtol=0.0, atol=1e-13 * cam.full_lift)
+    np.testing.assert_allclose(left.velocity, right.velocity, rtol=0.0, atol=1e-13 * cam.full_lift)
+    # ... and accelerations differ, by far more than that.
     assert np.abs(left.acceleration - right.acceleration).max(axis=1).min() > 0.1 * cam.full_lift
     # At the base joints the flank's centre is straight below the roller's path, so that the jerk there is zero.
     jump_of_jerk = np.abs(left.jerk - right.jerk).max(axis=1)
     assert (jump_of_jerk > 0.01 * cam.full_lift).tolist() == [False, True, True, False]
 
 
-@pytest.mark.parametrize("name", CAMS_WITH_JOINTS)
-def test_position_and_velocity_are_continuous_at_the_breaks(name: str) -> None:
-    cam = CAMS_WITH_JOINTS[name]
-    angles = np.array(cam.break_angles())
-    left, right = (cam.motion(angles, cam.speed, side=side).point("roller") for side in ("left", "right"))
-    np.testing.assert_allclose(left.position, right.position, rtol=0.0, atol=1e-13 * cam.full_lift)
-    np.testing.assert_allclose(left.velocity, right.velocity, rtol=0.0, atol=1e-13 * cam.full_lift)
-    # Negative control: had a joint been 0.01 degrees off, velocity would jump there.
-    off = angles + math.radians(0.01)
-    wrong = _other_arc(cam, angles, off)
-    assert np.abs(wrong - cam.motion(off, cam.speed).point("roller").velocity[:, 1]).max() > 1e-6 * cam.full_lift
-
-
-def _other_arc(cam: CamFollower, joints: Array, angles: Array) -> Array:
-    """Velocity at `angles` continued from the arc before the joint, by its Taylor series."""
-    left = cam.motion(joints, cam.speed, side="left").point("roller")
-    step = angles - joints
-    return np.asarray((left.velocity + step[:, None] * left.acceleration)[:, 1])
-
-
-@pytest.mark.parametrize("speed", [1.0, -1.0, 20.0, -20.0])
+@pytest.mark.parametrize("speed", [1.0, -20.0])
 def test_sides_of_the_reference_are_seen_along_time(speed: float) -> None:
     cam = CamFollower(speed=speed)
     angles = np.array(cam.break_angles()) - (0.0 if speed > 0 else TURN)

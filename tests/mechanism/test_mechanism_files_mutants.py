@@ -1,54 +1,20 @@
-"""Anything, and mutated copies of the files that ship: one clear line, or a mechanism that both engines take."""
+"""Mutated copies of the files that ship: one clear line, or a mechanism that both engines take."""
 
 from __future__ import annotations
 
-import math
 import os
-import random
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import mutants
 import pytest
-from described import SHIPPED, tables
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as some
+from described import SHIPPED
 
 from conrod.errors import InvalidInput
-from conrod.scenes.described_scene import DescribedScene, read_scene
+from conrod.scenes.described_scene import read_scene
 from conrod.studies.execution.isolation import isolated
 
 FEW, MANY = 2, 100  # of each file
-
-
-# -- anything --------------------------------------------------------------------------------------------------------
-
-RANDOM = settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
-WORDS = (*mutants.TEXTS, *mutants.WORDS, "crank.A", "rod", "-1 kg", "1_000")
-VALUES = some.one_of(
-    some.none(),
-    some.booleans(),
-    some.integers(),
-    some.floats(),
-    some.text(max_size=20),
-    some.sampled_from(WORDS),
-    some.sampled_from([10**500, 1e308, 5e-324, math.inf, -0.0, 1e-300]),
-)
-ANYTHING = some.recursive(
-    VALUES,
-    lambda inner: some.lists(inner, max_size=4) | some.dictionaries(some.text(max_size=8), inner, max_size=4),
-    max_leaves=8,
-)
-
-
-@settings(RANDOM, max_examples=100)
-@given(some.sampled_from(SHIPPED), some.randoms(use_true_random=False), ANYTHING)
-def test_a_shipped_file_with_anything_in_one_place(path: Path, chance: random.Random, value: Any) -> None:
-    whole = tables(path)
-    scene = mutants.read(mutants.put(whole, chance.choice(mutants.places(whole)), value))
-    if isinstance(scene, DescribedScene):
-        mutants.moved(scene)
 
 
 # -- mutants ---------------------------------------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import pickle
 import runpy
 import tomllib
 import zipfile
@@ -96,12 +95,6 @@ def test_a_changed_copy_may_keep_its_name_but_not_beside_the_machine_itself(tmp_
     for both in itertools.permutations([str(own), "slider-crank"]):
         with pytest.raises(InvalidInput, match=r"own\.toml.*another"):
             select_scenes(both, [])
-
-
-def test_a_scene_that_arrives_again_in_a_process_is_not_built_again() -> None:
-    sent = pickle.dumps(catalogue_scene("slider-crank"))
-    assert pickle.loads(sent) is pickle.loads(sent)
-    assert pickle.loads(sent) == catalogue_scene("slider-crank")
 
 
 def test_the_page_on_the_catalogue_is_made_from_its_files() -> None:
@@ -243,11 +236,3 @@ def test_a_page_says_which_ruler_was_used(studied: SceneStudy, tmp_path: Path) -
     # Negative control: the description does not tell them as well.
     assert "ssumed" not in studied.scene.description
     assert "over its one pass" in page
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_report_on_a_file_is_reproduced_with_the_file(studied: SceneStudy, tmp_path: Path) -> None:
-    typed = Reproduction(COMMAND.text, {"swinging-four-bar": "my machines/own.toml"})
-    files = reported(studied, tmp_path, typed).files
-    for name in ("README.md", "swinging-four-bar.md"):
-        assert "`conrod validate 'my machines/own.toml' --out reports/catalogue`" in str(files[name])

@@ -93,15 +93,6 @@ def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
     assert len({key(other) for other in other_machines} | {key(scene)}) == 1 + len(other_machines)
 
 
-def test_a_scene_arrives_in_another_process() -> None:
-    scene = read_scene(FOUR_BAR).with_parameters(speed=50.0)
-    arrived = pickle.loads(pickle.dumps(scene))
-    assert arrived == scene
-    assert hash(arrived) == hash(scene)
-    assert arrived.speed == 50.0
-    assert arrived != read_scene(FOUR_BAR)
-
-
 def test_braces_in_a_text_are_not_filled_in() -> None:
     scene = scene_of(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
     assert scene.description.format().startswith("A {crank} of {0.__class__}.")
