@@ -1,4 +1,4 @@
-"""What an engine must keep to take part in conrod: a suite that its author runs with pytest.
+"""Requirements for an engine to take part in conrod: a suite that its author runs with pytest.
 
     from conrod.testing import EngineConformance
 

@@ -74,7 +74,7 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
 
 
 def _words(request: pytest.FixtureRequest, given: dict[str, Any]) -> dict[str, Any]:
-    """What the markers and the call ask for, by the word."""
+    """Requests of the markers and the call, by name."""
     from conrod.errors import InvalidInput
 
     words = dict[str, Any]()

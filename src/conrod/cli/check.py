@@ -59,7 +59,7 @@ class Checked:
 
     @property
     def in_law(self) -> bool | None:
-        """Whether all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
+        """True if all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
         results = getattr(self.study, "results", None)
         judged = results is None or any(one.passed is not None for one in results)
         return self.study.passed if judged else None
@@ -85,7 +85,7 @@ class Checked:
 
     @property
     def json(self) -> str:
-        """What `--json` writes."""
+        """Content that `--json` writes."""
         study, subject = self.study, self._subject
         part = study.name if isinstance(study, SceneResults) else part_of(subject, Path(study.file))
         return document_text(subject.kind, {part: study})
@@ -146,7 +146,7 @@ def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request)
 
 
 def _check_in_memory(subject: Any, machine: str | Scene, asked: Request, kind: Subject = MODEL) -> Checked:
-    """What is in memory is judged in processes of its own, too, which take files."""
+    """Judge a model in memory in a process of its own, too, which takes a file."""
     with tempfile.TemporaryDirectory() as folder:
         model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
         try:

@@ -210,7 +210,7 @@ class ReportOptions:
 
     @property
     def given(self) -> dict[str, object]:
-        """What was given of all that the result follows from, by the options' names."""
+        """Options given that the result follows from, by name."""
         files = ("out", "document", "html", "baseline", "accept", "report", "measured", "limits", "uncertainties")
         return as_given(self, RunOptions, "assignments", *files)
 

@@ -1,4 +1,4 @@
-"""What commands print in passing: names of files, data on standard output, and that work goes on."""
+"""Messages that commands print in passing: names of files, data on standard output, and that work goes on."""
 
 from __future__ import annotations
 

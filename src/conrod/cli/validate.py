@@ -86,7 +86,7 @@ def _validate_file(file: str, asked: Request) -> None:
 
 
 def _is_spatial(asked: Request) -> bool:
-    """Whether spatial machines are named, or MuJoCo models that are their own reference or to be one in space."""
+    """True if spatial machines are named, or MuJoCo models that are their own reference or to be one in space."""
     from conrod.scenes.space import MACHINES, SPATIAL
 
     names = [name for name in asked.subjects if name in (*MACHINES, SPATIAL)]

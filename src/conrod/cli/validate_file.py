@@ -213,7 +213,7 @@ TABLE = Subject(trajectory.KIND, judge_table, print_table_study, trajectory.verd
 
 
 def is_fmu(path: Path) -> bool:
-    """Whether a file is an FMU, by its ending."""
+    """True if a file is an FMU, by its ending."""
     return path.name.lower().endswith(FMUS)
 
 
@@ -223,5 +223,5 @@ def part_of(subject: Subject, path: Path) -> str:
 
 
 def subject_of(path: Path) -> Subject:
-    """What a file is, by its ending."""
+    """Kind of a file, by its ending."""
     return MODEL if path.name.lower().endswith(MODELS) else TABLE

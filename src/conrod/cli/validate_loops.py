@@ -44,7 +44,7 @@ TAKEN = (
 
 
 def is_spatial(name: str) -> bool:
-    """Whether a name is that of a spatial machine."""
+    """True if a name is that of a spatial machine."""
     return name in MACHINES
 
 
@@ -107,7 +107,7 @@ def judge_file(path: Path, _: object, asked: Request) -> LoopStudy:
 
 
 def question_of(asked: Request) -> Question:
-    """What the options ask.
+    """The question that the options ask.
 
     Raises:
         InvalidInput: an option that does not go with --drive, or whose value is none.

@@ -45,7 +45,7 @@ SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
 @dataclass(frozen=True)
 class Chosen:
-    """What is compared: scenes and engines by name, and the presets of each engine."""
+    """Selection for a comparison: scenes and engines by name, and the presets of each engine."""
 
     scenes: Mapping[str, Scene]
     engines: Sequence[Engine[Any]]
@@ -104,7 +104,7 @@ def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
 
 
 def held_scenes(holding: Holding | None, asked: Request, found: Sequence[Any], runner: Runner) -> Held | None:
-    """What was found held against the baseline, if any; what that needs is run."""
+    """Hold results against the baseline, if any; run what that needs."""
     own = replace(asked, qualify=False)
 
     def again(others: Sequence[Mapping[str, Scene]]) -> list[Sequence[Any]]:

@@ -67,7 +67,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
 
 
 def print_versions(study: VersionStudy) -> None:
-    """What changed with each release, and what could not be had."""
+    """Changes with each release, and the releases that could not be had."""
     from conrod.report.terminal import console, print_lines, print_table
     from conrod.report.versions import changes_table, headline, unsupported_lines
 

@@ -79,7 +79,7 @@ LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "dressing": ()}
 
 @dataclass(frozen=True)
 class EngineSettings(ABC):
-    """What the settings of every engine that ships have; SI. InvalidInput names a value out of its range."""
+    """Settings that every engine that ships has; SI. InvalidInput names a value out of its range."""
 
     engine: ClassVar[str]
     # Fields that settings have lost since results were kept, with the value that they had: keys stay what they were.

@@ -28,7 +28,7 @@ from conrod.runs.trajectory import (
 
 @dataclass(frozen=True)
 class Recorded:
-    """What an engine has recorded of a stretch of a run; samples of the stretch before may come first.
+    """Recording of a stretch of a run; samples of the stretch before may come first.
 
     Attributes:
         clock: of the engine, at the stretch's own samples [s]; None where it has none.

@@ -83,12 +83,12 @@ def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], lis
 
 
 def is_brought(name: str) -> bool:
-    """Whether an engine is another package's."""
+    """True if an engine is another package's."""
     return name in _brought()
 
 
 def origin_of(name: str) -> str:
-    """Where an engine comes from: conrod, or the distribution that brings it."""
+    """Origin of an engine: conrod, or the distribution that brings it."""
     point = _brought().get(name)
     return "conrod" if point is None or point.dist is None else f"{point.dist.name} {point.dist.version}"
 

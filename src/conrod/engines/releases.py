@@ -69,7 +69,7 @@ class Releases:
     facts: tuple[Fact, ...] = ()
 
     def requirement(self, version: str) -> str:
-        """What is installed to have a version."""
+        """Requirement, as pip has it, for a version."""
         names = [d for first, d in self.distributions.items() if numbers_of(first) <= numbers_of(version)]
         return f"{names[-1]}=={version}"
 
@@ -90,7 +90,7 @@ class Releases:
         return tuple(sorted(dict.fromkeys(named), key=numbers_of))
 
     def named(self, version: str, machine: Machine, settings: Settings, rounding: bool) -> tuple[str, ...]:
-        """What the changelog says of a release that can have changed a run, by last bits alone or by more."""
+        """Changelog entries of a release that can have changed a run, by last bits alone or by more."""
         return tuple(
             fact.words
             for fact in self.facts

@@ -1,4 +1,4 @@
-"""What engines report beside the motion at constant speed: forces, and a motion that nothing prescribes."""
+"""Results of engines beside the motion at constant speed: forces, and a motion that nothing prescribes."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def load_work(kinematics: Kinematics, speed: float) -> float:
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast a motion is, in place of the period that a machine with a drive has.
+    """Pace of a motion, in place of the period that a machine with a drive has.
 
     Attributes:
         turn: the fastest [s].

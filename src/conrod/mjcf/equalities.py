@@ -27,7 +27,7 @@ def owners(data: mujoco.MjData) -> NDArray[np.int_]:
 
 
 def openings(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
-    """How far (neq,) each equality is open [m], a turn by what it is at an extent [m]; 0 for those that are off."""
+    """Opening (neq,) of each equality [m], a turn by what it is at an extent [m]; 0 for those that are off."""
     found, ids, gaps = np.zeros(model.neq), owners(data), data.efc_pos[: data.ne]
     for index in dict.fromkeys(ids.tolist()):
         left = gaps[ids == index]

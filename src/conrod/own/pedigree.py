@@ -20,7 +20,7 @@ def sha256(content: bytes) -> str:
 
 
 def stated_source(content: bytes) -> str:
-    """What the first comment of a text file says; empty where it begins otherwise."""
+    """Text of the first comment of a file; empty where it begins otherwise."""
     found = FIRST_COMMENT.match(content[:HEAD].decode("utf-8", errors="replace"))
     said = " ".join((found[1] or found[2] or "").split()) if found else ""
     return said if len(said) <= LONGEST else said[:LONGEST].rpartition(" ")[0] + " .."

@@ -20,7 +20,7 @@ TONES: dict[Kept, Tone] = {
 
 
 def finding(study: InvarianceStudy) -> str:
-    """What holds and what does not, in a sentence."""
+    """Summary of what holds and what does not, in a sentence."""
     tried = [one for one in study.found if one.outcome is not Kept.UNSUPPORTED]
     if study.broken:
         sizes = ", ".join(f"{one.change}{_size(one)}" for one in study.broken)

@@ -63,7 +63,7 @@ def _judgement(study: LoopStudy) -> str:
 
 
 def _differences_words(other: Comparison) -> str:
-    """What is otherwise."""
+    """The differences."""
     named = list(other.differences)
     if other.other_branch:
         named = ["it is assembled on another branch"]
@@ -75,7 +75,7 @@ def _tolerance_words(over: list[str]) -> str:
 
 
 def shipped_words(shipped: ShippedRun) -> str:
-    """What the file's own run came to, with `it` before it."""
+    """Outcome of the file's own run, with `it` before it."""
     if shipped.outcome is not Outcome.COMPLETED:
         return f"ended as {shipped.outcome.slug}: {shipped.reason}"
     if shipped.chatter is not None:

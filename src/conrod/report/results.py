@@ -93,7 +93,7 @@ def results_table(
 
 
 def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:
-    """What the index and scripts read of a scene.
+    """Summary of a scene for the index and scripts.
 
     Args:
         more: what a kind of result has besides its verdict.

@@ -69,7 +69,7 @@ def estimation_lines(study: TableStudy) -> list[str]:
 
 
 def findings(study: TableStudy) -> list[str]:
-    """What was found beside the errors, in sentences."""
+    """Findings beside the errors, in sentences."""
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [
         *estimation_lines(study),

@@ -25,7 +25,7 @@ def unsupported_lines(study: VersionStudy) -> list[str]:
 
 
 def size_words(change: Change) -> str:
-    """How a run changed: its outcome, the sizes of what is above rounding, or that last digits did."""
+    """Change of a run: its outcome, the sizes of what is above rounding, or that last digits did."""
     if change.outcomes[0] != change.outcomes[1]:
         return f"{change.outcomes[0]}, now {change.outcomes[1]}"
     if not change.size:

@@ -41,7 +41,7 @@ class Parts:
             self._held, self._count = [tuple(one[length:] for one in whole)], self._count - length
 
     def held(self) -> tuple[Array, ...]:
-        """What waits for the rest of its part."""
+        """Samples that wait for the rest of their part."""
         return self._held[0] if len(self._held) == 1 else tuple(map(np.concatenate, zip(*self._held, strict=True)))
 
 

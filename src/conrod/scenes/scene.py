@@ -54,7 +54,7 @@ class Scene(ExactReference):
         self._check_geometry()
 
     def as_saved(self) -> dict[str, object]:
-        """What it is kept as: its kind and its parameters."""
+        """Saved form: its kind and its parameters."""
         return {"machine": self.kind, "parameters": dict(self.parameters)}
 
     def __reduce__(self) -> tuple[object, ...]:

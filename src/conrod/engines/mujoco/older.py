@@ -1,4 +1,4 @@
-"""What older releases of MuJoCo write otherwise: models and rollouts that mean the same there. All of it is here.
+"""Differences of older releases of MuJoCo: models and rollouts that mean the same there. All of it is here.
 
 What a release lacks altogether is refused with the reason; what it does wrong is left to be measured.
 """
@@ -60,7 +60,7 @@ def bodies_of(model: mujoco.MjModel, equality: int) -> list[int]:
 
 
 def of_sites(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Whether each of a model's equalities (neq,) is of sites, which the first releases do not have."""
+    """Mask of which of a model's equalities (neq,) is of sites, which the first releases do not have."""
     kinds = getattr(model, "eq_objtype", np.zeros(model.neq))
     return np.asarray(kinds == int(mujoco.mjtObj.mjOBJ_SITE), dtype=bool)
 

@@ -180,7 +180,7 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Found:
 
 
 def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
-    """What the machine could carry, what could be read of it, and what the solver could do."""
+    """Optional ingredients: what the machine could carry, what could be read of it, what the solver could do."""
     yield edit("visual-geoms", "bars, pins and blocks to be seen, which cannot collide")
     overlap = "bars, pins and blocks able to collide, all in the plane of motion: links overlap where pins join them"
     yield edit("touching-geoms", overlap, IMPACT)
@@ -224,7 +224,7 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
 
 
 def _required(minimal: MuJoCoSettings, contact: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
-    """What the minimal model consists of: the closure first, then what makes it exact, the drive, the solver."""
+    """Ingredients of the minimal model: the closure first, then what makes it exact, the drive, the solver."""
     if contact:
         pair = "the pair of cam and roller; without it the roller falls through"
         yield edit("contact", pair, TORQUE, REACTIONS, minimal=True, absence="no-contact")

@@ -1,4 +1,4 @@
-"""What a machine's closures leave open at given poses, as Taylor series, and how that changes with the joint rates."""
+"""Openings of a machine's closures at given poses, as Taylor series, and their change with the joint rates."""
 
 from __future__ import annotations
 

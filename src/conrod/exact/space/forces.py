@@ -39,7 +39,7 @@ class SpatialForces:
 
 
 def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
-    """What drives a machine along its exact motion, and what its closures carry.
+    """Driving forces of a machine along its exact motion, and those that its closures carry.
 
     With the joints' equations tau = J' f + drives, the closures' forces f are the shortest solution of those rows that
     are not driven (Penrose, Proc. Cambridge Phil. Soc. 52, 1956).

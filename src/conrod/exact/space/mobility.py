@@ -144,7 +144,7 @@ def _loose(matrix: Array) -> Array:
 
 
 def _moves(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> bool:
-    """Whether directions (free, k) move a point."""
+    """True if directions (free, k) move a point."""
     return bool(np.abs(_movement(machine, found, point, loose)).max() > MOVES)
 
 

@@ -84,7 +84,7 @@ def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) 
 
 
 def _parameters(fields: Fields) -> dict[str, object]:
-    """What [parameters] gives, by name."""
+    """Values of [parameters], by name."""
     table = fields.table(PARAMETERS)
     for name in table.names():
         if name == SPEED_NAME or name[0].isdigit():

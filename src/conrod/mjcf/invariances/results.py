@@ -1,4 +1,4 @@
-"""What a change that must not matter changed."""
+"""Results of changes that must not matter."""
 
 from __future__ import annotations
 

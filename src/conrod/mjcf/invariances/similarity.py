@@ -61,7 +61,7 @@ class Similarity:
         object.__setattr__(self, "turned", self.turn != (1.0, 0.0, 0.0, 0.0))
 
     def refusal(self, model: mujoco.MjModel) -> str:
-        """What the model has and the similarity does not know; empty where it knows all."""
+        """Features of the model that the similarity does not know; empty where it knows all."""
         return next((words for words, has in self._unknown(model) if has), "")
 
     def _unknown(self, model: mujoco.MjModel) -> Iterator[tuple[str, bool]]:

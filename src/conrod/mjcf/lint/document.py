@@ -47,7 +47,7 @@ class Document:
         return self._content[: self._end] + lines.encode() + self._content[self._end :]
 
     def otherwise(self, folder: Path, edits: Sequence[str] = ()) -> str:
-        """What is otherwise where the model with edits is compiled from a folder; empty if nothing."""
+        """Differences of the model with edits when it is compiled from a folder; empty if there are none."""
         try:
             return differing(self.compiled(edits) if edits else self.model, self.compiled(edits, folder))
         except ValueError as error:

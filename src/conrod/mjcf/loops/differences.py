@@ -1,4 +1,4 @@
-"""What a model has otherwise than the machine that it is to be: lengths, axes, anchors and loops."""
+"""Differences of a model from the machine that it is to be: lengths, axes, anchors and loops."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
 def _on_other_branch(
     machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], motion: SpatialMotion, exact: SpatialMotion
 ) -> bool:
-    """Whether a motion is the machine's from another pose that its loops close in, looked for from random poses."""
+    """True if a motion is the machine's from another pose that its loops close in, looked for from random poses."""
     driven, random, same = DrivenTree(machine, laws, held), np.random.default_rng(1), SAME * machine.extent
     start = {name: found.position[0] for name, found in motion.points.items() if name in machine.points}
     # Where it begins as the machine does it is on the same branch, however it goes on.
@@ -110,7 +110,7 @@ def _apart(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
 
 
 def changes(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
-    """What is otherwise, in words."""
+    """The differences, in words."""
     own, theirs = ({body.name: body for body in tree.bodies} for tree in (model, machine))
     yield from (f"{name} is missing" for name in theirs if name not in own)
     yield from (f"{name} is a body more" for name in own if name not in theirs)
@@ -162,7 +162,7 @@ def _length(parent: str, name: str, place: Array, theirs: Array) -> str:
 
 
 def _same(one: Closure, other: Closure, extent: float) -> bool:
-    """Whether two closures have the same points of the same bodies."""
+    """True if two closures have the same points of the same bodies."""
     return one.kind == other.kind and bool(one.points) and all(
         p.body == q.body and np.abs(p.offset - q.offset).max() <= SAME * extent
         for p, q in zip(one.points, other.points, strict=True)

@@ -168,7 +168,7 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
 
 
 def gaps_of(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """How far each acting closure is open [m], an angle by what it is at the machine's extent."""
+    """Opening of each acting closure [m], an angle by what it is at the machine's extent."""
     found = openings(model, data, tree.extent)
     return {closure_name(model, k): float(found[k]) for k in dict.fromkeys(owners(data).tolist())}
 

@@ -17,7 +17,7 @@ from conrod.own.models.loading import FoundPoint, listed, name_or_number
 def kinematic_mode(
     model: mujoco.MjModel, machine: DrivenTree, points: tuple[FoundPoint, ...], motion: SpatialMotion
 ) -> tuple[dict[str, float], tuple[str, ...]]:
-    """How far MuJoCo's kinematics are from the exact motion, over its largest values; and what is met on the way."""
+    """Distance of MuJoCo's kinematics from the exact motion, over its largest values; and what is met on the way."""
     off, sizes = dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
     data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
     start = {p.name: motion.points[p.name].position[0] for p in points}

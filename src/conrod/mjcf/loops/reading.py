@@ -123,7 +123,7 @@ def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, floa
 
 
 def _unmodelled(model: mujoco.MjModel) -> tuple[str, ...]:
-    """What acts on the bodies besides weight, inertia, and springs and dampers of joints."""
+    """Forces on the bodies besides weight, inertia, and springs and dampers of joints."""
     found = {
         "actuators": bool(model.nu),
         "tendons with springs, dampers or armatures": _any(
@@ -143,7 +143,7 @@ def _unmodelled(model: mujoco.MjModel) -> tuple[str, ...]:
 
 
 def _any(model: mujoco.MjModel, *fields: str) -> bool:
-    """Whether a field, of those that this release of MuJoCo has, is anywhere not 0."""
+    """True if a field, of those that this release of MuJoCo has, is anywhere not 0."""
     return any(bool(np.any(getattr(model, field, 0.0))) for field in fields)
 
 

@@ -1,4 +1,4 @@
-"""What a user asks of a model: drives, controls, points, and the machine that it is to be."""
+"""Request of a user for a model: drives, controls, points, and the machine that it is to be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is found of a model's closed loops, as plain data that need no engine."""
+"""Results for a model's closed loops, as plain data that need no engine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINEMATIC = 1e-9
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of a model.
+    """Question that a user asks of a model.
 
     Attributes:
         drives: law of each driven joint, as given (`conrod.exact.space.laws`).
@@ -68,7 +68,7 @@ class LoopRun:
     cost: float | None = None
 
     def within(self, tolerance: Mapping[str, float]) -> bool:
-        """Whether it completed and no error is larger than allowed."""
+        """True if it completed and no error is larger than allowed."""
         return self.outcome is Outcome.COMPLETED and all(
             self.errors[name] <= allowed for name, allowed in tolerance.items()
         )
@@ -146,12 +146,12 @@ class LoopStudy:
 
     @property
     def agrees(self) -> bool:
-        """Whether MuJoCo's own kinematics are those of the exact motion."""
+        """True if MuJoCo's own kinematics are those of the exact motion."""
         return all(off <= KINEMATIC for off in self.kinematic.values())
 
     @property
     def is_machine(self) -> bool:
-        """Whether its points are where those of the machine are that it is to be, within the tolerance asked for."""
+        """True if its points are where those of the machine are that it is to be, within the tolerance asked for."""
         if self.compared is None:
             return True
         allowed = self.question.tolerance.get("position", SAME * self.travel)

@@ -45,7 +45,7 @@ def with_settings(model: mujoco.MjModel, label: str, step: float, period: float,
 
 
 def pasted(label: str, step: float, period: float, idle: bool) -> str:
-    """What to write into a model to run it with such settings: MJCF, and what MJCF cannot say."""
+    """Edits that a model needs to run with such settings: MJCF, and what MJCF cannot say."""
     if label == OWN:
         return f'<option timestep="{step:.6g}"/>'
     settings = _settings(label, step, period, idle)
@@ -97,7 +97,7 @@ def errors_of(
 
 
 def _flipped(run: Recording, sample: int, machine: DrivenTree, motion: SpatialMotion, travel: float) -> str:
-    """Where a run is on another branch: the closed pose nearest to it is not the exact one; empty where it is."""
+    """Reason for a run on another branch, whose nearest closed pose is not the exact one; empty where it is."""
     time = float(run.times[sample])
     try:
         nearest = machine.closed(run.coordinates[:, sample : sample + 1], time)[0]

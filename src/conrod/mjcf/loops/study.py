@@ -147,7 +147,7 @@ class _Bench:
         return replace(found, closed_form=max(map(float, off)) / travel)
 
     def _unknown_forces(self) -> tuple[str, ...]:
-        """What acts that the exact motion does not tell, in words."""
+        """Forces that the exact motion does not account for, in words."""
         spins = (f"{', '.join(self.freedom.idle)} idle, whose spin no drive determines",) if self.freedom.idle else ()
         return (*self.machine.tree.unmodelled, *spins, *(["contacts or limits on its way"] if self.met else []))
 

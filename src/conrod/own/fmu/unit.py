@@ -81,7 +81,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Description:
-    """What is known of an FMU before it is run.
+    """Description of an FMU, known before it is run.
 
     Attributes:
         version: of FMI.

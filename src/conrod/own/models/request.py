@@ -1,4 +1,4 @@
-"""What is asked of a user's model, and what is read of it, as plain data that need no engine.
+"""Request for a user's model, and what is read of it, as plain data that need no engine.
 
 Lengths are in the model's own unit and frame, which are not known yet. Coordinates of the crank are those of its hinge
 [rad], positive about the hinge's axis. P points, T angles of a turn, K samples of a run.

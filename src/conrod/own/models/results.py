@@ -79,7 +79,7 @@ class ModelStudy:
 
     @property
     def limits(self) -> Mapping[str, float]:
-        """What is allowed: the tolerance asked for, and what follows from it and the drive for the clock.
+        """Allowed error: the tolerance asked for, and what follows from it and the drive for the clock.
 
         The drive keeps the speed to `RIPPLE`. The position at the nominal time may be off by the tolerance of the
         position and by what the phase moves the point.

@@ -53,7 +53,7 @@ class View:
     paths: Mapping[str, Array]
 
     def on(self, *bodies: str) -> Axes:
-        """What the parts of some bodies are drawn on."""
+        """Axes that the parts of some bodies are drawn on."""
         return self.axes
 
     def at(self, places: ArrayLike) -> Array:

@@ -88,7 +88,7 @@ def sections_of(batch: Batch, number: int = 0) -> list[Section]:
 
 
 def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
-    """What a part's page shows beside its text; figures that this makes needless are then left out."""
+    """Tables and drawings of a part's page beside its text; figures that this makes needless are then left out."""
     if kind.live is None and kind.spots is None:
         return ""
     findings, shown = restored(kind.findings, json.loads(texts[entry["data"]])), place.figure

@@ -58,7 +58,7 @@ def map_of(found: LimitMap) -> Figure:
 
 
 def _spots(study: LimitStudy) -> dict[str, list[Spot]]:
-    """What happened at each node of the maps that was run."""
+    """Outcome at each node of the maps that was run."""
     found = {}
     for one in study.maps:
         figure, across, upwards = map_figure(one), AXES[one.x_axis], AXES[one.y_axis]

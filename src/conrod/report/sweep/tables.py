@@ -135,13 +135,13 @@ def orders_table(study: SweepStudy) -> Table:
 
 
 def end_words(study: SweepStudy) -> str:
-    """How many runs ended how: `90 completed, 10 opened`."""
+    """Counts of runs by outcome: `90 completed, 10 opened`."""
     counts = Counter(point.outcome for point in study.points)
     return ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
 
 
 def ends(points: Sequence[SweptPoint]) -> Iterator[str]:
-    """How runs at increasing steps ended: `20 to 100: diverged`; empty where they completed."""
+    """Outcomes of runs at increasing steps: `20 to 100: diverged`; empty where they completed."""
     for outcome, group in groupby(points, lambda point: point.outcome):
         own = list(group)
         steps = dict.fromkeys(point.steps_per_revolution for point in (own[0], own[-1]))

@@ -47,7 +47,7 @@ def millimetres(run: ValidationResult, lengths: Mapping[str, float]) -> str:
 
 
 def added_words(study: SceneStudy) -> list[str]:
-    """What the stock preset has beside the engine as it comes, and what drives the engine without it."""
+    """Additions of the stock preset to the engine as it comes, and what drives the engine without it."""
     found = []
     for run in study.results:
         settings, engine = run.settings or {}, engine_title(run.engine)
@@ -79,7 +79,7 @@ def points_table(study: SceneStudy) -> Table:
 
 
 def joints_table(study: SceneStudy) -> Table:
-    """What the joints leave open, the errors that this explains, and how the drive kept its angle and speed."""
+    """Openings of the joints, the errors that they explain, and how the drive kept its angle and speed."""
     lengths = study.scene.lengths
     rows = []
     for run in dynamic(study):
@@ -109,7 +109,7 @@ QUALIFICATION = "planted into these runs, and judged again: noticed or not, and 
 
 
 def qualification_table(study: SceneStudy) -> Table:
-    """What the verdicts notice, a row for each defect and a column for each run; no row where it was not asked for."""
+    """Defects that the verdicts notice, a row for each and a column for each run; no row where it was not asked for."""
     runs = {" ".join(name_of(r)): r.qualified for r in study.results if r.qualified is not None}
     return noticed_table(study.name, runs)
 

@@ -123,7 +123,7 @@ def _numerical(study: Any) -> float:
 
 
 def validity(study: LimitStudy | None, scene: Scene | None) -> tuple[Section, list[str]]:
-    """How far the error stays within 10 % along each axis of `conrod limits`."""
+    """Extent to which the error stays within 10 % along each axis of `conrod limits`."""
     if study is None or scene is None:
         return Section((), ("missing: no results of `conrod limits` were given (`--limits DIR`)",)), []
     engines = ", ".join(f"{name} {version}" for name, version in study.engines.items())

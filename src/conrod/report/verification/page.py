@@ -37,7 +37,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Change:
-    """What differs from the report that another took the place of, named by its hash, a sentence each."""
+    """Differences from the report that this one replaces, named by its hash, a sentence each."""
 
     since: str
     made: str
@@ -84,7 +84,7 @@ def _changes(before: Statements, after: Statements) -> Iterator[str]:
 
 
 def _looser(was: str, now: str) -> bool:
-    """Whether a criterion, the first of its row's cells, allows more."""
+    """True if a criterion, the first of its row's cells, allows more."""
     return was != ABSENT and (now == ABSENT or float(re.split("[ ;]", now)[0]) > float(re.split("[ ;]", was)[0]))
 
 

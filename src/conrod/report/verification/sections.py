@@ -51,7 +51,7 @@ class Refinement(NamedTuple):
 
     @property
     def is_off(self) -> bool:
-        """Whether a formal order is claimed and not shown, by errors that are more than rounding."""
+        """True if a formal order is claimed and not shown, by errors that are more than rounding."""
         off = self.formal is not None and abs((self.order or 0.0) - self.formal) > ORDER_AGREES
         return off and self.finest > ROUNDING
 

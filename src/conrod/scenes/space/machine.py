@@ -50,7 +50,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Closure:
-    """What closes a loop: two sites that coincide (connect), or two links that are one (weld)."""
+    """Closure of a loop: two sites that coincide (connect), or two links that are one (weld)."""
 
     name: str
     first: str

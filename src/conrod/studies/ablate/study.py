@@ -200,7 +200,7 @@ class Cases:
         return [self.cost(one, minimal.settings) for one in ended] + [self.cost(one, one.against) for one in taken]
 
     def results(self, variants: Sequence[Variant], runs: Results, costs: Results) -> Found:
-        """What was measured of each model."""
+        """Measurements of each model."""
         return {(one.role, one.ingredient): self._result(one, variants[0], runs, costs) for one in variants}
 
     def _result(self, variant: Variant, minimal: Variant, runs: Results, costs: Results) -> VariantResult:
@@ -237,7 +237,7 @@ def _timing(cost: Measurement | None) -> PairedTiming | None:
 
 
 def _judged(ingredients: Sequence[Ingredient[Any]], found: Found) -> tuple[IngredientResult, ...]:
-    """What follows for each ingredient from the models that differ by it alone from those they are made from."""
+    """Finding for each ingredient from the models that differ by it alone from those they are made from."""
     level, judged = levels(found[Role.MINIMAL, ""]), list[IngredientResult]()
     for one in ingredients:
         evidence = tuple(

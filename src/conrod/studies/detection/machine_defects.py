@@ -153,6 +153,6 @@ def another_assembly(reference: ExactReference) -> Kinematics | None:
 
 
 def _apart(points: Any, shown: Any, size: float) -> bool:
-    """Whether a point keeps away from where it was shown."""
+    """True if a point keeps away from where it was shown."""
     apart = [np.linalg.norm(at[0] - shown[name][0][: len(at[0])], axis=1).min() for name, at in points.items()]
     return bool(max(apart) >= APART * size)

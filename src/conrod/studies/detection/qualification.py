@@ -77,7 +77,7 @@ def force_judge(result: ForceResult, tracks: ForceTracks, peaks: Peaks, step: fl
 
 
 def noticed_by(result: Result) -> tuple[str, ...]:
-    """What fails a result; nothing of one that passed."""
+    """Reasons that fail a result; none of one that passed."""
     if result.passed is not False:
         return ()
     return (*result.exceeded(), *result.faults()) if result.completed else (result.outcome,)
@@ -133,7 +133,7 @@ def smallest_noticed(noticed: Callable[[float], bool], largest: float) -> float 
 
 @dataclass(frozen=True, kw_only=True)
 class Qualification(Result):
-    """What the verdicts on one run notice; of a run that did not pass there is nothing to be said.
+    """Defects that the verdicts on one run notice; none are planted into a run that did not pass.
 
     Attributes:
         tightness: by judged quantity the error of the run, and what is allowed.
@@ -205,7 +205,7 @@ class QualificationCase(EngineCase[Qualification]):
         return replace(self.ended(Outcome.COMPLETED, ""), found=found, tightness=tightness)
 
     def _forces(self, given: Recording) -> tuple[Noticed, ...]:
-        """What the verdict on the forces notices of wrong masses; nothing where they are not judged."""
+        """Wrong masses that the verdict on the forces notices; none where they are not judged."""
         if not isinstance(self.made_by, ReportsForces):
             return ()
         plan = ForcePlan(run=replace(self.plan, tolerance=None), refined=False)

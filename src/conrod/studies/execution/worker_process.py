@@ -165,7 +165,7 @@ class WorkerProcess:
         self._pipe.close()
 
     def _received(self) -> Any:
-        """What it sends next; the error of its end, which is waited for, where that is nothing."""
+        """Next message of the worker; where there is none, the error of its end, which is waited for."""
         with suppress(EOFError, OSError):
             return self._pipe.recv()
         status = self._process.wait()

@@ -39,7 +39,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Line:
-    """What a baseline keeps of one result.
+    """Entry of a baseline for one result.
 
     Attributes:
         passed: the verdict by the law, or by the tolerance asked for; None where nothing is judged.
@@ -181,7 +181,7 @@ class Held:
 
     @property
     def text(self) -> str:
-        """What was found, the drifts first; empty where there is nothing to be said."""
+        """Findings in words, the drifts first; empty where there are none."""
         lines = [f"drifted from the baseline {self.file}:"] if self.drifts else []
         for _, same in groupby(self.drifts, key=lambda drift: drift.result):
             worst, *others = sorted(same, key=lambda drift: -(drift.digits or math.inf))
@@ -203,7 +203,7 @@ def check_same(file: Path, before: Baseline, now: Baseline) -> None:
 
 
 def compared(file: Path, before: Baseline, now: Baseline) -> Held:
-    """What has drifted from the baseline in a file."""
+    """Drifts from the baseline in a file."""
     drifts = tuple(drift for name in {**before.results, **now.results} for drift in _drifts(name, before, now))
     was = before.made_with
     versions = [f"{k} {was[k]}, now {now.made_with.get(k)}" for k in was if now.made_with.get(k) != was[k]]

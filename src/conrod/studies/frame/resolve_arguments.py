@@ -71,7 +71,7 @@ def scene(name: str | Path, **parameters: float | str) -> Scene:
 
 
 def scene_text(scene: str | Scene) -> str:
-    """What a user calls a machine: as it was typed, or the kind of one that is there already."""
+    """Name that a user gives a machine: as it was typed, or the kind of one that is there already."""
     return scene if isinstance(scene, str) else scene.kind
 
 

@@ -25,7 +25,7 @@ COLUMNS = ("closure", "phase", "drive", "prediction")
 
 @dataclass(frozen=True, kw_only=True)
 class Result(ABC):
-    """What became of one scene in an engine with a preset: errors and orders of a completed run alone, and a verdict.
+    """Result of one scene in an engine with a preset: errors and orders of a completed run alone, and a verdict.
 
     Attributes:
         preset: None of kinematic mode.
@@ -50,10 +50,10 @@ class Result(ABC):
     @property
     @abstractmethod
     def limits(self) -> Mapping[str, float]:
-        """What is allowed, by the names of tolerances; empty where nothing is judged."""
+        """Allowed errors, by the names of tolerances; empty where nothing is judged."""
 
     def faults(self) -> list[str]:
-        """What fails it besides errors out of tolerance, in words."""
+        """Reasons that fail it besides errors out of tolerance, in words."""
         return []
 
     @abstractmethod

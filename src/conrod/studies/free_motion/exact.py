@@ -81,7 +81,7 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
 
 @lru_cache(COURSES_KEPT)
 def duration(name: str, scene: Scene, plan: MotionPlan) -> float:
-    """What is asked for [s]; else ten seconds, but no more than fifty of the fastest turns of the first second."""
+    """Duration asked for [s]; else ten seconds, but no more than fifty of the fastest turns of the first second."""
     if plan.seconds is not None:
         return plan.seconds
     mechanism = plan.mechanism(scene.kinematics.mechanism, name)
@@ -92,7 +92,7 @@ def duration(name: str, scene: Scene, plan: MotionPlan) -> float:
 
 
 def _pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:
-    """How fast a motion is; a pulse of a load is held to be a turn, too."""
+    """Pace of a motion; a pulse of a load is held to be a turn, too."""
     return Pace(min(fastest_turn(mechanism, motion), shortest_pulse(mechanism, motion)), bool(motion.crossings))
 
 

@@ -129,7 +129,7 @@ def case_at(setup: Setup, speed: float, finer: int) -> LimitCase:
 
 
 def probe_of(speed: float, runs: Sequence[Measurement]) -> OnsetProbe:
-    """What the runs at a speed show."""
+    """Findings of the runs at a speed."""
     coarse, *fine = map(_length, runs)
     return OnsetProbe(speed, (coarse, fine[0] if fine else None))
 

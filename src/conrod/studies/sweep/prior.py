@@ -27,7 +27,7 @@ USUAL_STEPS, USUAL_ORDER = 200, 2.0
 
 
 class Guess(NamedTuple):
-    """Where a rule is expected to meet the tolerances.
+    """Expectation of where a rule meets the tolerances.
 
     Attributes:
         cost: of a revolution in steps of the reference loop; infinite where no sweep met them.

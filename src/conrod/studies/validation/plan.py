@@ -98,7 +98,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
 def begun(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan, start_angle: float = 0.0
 ) -> tuple[ValidationResult, Any, float]:
-    """What is known of a run before it is made: settings and tolerance, the settings, the start angle [rad].
+    """Facts known of a run before it is made: settings and tolerance, the settings, the start angle [rad].
 
     The result is `unsupported` where the engine refuses the machine.
 

@@ -67,7 +67,7 @@ class RefinementPoint:
 
 @dataclass(frozen=True)
 class Noticed:
-    """What a verdict makes of one kind of defect, planted into the run that it is on.
+    """Verdict on one kind of defect, planted into the run that it is on.
 
     Attributes:
         defect: its name.
@@ -90,7 +90,7 @@ class Noticed:
 
 @dataclass(frozen=True)
 class Qualified:
-    """What a verdict on a run notices of planted defects: that on its motion, and that on its forces."""
+    """Planted defects that a verdict on a run notices: that on its motion, and that on its forces."""
 
     motion: tuple[Noticed, ...]
     forces: tuple[Noticed, ...]

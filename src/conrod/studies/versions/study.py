@@ -89,7 +89,7 @@ class VersionStudy:
     histories: tuple[History, ...]
 
     def changes_at(self, version: str) -> tuple[tuple[History, Change], ...]:
-        """What changed with a release."""
+        """Changes that a release brought."""
         return tuple((one, change) for one in self.histories if (change := one.change_at(version)) is not None)
 
 
@@ -154,7 +154,7 @@ def _changes(case: VersionCase, runs: Mapping[str, Runs], named: Callable[..., t
 
 
 def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> Change | None:
-    """What changed from one run to the same in another release, None where nothing did, to the last bit."""
+    """Changes from one run to the same in another release, None where nothing did, to the last bit."""
     bits = [(one.beside or {}).get("bits", {}) for one in (before, after)]
     differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
     ended, errors = (before.outcome, after.outcome), (before.largest("position"), after.largest("position"))
