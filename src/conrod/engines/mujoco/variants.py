@@ -115,7 +115,7 @@ WORDS = {"vertices": "{} vertices", "solver": "{}", "iterations": "{} iterations
 
 
 def _name(knobs: Knobs, usual: Knobs) -> str:
-    """What the first three knobs are, and those others that are not where they usually are."""
+    """Name of the first three knobs, and of those others that are not at their usual values."""
     regularisation: str = knobs.get("regularisation", "")
     soft = {"stock": "solimp stock", "stiff": "solimp 0.9999", "": f"impedance {knobs.get('impedance')}"}
     said = [WORDS[name].format(value) for name, value in knobs.items() if name in WORDS and value != usual[name]]
