@@ -1,4 +1,4 @@
-"""What a model has beside what its motion needs: parts for the eye, and edits by name. Imports no engine."""
+"""Parts of a model beside what its motion needs: parts for the eye, and edits by name. Imports no engine."""
 
 from __future__ import annotations
 
