@@ -21,8 +21,8 @@ from conrod.scenes import Scene
 EXPLAINED = 1e-9
 # A model written with six digits cannot do better.
 DEFAULT_TOLERANCE = 1e-6
-# The facets of a mesh that a contact follows leave some millionths.
-BY_CONTACT = 1e-5
+# A shape's error is multiplied by this where the path is oblique to it.
+OBLIQUE = 3.0
 # A point that leaves the plane by more than this share of the machine's travel is not in it.
 IN_PLANE = 1e-6
 # Of several views that fit alike, by this factor and beside this distance, the first is meant.
@@ -47,7 +47,7 @@ class Identity:
         off_by: largest distance of each point from where it should be, over its length.
         explanations: sparsest sets of lengths that leave nothing; several where they cannot be distinguished.
         left: largest distance that no length explains.
-        floor: distance that is rounding, or due to the facets of a contact's shapes.
+        floor: distance that is rounding, or the error of the collision shape.
     """
 
     frame: Frame
@@ -78,7 +78,7 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     """
     _check_plane(scan)
     search, at = _chosen(scene, scan, given)
-    floor = BY_CONTACT if scan.facts.touching else EXPLAINED
+    floor = max(EXPLAINED, at.unit * OBLIQUE * scan.shape_error / float(search.norms.min()))
     found, moving = tuple[Solution, ...](), scene
     if at.largest > floor:
         found = solutions(search, at, floor)

@@ -142,6 +142,7 @@ class Scan:
         rates: derivatives of the joint rates by the crank's (T, nv).
         anchor, axis: of the crank's hinge, a point and a unit vector.
         wander: how far anchor and axis move in a turn.
+        shape_error: depth of a mesh's facets under its curve, where a contact places the points.
     """
 
     facts: ModelFacts
@@ -154,6 +155,7 @@ class Scan:
     anchor: Array
     axis: Array
     wander: float
+    shape_error: float
 
 
 @dataclass(frozen=True)

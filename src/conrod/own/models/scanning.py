@@ -6,6 +6,7 @@ from collections import Counter
 
 import mujoco
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from conrod.engines.numerics import jacobian_rank
 from conrod.errors import InvalidInput
@@ -70,6 +71,7 @@ def scan(assembly: Assembly, question: Question) -> Scan:
         anchor=anchors[0],
         axis=axes[0],
         wander=float(away.max()),
+        shape_error=max((_shape_error(model, geom, axes[0]) for geom in pair or ()), default=0.0),
     )
 
 
@@ -103,6 +105,27 @@ def _differences(model: mujoco.MjModel, states: Array, again: Array) -> Array:
     for k in range(count):
         mujoco.mj_differentiatePos(model, rates[k], 4.0 * np.pi / count, around[k], around[k + 2])
     return rates
+
+
+def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> float:
+    """Depth of a mesh's facets under the smooth curve through its corners, seen along an axis, in the model's unit.
+
+    A chord of length e whose ends turn by t is e tan(t / 4) / 2 away from the arc over it.
+    """
+    if model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
+        return 0.0
+    mesh, data = int(model.geom_dataid[geom]), mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    vertices = np.asarray(model.mesh_vert[first : first + count], dtype=float) @ data.geom_xmat[geom].reshape(3, 3).T
+    across = np.linalg.svd(axis[None])[2][1:]  # two directions at right angles to the axis
+    flat = vertices @ across.T
+    outline = flat[ConvexHull(flat).vertices] @ np.array([1.0, 1.0j])
+    edges = np.roll(outline, -1) - outline
+    turns = np.angle(np.roll(edges, -1) / edges)  # at the end of each edge
+    share = 0.5 * (turns + np.roll(turns, 1))
+    single = float(np.finfo(np.float32).eps) * float(np.abs(outline).max())
+    return float((0.5 * np.abs(edges) * np.tan(share / 4.0)).max()) + single
 
 
 # -- facts -------------------------------------------------------------------------------------------------------------
