@@ -15,7 +15,7 @@ import pytest
 from command_line import conrod
 
 from conrod.exact.motion import Array
-from conrod.report.fmu import archive
+from conrod.report import fmu as archive
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_names, scene_named
 

@@ -13,8 +13,8 @@ from encoder_table import encoder_table
 from own_model_edits import ROD_END, TEXTS, replaced
 
 from conrod.cli.verification import Dossier
-from conrod.own import pedigree
-from conrod.own.sensitivity import ANGLES, sensitivities, shares
+from conrod.own import files
+from conrod.own.models.references import ANGLES, sensitivities, shares
 from conrod.own.tables.columns import request
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
@@ -263,8 +263,8 @@ def test_a_committed_report_made_again_says_the_same_but_for_the_software(name: 
 
 
 def test_a_wheels_hash_leaves_out_what_an_installer_adds() -> None:
-    version, digest, of = pedigree.package_hash("numpy")
+    version, digest, of = files.package_hash("numpy")
     assert (version, len(digest), of) == (np.__version__, 64, "wheel's RECORD")
-    assert pedigree.BY_INSTALLER.match("../../../bin/f2py,sha256=x,1")
-    assert pedigree.BY_INSTALLER.match("numpy-2.4.6.dist-info/INSTALLER,sha256=x,1")
-    assert not pedigree.BY_INSTALLER.match("numpy/__init__.py,sha256=x,1")
+    assert files.BY_INSTALLER.match("../../../bin/f2py,sha256=x,1")
+    assert files.BY_INSTALLER.match("numpy-2.4.6.dist-info/INSTALLER,sha256=x,1")
+    assert not files.BY_INSTALLER.match("numpy/__init__.py,sha256=x,1")

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from conrod.own.models.lengths import Explanation, Length
+from conrod.own.models.identity import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import ModelStudy
 from conrod.own.models.runs import QUANTITIES, JudgedRun

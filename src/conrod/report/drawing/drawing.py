@@ -15,8 +15,8 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.dimensions import draw_dimensions
-from conrod.report.drawing.labels import Labels
 from conrod.report.drawing.links import draw_joints, draw_links
+from conrod.report.drawing.machine_parts import Labels
 from conrod.report.drawing.view import MM, View, outline
 from conrod.scenes import Scene
 

@@ -24,7 +24,7 @@ from conrod.mechanism.mechanism import (
     beside,
     to_world,
 )
-from conrod.report.drawing.labels import Labels
+from conrod.report.drawing.machine_parts import Labels
 
 MM = 1e3
 

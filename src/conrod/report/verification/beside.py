@@ -10,9 +10,9 @@ from typing import Any
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
 from conrod.mjcf.invariances.results import InvarianceStudy
+from conrod.own.files import package_hash, sha256, stated_source
+from conrod.own.models.references import sensitivities, shares
 from conrod.own.models.results import ModelStudy
-from conrod.own.pedigree import package_hash, sha256, stated_source
-from conrod.own.sensitivity import sensitivities, shares
 from conrod.own.tables.study import TableStudy
 from conrod.report import invariances, numbers, trajectory
 from conrod.report.limits.tables import limits_table
