@@ -11,8 +11,7 @@ from command_line import conrod, said
 from slider_crank_fmu import BINARY, compiled, description, write_fmu
 
 from conrod.errors import InvalidInput
-from conrod.own.fmu import unit
-from conrod.own.fmu.unit import Order, read_fmu, simulate
+from conrod.own.fmu import Order, read_fmu, simulate
 from conrod.studies.execution import isolation
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
@@ -136,7 +135,7 @@ WHOLE = description()
 def test_an_archive_that_was_made_to_do_harm_is_refused(
     files: dict[str, str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(unit, "MOST_BYTES", 100_000)
+    monkeypatch.setattr(fmu, "MOST_BYTES", 100_000)
     write_fmu(tmp_path / "saw.fmu", None, files)
     refused(*POINT, words=words, cwd=tmp_path)
 

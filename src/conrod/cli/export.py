@@ -71,7 +71,7 @@ def export(
 
         content = standalone_mjcf(name, chosen, steps_per_rev)
     elif kind == "fmu":
-        from conrod.report.fmu.archive import fmu
+        from conrod.report.fmu import fmu
 
         content, why_no_binary = fmu(name, chosen)
         if why_no_binary is not None:

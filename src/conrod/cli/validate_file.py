@@ -19,7 +19,7 @@ from conrod.cli.validate_request import DEFAULT_REVOLUTIONS, FMUS, MODELS, Model
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be, check_readable, of_file
-from conrod.own.fmu.study import run_fmu
+from conrod.own.fmu import run_fmu
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Question, controls_of, places_of
 from conrod.own.models.results import ModelStudy

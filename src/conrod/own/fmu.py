@@ -1,7 +1,4 @@
-"""A user's FMU: its archive, what it says of itself, and a run of it by FMPy.
-
-All of this is called confined: an FMU may be made to do harm, and is native code that may do anything.
-"""
+"""A user's FMU (FMI 2.0 and 3.0), as Modelica, Simulink and Amesim write them: run by FMPy, then judged as a table is."""
 
 from __future__ import annotations
 
@@ -10,22 +7,105 @@ import zipfile
 import zlib
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
-from math import isclose, prod
+from math import isclose
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, nearest, unknown_choice
 from conrod.exact.motion import Array
+from conrod.own.tables.columns import LISTED, Column, Request, column_of
+from conrod.own.tables.headings import TIME, bare_unit, targets
+from conrod.own.tables.reading import MOST_ROWS, Reading, reading_of
+from conrod.scenes import Scene
+from conrod.studies.execution import isolation
+
+FEWEST = 8  # steps of a run
+CVODE_TOLERANCE = 1e-9  # relative; FMPy's own is 1e-5
+
+
+def run_fmu(
+    path: Path, scene: Scene, asked: Request, mode: str | None, steps: int, revolutions: float, timeout: float
+) -> Reading:
+    """The trajectory of an FMU; it is run in a process of its own.
+
+    Args:
+        mode: None for the first that it has.
+        steps: per revolution.
+        timeout: longest time of the run [s].
+
+    Raises:
+        InvalidInput: it or an option cannot be used, or its run does not complete.
+    """
+    with TemporaryDirectory(prefix="conrod-fmu-") as folder:
+        fmu = isolation.confined(read_fmu, path, folder)
+        mode = fmu.modes[0] if mode is None else mode
+        if mode not in fmu.modes:
+            raise unknown_choice("mode in --preset", mode, fmu.modes)
+        columns = choose_variables(fmu, tuple(scene.lengths), asked)
+        used = [fmu.variables[column.index - 1] for column in columns[1:]]
+        unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:LISTED]
+        order = _order(mode, scene, steps, revolutions)
+        values = isolation.confined(simulate, path, folder, order, used, timeout=timeout)
+    has = "".join(f"; it has {other}, too: --preset {other}" for other in fmu.modes if other != mode)
+    form = f"FMI {fmu.version} {order}{f'; {fmu.tool}' if fmu.tool else ''}{has}"
+    return reading_of(columns, values, np.arange(1, len(values) + 1), unused, form)
+
+
+def _order(mode: str, scene: Scene, steps: int, revolutions: float) -> Order:
+    """The run of a mode; of an input that makes one pass, that pass."""
+    span = scene.kinematics.mechanism.driver.span
+    start, stop = (0.0, revolutions * scene.period) if span is None else sorted(angle / scene.speed for angle in span)
+    count = round((stop - start) / scene.period * steps)
+    if not FEWEST <= count < MOST_ROWS:
+        raise InvalidInput(f"--steps-per-rev {steps}: {count} steps in all: {FEWEST} to {MOST_ROWS - 1} are taken")
+    return Order(mode, steps, CVODE_TOLERANCE if mode == "model-exchange" else None, start, stop, count)
+
+
+# -- its variables as columns ------------------------------------------------------------------------------------------
+COMPARED = 20_000  # names among which a mistyped one is looked for
+
+
+def choose_variables(fmu: Description, points: Sequence[str], asked: Request) -> list[Column]:
+    """The columns of an FMU's runs, in the order of `targets`; the time is the first.
+
+    An output that is called as a quantity of the scene is, `C.x`, is that quantity unless another is named.
+
+    Raises:
+        InvalidInput: a variable that it has not or that has no unit, or nothing that could be judged.
+    """
+    variables = {variable.name: (place, variable) for place, variable in enumerate(fmu.variables, start=1)}
+    outputs = [variable.name for variable in fmu.variables if variable.output]
+    listed = f"its outputs are {', '.join(outputs[:LISTED]) or 'none'}{', ...' if len(outputs) > LISTED else ''}"
+    clock, *others = targets(points)
+    columns = [Column(clock, 0, TIME, "s", 1.0, "FMI")]
+    for target in others:
+        name = asked.columns.get(target.name, target.name if target.name in outputs else None)
+        if name is None:
+            continue
+        if name not in variables:
+            near = " or ".join(map(repr, nearest(name, list(variables)[:COMPARED]))) or "none like it"
+            raise InvalidInput(f"it has no variable {name!r}, but {near} among {len(variables)}; {listed}")
+        place, variable = variables[name]
+        column = column_of(target, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, asked)
+        if column.unit_from == "assumed":
+            unit = f"--unit {target.unit}"
+            raise InvalidInput(f"{name} has no unit in the model description: say with {unit} what it is in")
+        columns.append(replace(column, unit_from=column.unit_from.replace("heading", "model description")))
+    if len(columns) == 1:
+        said = f"--column {points[0]}.x=VARIABLE"
+        raise InvalidInput(f"say which variables are the motion of an observed point: {said}; {listed}")
+    return columns
+
 
 # -- the archive -------------------------------------------------------------------------------------------------------
 
 DESCRIPTION = "modelDescription.xml"
-# Models of whole plants describe 200 000 variables in some 60 MB, and unpack to some hundred.
-MOST_FILES, MOST_BYTES, MOST_DESCRIPTION = 100_000, 1 << 30, 1 << 27
+MOST_BYTES = 1 << 30  # models of whole plants unpack to some hundred MB
 # The last but one: encrypted.
 BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, ValueError, RuntimeError, OSError)
 
@@ -42,7 +122,7 @@ def unpack(path: Path, folder: Path, wanted: Sequence[str]) -> tuple[str, ...]:
             total = sum(entries.values())
             if DESCRIPTION not in entries:
                 raise InvalidInput(f"it is no FMU: it has no {DESCRIPTION}")
-            if len(entries) > MOST_FILES or total > MOST_BYTES or entries[DESCRIPTION] > MOST_DESCRIPTION:
+            if total > MOST_BYTES:
                 raise InvalidInput(f"it unpacks to {len(entries)} files, {total} bytes: more than a model has")
             named = [name for name in entries if name == DESCRIPTION or name.startswith(tuple(wanted))]
             archive.extractall(folder, members=named)
@@ -58,7 +138,6 @@ def unpack(path: Path, folder: Path, wanted: Sequence[str]) -> tuple[str, ...]:
 # By the names that a user gives them, as FMPy calls them, and its attribute of each.
 MODES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
 REAL = ("Real", "Float32", "Float64")
-MOST_VARIABLES = 1_000_000  # elements of arrays among them
 
 
 @dataclass(frozen=True)
@@ -127,10 +206,9 @@ def read_fmu(path: Path, folder: str) -> Description:
 
 
 def _variables(found: Any) -> Iterator[Variable]:
-    reals = [one for one in found.modelVariables if one.type in REAL and one.causality != "independent"]
-    if (count := sum(prod(one.shape) for one in reals)) > MOST_VARIABLES:
-        raise InvalidInput(f"it has {count} real variables: at most {MOST_VARIABLES} are read")
-    for one in reals:
+    for one in found.modelVariables:
+        if one.type not in REAL or one.causality == "independent":
+            continue
         unit = one.unit or (one.declaredType and one.declaredType.unit) or ""
         places = product(*(range(1, size + 1) for size in one.shape))
         for index, place in enumerate(places):
