@@ -11,6 +11,7 @@ from command_line import conrod, said
 from slider_crank_fmu import BINARY, compiled, description, write_fmu
 
 from conrod.errors import InvalidInput
+from conrod.own import fmu
 from conrod.own.fmu import Order, read_fmu, simulate
 from conrod.studies.execution import isolation
 

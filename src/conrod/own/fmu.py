@@ -1,4 +1,4 @@
-"""A user's FMU (FMI 2.0 and 3.0), as Modelica, Simulink and Amesim write them: run by FMPy, then judged as a table is."""
+"""A user's FMU (FMI 2.0 and 3.0), as Modelica, Simulink and Amesim write them: run by FMPy, judged as a table is."""
 
 from __future__ import annotations
 
