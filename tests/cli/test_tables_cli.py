@@ -53,16 +53,6 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(fol
     assert (folder / "t.csv").read_bytes() == before
 
 
-@pytest.mark.usefixtures("at_once")
-def test_a_table_of_two_rows_is_measured_and_what_it_lacks_is_told(folder: Path) -> None:
-    # So little is fitted by any frame and any clock: no cause is named, and none is missed.
-    (folder / "t.csv").write_text("time,C_x,C_vx_m_s\n0,0.1,0\n0.1,0.1,0\n")
-    done = conrod(*VALIDATE, cwd=folder)
-    assert done.returncode == 0, done.stderr
-    assert "columns not used: C_vx_m_s" in done.stdout
-    assert "likely cause" not in done.stdout
-
-
 def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(folder: Path) -> None:
     # Its header promises 10^13 numbers; what reads it is told so by the system, in a process of its own.
     head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000,), }"

@@ -82,10 +82,6 @@ def written(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8
 
 
 def write_all_formats(columns: Mapping[str, Array], folder: Path) -> None:
-    """The columns as t.csv, t.npz and t.parquet."""
-    import pyarrow
-    import pyarrow.parquet
-
+    """The columns as t.csv and t.npz."""
     written(folder, csv_text(columns))
     np.savez(folder / "t.npz", **columns)  # type: ignore[arg-type]
-    pyarrow.parquet.write_table(pyarrow.table(dict(columns)), folder / "t.parquet")

@@ -28,7 +28,7 @@ def validate(asked: Request) -> None:
     in the ledger: the same command goes on where it stopped, and asked again it runs nothing.
 
     A FILE is judged instead, against the machine that --scene names: a MuJoCo model (.xml, .mjb), an FMU, which is run
-    (.fmu), or a table of any tool (.csv, .parquet, .npz). A MuJoCo model with closed loops needs no --scene: with
+    (.fmu), or a table of any tool (.csv, .npz and the like). A MuJoCo model with closed loops needs no --scene: with
     --drive its own exact motion is what it is held to. So are machines in space, by name, or all as `spatial`.
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.

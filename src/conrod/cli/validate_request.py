@@ -10,7 +10,7 @@ from conrod.cli.options import ReportOptions, RunOptions, option
 MODELS = (".xml", ".mjcf", ".mjb")
 FMUS = (".fmu",)
 DEFAULT_REVOLUTIONS = 2  # of a file's own runs
-TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".parquet", ".npz")
+TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".npz")
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,8 +58,7 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     with of_file(path):
         if path.stat().st_size == 0:
             raise InvalidInput("it is empty")
-        openers = {".npz": open_npz, ".parquet": open_parquet}  # all else is text
-        source = openers.get(path.suffix.lower(), open_text)(path)
+        source = _open_npz(path) if path.suffix.lower() == ".npz" else open_text(path)
         columns = choose(source.headings, points, asked)
         values, numbers = source.read(columns, MOST_ROWS)
         used = {column.index for column in columns}
@@ -123,7 +122,7 @@ def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:
 # -- archives ----------------------------------------------------------------------------------------------------------
 
 
-def open_npz(path: Path) -> Source:
+def _open_npz(path: Path) -> Source:
     """A numpy archive: an array (T,) a column, (T, 2) for x and y.
 
     Raises:
@@ -131,51 +130,19 @@ def open_npz(path: Path) -> Source:
     """
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as loaded:
-            arrays = {name: np.asarray(loaded[name]) for name in loaded.files}
+            every = {name: np.asarray(loaded[name]) for name in loaded.files}
     except (OSError, ValueError, OverflowError, zipfile.BadZipFile, EOFError, KeyError, RuntimeError, zlib.error):
         raise InvalidInput("it is no numpy archive, or holds Python objects, which are not loaded") from None
-    columns = dict[str, Array]()
-    for name, array in arrays.items():
+    arrays = dict[str, Array]()
+    for name, array in every.items():
         if array.dtype.kind in "fiu" and array.ndim == 1:
-            columns[name] = array
+            arrays[name] = array
         elif array.dtype.kind in "fiu" and array.ndim == 2 and array.shape[1] == 2:
-            columns |= {f"{name}.{axis}": array[:, k] for k, axis in enumerate("xy")}
-    return _archive("numpy archive", tuple(columns), lambda name: np.asarray(columns[name], dtype=float))
-
-
-def open_parquet(path: Path) -> Source:
-    """A Parquet file; a column's unit is in its name.
-
-    Raises:
-        InvalidInput: it is no Parquet file, or pyarrow is not installed.
-    """
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise InvalidInput("reading Parquet needs pyarrow: pip install pyarrow") from None
-    try:
-        file = pyarrow.parquet.ParquetFile(path)
-    except (pyarrow.ArrowException, OSError):
-        raise InvalidInput("it is no Parquet file") from None
-    schema = file.schema_arrow
-
-    def values_of(name: str) -> Array:
-        try:
-            # By what it is called whole: a name with a point is not a path.
-            values = file.read(columns=[name], use_threads=False).column(0)
-            return np.asarray(values.cast(pyarrow.float64()).to_numpy(zero_copy_only=False), dtype=float)
-        except (pyarrow.ArrowException, OSError, KeyError):
-            raise InvalidInput(f"column {name!r} ({schema.field(name).type}) cannot be read as numbers") from None
-
-    return _archive("Parquet", tuple(schema.names), values_of)
-
-
-def _archive(form: str, names: tuple[str, ...], values_of: Callable[[str], Array]) -> Source:
-    """A file of named columns, whose rows are numbered from 1."""
+            arrays |= {f"{name}.{axis}": array[:, k] for k, axis in enumerate("xy")}
+    names = tuple(arrays)
 
     def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
-        found = {column.target.name: values_of(names[column.index]) for column in wanted}
+        found = {column.target.name: np.asarray(arrays[names[column.index]], dtype=float) for column in wanted}
         lengths = {name: len(values) for name, values in found.items()}
         if len(set(lengths.values())) > 1:
             raise InvalidInput(f"columns of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
@@ -183,4 +150,4 @@ def _archive(form: str, names: tuple[str, ...], values_of: Callable[[str], Array
             raise InvalidInput(f"it has {rows} rows: at most {most} are kept: thin it out")
         return np.column_stack(list(found.values())), np.arange(1, rows + 1)
 
-    return Source(form, names, read)
+    return Source("numpy archive", names, read)
