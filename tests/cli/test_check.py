@@ -15,7 +15,7 @@ import pytest
 from command_line import conrod, kept_worker
 from table_files import csv_text, exact_table
 
-from conrod import SCENES, InvalidInput, MuJoCoSettings, Saw, check, run
+from conrod import SCENES, InvalidInput, check
 from conrod.own.tables.study import TableStudy
 from conrod.studies.frame.baseline import Baseline, write
 
@@ -117,9 +117,7 @@ def test_a_baseline_that_cannot_be_used_is_refused_before_anything_is_run(case: 
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "no model": (3, {}, "a int cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data frame or"),
     "no scene": (TABLE, {"scene": None}, "a dict: say with scene=... what machine it is"),
-    "no keyword": (SAW, {"scene": None, "cranc": "crank"}, "unknown keyword 'cranc': did you mean 'crank'?"),
     "no numbers": (TABLE | {"C": ["a"] * 200}, {}, "the table: 'C': an array of numbers is wanted"),
-    "a model's keyword": (TABLE, {"crank": "crank"}, "--crank does not go with a table"),
     "a parameter": (TABLE, {"set": {"crnk": 1}}, "unknown parameter 'crnk': did you mean 'crank'?"),
 }
 
@@ -139,26 +137,3 @@ def test_the_documentation_shows_what_it_does(monkeypatch: pytest.MonkeyPatch) -
     examples = doctest.DocTestParser().get_doctest(page, {}, "python.md", "docs/python.md", 0)
     assert len(examples.examples) > 8
     assert doctest.DocTestRunner().run(examples).failed == 0
-
-
-# -- names that are not there ------------------------------------------------------------------------------------------
-
-
-RUN = run(Saw(), MuJoCoSettings.stock(Saw(), 50), revolutions=0.1)
-LOOKUPS = {
-    "a scene": (
-        lambda: SCENES["saw"],
-        "unknown scene 'saw': did you mean 'saw-40rpm' or 'saw-500rpm'? choose from cam",
-    ),
-    "a point of a run": (lambda: RUN.points["D"], "unknown observed point 'D': choose from C, M"),
-    "a parameter": (lambda: SAW.with_parameters(cranck=0.1), "unknown parameter 'cranck': did you mean 'crank'?"),
-}
-
-
-@pytest.mark.parametrize("name", LOOKUPS)
-def test_a_lookup_that_fails_names_the_choices_and_is_a_key_error_too(name: str) -> None:
-    look, message = LOOKUPS[name]
-    with pytest.raises(InvalidInput) as failed:
-        look()
-    assert str(failed.value).startswith(message)
-    assert isinstance(failed.value, KeyError)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from command_line import conrod, said
 from slider_crank_fmu import BINARY, compiled, description, write_fmu
@@ -102,7 +104,6 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
         ("none", (), "say which variables are the motion of an observed point: --column C.x=VARIABLE; its outputs are"),
         ("none", ("--column", "C.x=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
         ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit m"),
-        ("none", (*POINT, "--engine", "mujoco"), "--engine does not go with an FMU"),
         ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
     ],
 )
@@ -141,22 +142,50 @@ def test_an_archive_that_was_made_to_do_harm_is_refused(
     refused(*POINT, words=words, cwd=tmp_path)
 
 
-def test_elements_of_an_array_are_variables_of_their_own(tmp_path: Path) -> None:
-    variables = """<Float64 name="time" valueReference="9" causality="independent"/>
-        <Float64 name="r" valueReference="0" unit="mm"><Dimension start="2"/></Float64>
-        <Float64 name="T" valueReference="1"><Dimension start="1"/><Dimension start="2"/></Float64>"""
-    text = f"""<fmiModelDescription fmiVersion="3.0" modelName="a" instantiationToken="a">
-        <CoSimulation modelIdentifier="a"/><UnitDefinitions><Unit name="mm"/></UnitDefinitions>
-        <ModelVariables>{variables}</ModelVariables><ModelStructure/></fmiModelDescription>"""
-    path = write_fmu(tmp_path / "a.fmu", None, {"modelDescription.xml": text, BINARY: ""})
-    found = read_fmu(path, str(tmp_path / "unpacked"))
-    assert (found.version, found.modes) == ("3.0", ("co-simulation",))
-    named = [(one.name, one.unit, one.array, one.index) for one in found.variables]
-    assert named == [("r[1]", "mm", "r", 0), ("r[2]", "mm", "r", 1), ("T[1,1]", "", "T", 0), ("T[1,2]", "", "T", 1)]
-
-
 @pytest.mark.usefixtures("at_once")
 def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fmpy", None)
     write_fmu(tmp_path / "saw.fmu", None, {"modelDescription.xml": WHOLE, BINARY: ""})
     refused(*POINT, words="is not installed: pip install 'conrod[fmi]'", cwd=tmp_path)
+
+
+# -- the closed circle: the exact motion goes out as an FMU, comes back as any tool's FMU does, and nothing is lost ----
+
+CIRCLE = pytest.mark.usefixtures("at_once", "library")
+EXACT = ",".join(f"{quantity}=1e-12" for quantity in ("position", "velocity", "acceleration"))
+
+
+def judged(folder: Path, scene: str, *options: str, exported: tuple[str, ...] = ()) -> tuple[int, Any]:
+    """Exit status and findings of a scene that was exported with some parameters."""
+    done = conrod("export", scene, "--format", "fmu", "-o", "unit.fmu", *exported, cwd=folder)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    done = conrod("validate", "unit.fmu", "--scene", scene, *options, "--json", "o.json", cwd=folder)
+    return done.returncode, json.loads((folder / "o.json").read_text())["parts"]["table"]["findings"]
+
+
+# A closed form, and a pass, which begins before time 0.
+@CIRCLE
+@pytest.mark.parametrize(("scene", "mode"), [("saw-500rpm", "model-exchange"), ("geneva", "co-simulation")])
+def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, tmp_path: Path) -> None:
+    status, found = judged(tmp_path, scene, "--preset", mode, "--tolerance", EXACT)
+    assert status == 0
+    assert max(one["size"]["max"] for errors in found["errors"].values() for one in errors.values()) < 1e-12
+
+
+@CIRCLE
+def test_a_rod_that_is_a_micrometre_longer_is_off_by_its_sensitivity(tmp_path: Path) -> None:
+    longer = 1e-6  # [m]
+    status, found = judged(
+        tmp_path, "saw-500rpm", "--tolerance", "position=1e-9", exported=("--set", f"rod={0.3 + longer!r}")
+    )
+    assert status == 1
+    # Document 002: x of C is sqrt(l^2 - e^2) - r + r cos t - w with w = sqrt(l^2 - u^2) and u = r sin t - e; by l:
+    t, rod, crank, offset = np.linspace(0.0, 2.0 * np.pi, 1001), 0.3, 0.1, 0.09
+    across = crank * np.sin(t) - offset
+    w = np.sqrt(rod**2 - across**2)
+    sensitivity = rod / np.sqrt(rod**2 - offset**2) - rod / w
+    rate = -rod * across * crank * np.cos(t) / w**3  # of it, by the crank angle
+    stroke = 0.211138  # [m]
+    sizes = {quantity: found["errors"]["C"][quantity]["size"]["max"] for quantity in ("position", "velocity")}
+    expected = {"position": np.abs(sensitivity).max(), "velocity": np.abs(rate).max()}
+    assert sizes == pytest.approx({name: longer / stroke * size for name, size in expected.items()}, rel=2e-5)

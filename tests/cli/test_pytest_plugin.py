@@ -89,18 +89,6 @@ def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None
     assert not (pytester.path / "conrod-baselines").exists()
 
 
-def test_what_is_in_the_place_of_a_baseline_fails_the_test_and_stays(pytester: pytest.Pytester) -> None:
-    file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
-    file.parent.mkdir(parents=True)
-    file.write_text("{", encoding="utf-8")
-    pytester.makepyfile(test_a=TEST.format(steps=500))
-    for arguments in ((), ("--conrod-regen-all",)):
-        done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q", *arguments)
-        done.assert_outcomes(failed=1)
-        done.stdout.fnmatch_lines(["conrod: conrod-baselines/*/test_saw.json is no baseline of conrod*"])
-        assert file.read_text(encoding="utf-8") == "{"
-
-
 def test_the_plugin_loads_nothing_of_conrod_until_it_is_used(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         "import sys\ndef test_none():\n    assert not [m for m in sys.modules if m.startswith('conrod')]\n"

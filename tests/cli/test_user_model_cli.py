@@ -77,12 +77,7 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
     ("asked", "words"),
     [
         ({"crank": "moter"}, "unknown joint 'moter': did you mean 'motor'? choose from bed slide, motor, wrist"),
-        (
-            {"crank": "bed slide"},
-            "--crank bed slide: it is a slide joint, a crank is a hinge; its hinges: motor, wrist",
-        ),
         ({"points": ("C=crank pin",)}, "unknown site 'crank pin': did you mean 'crankpin'?"),
-        ({"points": ("C=body:bo",)}, "did you mean 'bow'?"),
         ({"keyframe": "start"}, "unknown keyframe 'start': choose from qpos0"),
     ],
 )
@@ -97,9 +92,8 @@ def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, o
 
 @pytest.mark.parametrize(("text", "words"), [
     (SAW[:4000], "MuJoCo cannot load it: XML parse error"),
-    (replaced(SAW, "<worldbody>", '<worldbody><include file="gone.xml"/>'), "gone.xml"),
     (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'), "site_pos is not finite"),
-], ids=["not-xml", "include", "nan"])  # fmt: skip
+], ids=["not-xml", "nan"])  # fmt: skip
 def test_a_model_that_cannot_be_read_is_told_in_a_line(tmp_path: Path, text: str, words: str) -> None:
     file = tmp_path / "model.xml"
     file.write_text(text)

@@ -136,13 +136,6 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
     assert archive.fmu("cam-follower", scene.with_parameters(speed=2.0 * scene.speed))[0] != content
 
 
-def test_names_are_names_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
-    name = "1 <b> & \"c' ]]>\x1b"
-    described = fmpy.read_model_description(io.BytesIO(archive.fmu(name, SCENES["saw-40rpm"])[0]))
-    assert (described.modelName, described.coSimulation.modelIdentifier) == (f"{name[:-1]}?", "_1__b_____c______")
-
-
 # -- without a compiler ------------------------------------------------------------------------------------------------
 
 
@@ -156,21 +149,3 @@ def test_without_a_compiler_the_fmu_holds_sources_and_one_line_says_so(
     names = zipfile.ZipFile(tmp_path / "saw.fmu").namelist()
     assert [name for name in names if "binaries" in name] == []
     assert {"sources/motion.c", "sources/motion_table.h", "sources/buildDescription.xml"} < set(names)
-
-
-# -- mistakes ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (("saw-40rpm",), "--format fmu is not text: give a file with -o"),
-        (("saw-40rpm", "-o", "saw.fmu", "--steps-per-rev", "10"), "--steps-per-rev does not go with --format fmu"),
-        (("bennett", "-o", "bennett.fmu"), "bennett is a machine in space"),
-    ],
-)
-def test_a_slip_is_one_line_and_nothing_is_written(arguments: tuple[str, ...], expected: str, tmp_path: Path) -> None:
-    done = conrod("export", *arguments, "--format", "fmu", cwd=tmp_path)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert expected in done.stderr
-    assert list(tmp_path.iterdir()) == []

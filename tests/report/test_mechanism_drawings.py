@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
 from conrod.report.drawing.links import link_shape
 from conrod.report.drawing.view import Slide, slide_of, ways
-from conrod.scenes import SCENES, Saw
+from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_scene
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
@@ -84,18 +82,6 @@ def test_texts_over_each_other_are_told() -> None:
         parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
         parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
     assert ("one", "other") in overlaps(drawn)
-
-
-@dataclass(frozen=True)
-class Fretsaw(Saw):
-    """A kind of machine in closed form that no drawing knows of."""
-
-    kind: ClassVar[str] = "fretsaw"
-
-
-def test_a_new_kind_of_scene_is_drawn_without_being_registered() -> None:
-    assert telling_angle(Fretsaw()) == telling_angle(SCENES["saw-40rpm"])
-    assert mechanism_svg(Fretsaw()).rstrip().endswith("</svg>")
 
 
 def test_a_machine_with_one_pass_is_drawn_within_it_and_off_its_middle() -> None:
