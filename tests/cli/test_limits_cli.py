@@ -73,12 +73,3 @@ def test_the_same_command_runs_nothing_again_and_finds_the_same(folder: Path) ->
 def test_help_names_every_axis_and_every_pair() -> None:
     named = {word.strip(",;.") for word in EPILOG.split()}
     assert set(ITEMS) <= named
-
-
-def test_the_report_names_the_limits_of_a_run_that_it_was_made_with(folder: Path) -> None:
-    bounds = ("--axis", "run-length", "--range", "1..3", "--cell-timeout", "50")
-    done = conrod("saw-500rpm", "--engine", "pymunk", "--preset", "tuned", *bounds, "--out", "short", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    page = (folder / "short" / "saw-500rpm.md").read_text()
-    options = "--engine pymunk --axis run-length --range 1..3 --preset tuned --cell-timeout 50"
-    assert f"`conrod limits saw-500rpm {options} --out short`" in page

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from ablations import SCENE, ablation_study, engine_study
 
-from conrod.cli.ablate import print_ablations
 from conrod.report.ablate import KIND, speed_up
 from conrod.report.kind import Reproduction
 from conrod.report.writer import report_batch
@@ -62,11 +61,3 @@ def test_the_page_begins_with_how_much_faster_the_minimal_model_is(pages: dict[s
     broken = replace(found.variants[5], outcome="opened", reason="a gap", change=None, cost=None)
     assert "did not run to its end: a gap" in speed_up(replace(found, variants=(broken,)))
     assert "no ingredient" in speed_up(replace(found, variants=found.variants[:1]))
-
-
-def test_the_console_has_a_line_for_every_ingredient(capsys: pytest.CaptureFixture[str]) -> None:
-    print_ablations([ablation_study(unsupported={"newcomer": "newcomer has no ingredients"})])
-    printed = capsys.readouterr().out
-    for text in ("saw-500rpm, mujoco", "noslip", "harmful (position)", "required (opened)", "costly", "1.80 times",
-                 "newcomer unsupported: newcomer has no ingredients"):  # fmt: skip
-        assert text in printed

@@ -53,10 +53,6 @@ def test_bisection_finds_a_known_threshold(threshold: float) -> None:
     assert threshold <= found <= FINE * threshold
 
 
-def test_what_is_never_noticed_has_no_smallest_size() -> None:
-    assert smallest_noticed(lambda size: False, 1.0) is None
-
-
 # -- in place ----------------------------------------------------------------------------------------------------------
 
 

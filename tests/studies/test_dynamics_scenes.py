@@ -23,18 +23,15 @@ from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.dynamics.line import Line
 from conrod.exact.motion import Array
-from conrod.scenes import SCENES, CamFollower, Saw
+from conrod.scenes import CamFollower, Saw
 from conrod.scenes.catalogue import (
     MOST_CHAIN,
-    catalogue_heading,
-    catalogue_names,
     catalogue_scene,
     catalogue_text,
     dynamics_names,
     scene_named,
 )
 from conrod.scenes.described_scene import DescribedScene, scene_of
-from conrod.studies.frame.resolve_arguments import select_scenes
 
 NAMES = dynamics_names()
 QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MOST_CHAIN}")  # which is that of 2, and slow
@@ -78,23 +75,6 @@ def crank(name: str) -> tuple[Array, Array]:
 
 
 # -- names -----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_scene_says_what_it_is_and_is_called_like_its_file(name: str) -> None:
-    scene = catalogue_scene(name)
-    assert scene.kind == name
-    assert scene_named(name) is scene
-    assert all([scene.title, scene.source, scene.description, scene.assumptions, scene.frame])
-    assert catalogue_heading(name).links == len(scene.mechanism().bodies)
-
-
-def test_scenes_of_dynamics_are_scenes_by_name_and_no_machines_of_the_catalogue() -> None:
-    assert not set(NAMES) & {*catalogue_names(), *SCENES}
-    changed = select_scenes(["saw-coasting"], ["forces.friction.force=60 N"])["saw-coasting"]
-    assert changed.mechanism() != catalogue_scene("saw-coasting").mechanism()
-    with pytest.raises(InvalidInput, match="did you mean 'press-cutting'"):
-        scene_named("press-cuting")
 
 
 def test_there_is_a_chain_of_every_length_in_range() -> None:
@@ -221,14 +201,6 @@ def exact_acceleration(scene: DescribedScene, angle: float) -> float:
     state = State(at, np.full(2, scene.speed), accelerations, np.zeros(2))
     held, pushed = joint_forces(scene.kinematics, state).drive_torque
     return float(-held / (pushed - held))
-
-
-def test_an_exported_cam_has_its_spring() -> None:
-    model, data = compiled("cam-spring-slow", catalogue_scene("cam-spring-slow"))
-    mujoco.mj_forward(model, data)
-    (slide,) = (k for k in range(model.njnt) if model.joint(k).type[0] == mujoco.mjtJoint.mjJNT_SLIDE)
-    # On the base circle it is 255 mm long, 25 mm less than without force.
-    assert abs(data.qfrc_passive[model.jnt_dofadr[slide]]) == pytest.approx(400.0 * 0.025, rel=1e-9)
 
 
 # -- engines at constant crank speed -----------------------------------------------------------------------------------

@@ -8,17 +8,14 @@ from pathlib import Path
 
 import pytest
 from catalogue import CAM, PRESS, SAW
-from failure_examples import EXAMPLES, BoundedCase, Example
+from failure_examples import EXAMPLES, Example
 
-from conrod.engines import engine_named
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, CamFollower, ShearPress
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.records import Extremes, is_undetected
 
 BY_NAME = {f"{e.outcome.slug}: {e.title} in {e.engine}": e for e in EXAMPLES}
@@ -105,17 +102,3 @@ def test_the_solver_tolerance_trap_of_a_large_armature_is_recognised(scene: str)
     # Negative control: the tolerance alone makes the difference.
     off = replace(example, changes={"tolerance": 0.0}).case.perform()
     assert off.outcome == "completed"
-
-
-# -- runs with limits of their own -----------------------------------------------------------------------------------
-
-
-def test_a_bounded_run_that_keeps_its_limits_is_the_run_itself() -> None:
-    settings = engine_named("pymunk").presets["tuned"](SAW, 20)
-    plain, bounded = LimitCase("saw", SAW, settings, 1.0), BoundedCase("saw", SAW, settings, 1.0, headroom=1 << 30)
-    assert bounded.perform() == plain.perform()
-    assert bounded.key != plain.key
-    assert bounded.key != replace(bounded, timeout=1.0).key
-    whole = replace(bounded, whole=True)
-    assert whole.perform() == measure(RunCase("saw", SAW, settings, 1.0))
-    assert whole.key != bounded.key

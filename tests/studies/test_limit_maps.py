@@ -1,58 +1,45 @@
-"""Pairs of axes mapped together: what is run, what is told of the rest, and how it is drawn."""
+"""Pairs of axes mapped together: the map of the full grid, for a quarter of its runs, and how failures are drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Generator, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from matplotlib.figure import Figure
-from matplotlib.path import Path
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.charts import UNDETECTED_COLOUR
-from conrod.report.limits.map_figure import borders, cells, map_figure
+from conrod.report.limits.map_figure import map_figure
 from conrod.report.limits.report import KIND
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import Setup
-from conrod.studies.limits.maps import PAIRS, LimitMap, MapRun, Pair, map_search, standing
-from conrod.studies.limits.records import level_of
+from conrod.studies.limits.maps import (
+    PAIRS,
+    STRIDE,
+    LimitMap,
+    MapRun,
+    Node,
+    codes,
+    map_search,
+    nearest_runs,
+    refine,
+    standing,
+)
 from conrod.studies.limits.results import LimitStudy
 
 MASSES, NEARNESS, STABILISATION = PAIRS
-QUARTER = 0.25
-Told = Callable[[float, float], Measurement]  # of steps and of the other axis' value
 
 
 def case_of(scene: str = "saw-500rpm", engine: str = "mujoco", preset: str = "hardened") -> Setup:
     return Setup(scene, SCENES[scene], engine, preset)
-
-
-def completed(error: float) -> Measurement:
-    sizes = {"max": error, "rms": error, "final": error}
-    return Measurement("completed", errors={"C": dict.fromkeys(("position", "velocity", "acceleration"), sizes)})
-
-
-def at_fewer(steps: float, mass: float) -> Measurement:
-    """Order 4; a heavy slider opens the loop at few steps and blows up at still fewer, there by one of two ways."""
-    bound = 6.0 + 10.0 * abs(np.log10(mass)) ** 1.5
-    if steps > bound:
-        return completed(50.0 / steps**4)
-    return Measurement("opened") if steps > 0.5 * bound else Measurement(("exploded", "diverged")[int(steps) % 2])
-
-
-# The case of runs that are made up: its settings ask for no tables of a machine.
-MADE_UP = case_of(engine="pymunk", preset="stock")
-
-
-def mapped(case: Setup, pair: Pair, told: Told, resolution: tuple[int, int] = (65, 33)) -> LimitMap:
-    """The map of runs that are made up; nothing is run."""
-    x, y = pair.values(case, resolution)
-    answers = {pair.case(case, steps, value).key: told(steps, value) for steps, value in product(x, y)}
-    return pursue([map_search(case, pair, resolution)], lambda cells: {c.key: answers[c.key] for c in cells})[0]
 
 
 # -- values and cells --------------------------------------------------------------------------------------------------
@@ -67,34 +54,7 @@ def test_steps_are_different_whole_numbers(scene: str, ends: tuple[float, float]
     assert 55 < len(steps) <= 65
 
 
-def test_a_node_is_made_from_both_axes() -> None:
-    case = case_of()
-    heavy = MASSES.case(case, 50.0, 100.0)
-    assert heavy.settings.steps_per_revolution == 50
-    assert heavy.scene.parameters["slider_mass"] == pytest.approx(100.0 * heavy.scene.parameters["rod_mass"])
-    near = NEARNESS.case(case, 50.0, 0.5)
-    assert near.scene.parameters["offset"] == pytest.approx(0.5 * (0.3 - 0.1))
-    soft = STABILISATION.case(case, 50.0, 20.0)
-    assert soft.settings.time_constant(contact=False) == pytest.approx(20.0 * soft.settings.timestep)
-    assert soft.settings.timestep == pytest.approx(case.scene.period / 50)
-
-
-def test_a_cam_has_neither_rod_nor_change_point() -> None:
-    cam = case_of("cam-follower")
-    assert [pair.refusal(cam) is None for pair in PAIRS] == [False, False, True]
-    assert all(pair.refusal(case_of()) is None for pair in PAIRS)
-
-
 # -- searching ---------------------------------------------------------------------------------------------------------
-
-
-def test_all_nodes_stand_as_on_the_full_grid_for_a_quarter_of_its_runs() -> None:
-    found = mapped(MADE_UP, MASSES, at_fewer, (49, 25))
-    full = {n: level_of(at_fewer(found.x[n[0]], found.y[n[1]])) for n in product(range(len(found.x)), range(25))}
-    assert [n for n, level in full.items() if standing(found.shown[n].level) != standing(level.slug)] == []
-    assert found.share <= QUARTER
-    assert found.nodes == len(full)
-    assert {standing(level.slug) for level in full.values()} == {"safe", "rough", "failed"}
 
 
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
@@ -127,15 +87,117 @@ def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
     assert said in {words for *_, words in spots}
 
 
-def test_cells_and_borders_are_those_of_the_nodes() -> None:
-    inside = np.array([[True, True], [True, False], [True, True]])
-    x, y = np.arange(4.0), np.arange(3.0)
-    rows = [path.get_extents().bounds for path in separate(cells(inside, x, y))]
-    assert rows == [(0, 0, 3, 1), (0, 1, 1, 1), (2, 1, 1, 1)]
-    sides = {tuple(map(tuple, path.vertices)) for path in separate(borders(inside, x, y))}
-    assert sides == {((1, 1), (1, 2)), ((2, 1), (2, 2)), ((1, 1), (2, 1))}
+Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
+QUARTER = 0.25
+ONE_BOUNDARY: dict[str, Kind] = {
+    "straight": lambda x, y: x < 0.43,
+    "slanted": lambda x, y: x + 0.6 * y < 0.8,
+    "curved": lambda x, y: (x - 0.2) ** 2 + (y - 0.1) ** 2 < 0.5,
+    "corner": lambda x, y: x < 0.6 and y < 0.55,
+    "stairs": lambda x, y: x < (0.2, 0.4, 0.7)[min(2, int(3 * y))],
+    # Narrower than a coarse cell, it leaves the area that it belongs to through a side without a run.
+    "thin tongue": lambda x, y: x < 0.3 or (abs(y - 0.53) < 0.04 and x < 0.83),
+    "nothing": lambda x, y: "same",
+}
+SEVERAL: dict[str, Kind] = {
+    "five parallel bands": lambda x, y: int(4 * (x + 0.3 * y)),
+    "waves": lambda x, y: sum(x * (1.0 + 0.3 * math.sin(3.0 * y)) < edge for edge in (0.1, 0.3, 0.45, 0.7)),
+    "a meeting of three": lambda x, y: "a" if x < 0.45 else "b" if y < 0.5 * x else "c",
+}
 
 
-def separate(path: Path) -> list[Path]:
-    starts = [*np.flatnonzero(path.codes == Path.MOVETO), len(path.vertices)]
-    return [Path(path.vertices[a:b]) for a, b in pairwise(starts)]
+def on_grid(kind: Kind, size: int) -> dict[Node, Hashable]:
+    return {(i, j): kind(i / (size - 1), j / (size - 1)) for i, j in product(range(size), repeat=2)}
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A whole map: the nodes that were run, and of every node the class that it has or inherits."""
+
+    shape: tuple[int, int]
+    found: dict[Node, Hashable]
+
+    def class_of(self, node: Node) -> Hashable:
+        i, j = self._nearest[:, *node].tolist()
+        return self.found[i, j]
+
+    @cached_property
+    def _nearest(self) -> np.ndarray:
+        return nearest_runs(codes(self.shape, self.found))
+
+    @property
+    def share(self) -> float:
+        return len(self.found) / (self.shape[0] * self.shape[1])
+
+
+def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) -> Refined:
+    """What is found of a map; no node may be asked for twice."""
+    shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
+    asked: list[Node] = []
+
+    def ask(nodes: Sequence[Node]) -> Generator[None, None, Mapping[Node, Hashable]]:
+        asked.extend(nodes)
+        yield
+        return {node: full[node] for node in nodes}
+
+    found = ended(refine(shape, ask, stride, **others))  # type: ignore[arg-type]  # arguments are a test's own
+    assert sorted(asked) == sorted(found)
+    return Refined(shape, found)
+
+
+def ended(search: Generator[None, None, dict[Node, Hashable]]) -> dict[Node, Hashable]:
+    while True:
+        try:
+            next(search)
+        except StopIteration as end:
+            found: dict[Node, Hashable] = end.value
+            return found
+
+
+def wrong(found: Refined, full: dict[Node, Hashable]) -> list[Node]:
+    return [node for node, kind in full.items() if found.class_of(node) != kind]
+
+
+@pytest.mark.parametrize(("name", "size"), [*product(ONE_BOUNDARY, (33, 65)), *product(SEVERAL, (33, 49, 65))], ids=str)
+def test_the_map_is_that_of_the_full_grid_for_at_most_a_quarter_of_its_runs(name: str, size: int) -> None:
+    full = on_grid((ONE_BOUNDARY | SEVERAL)[name], size)
+    found = refined(full)
+    assert wrong(found, full) == []
+    assert found.share > 0.0
+    assert found.share <= QUARTER or (name in SEVERAL and size == 33)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.0, 40.0), st.floats(0.0, 40.0), st.floats(STRIDE, 60.0))
+def test_a_disc_as_wide_as_the_stride_is_found_wherever_it_lies(x: float, y: float, radius: float) -> None:
+    full: dict[Node, Hashable] = {(i, j): math.hypot(i - x, j - y) < radius for i, j in product(range(41), repeat=2)}
+    assert wrong(refined(full), full) == []
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.floats(0.5, 1.0))
+def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: int, kinds: int, calm: float) -> None:
+    # Not even where classes are strewn at random is a node given a class that one of its neighbours contradicts.
+    random = np.random.default_rng(seed)
+    strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
+    full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}  # type: ignore[misc]
+    found = refined(full)
+    for i, j in full:
+        for beside in ((i + 1, j), (i, j + 1)):
+            if beside in full and found.class_of((i, j)) != found.class_of(beside):
+                assert {(i, j), beside} <= set(found.found)
+
+
+# -- what it cannot see ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [lambda x, y: math.hypot(x - 4.5 / 32, y - 4.5 / 32) < 3.0 / 32, lambda x, y: 9 < 32 * x < 15],
+    ids=["island", "strip"],
+)
+def test_what_slips_between_the_coarse_lines_is_missed(kind: Kind) -> None:
+    # Negative control: the comparison with the full grid does see a wrong map.
+    full = on_grid(kind, 33)
+    assert len(wrong(refined(full), full)) == sum(map(bool, full.values())) > 0
+    assert wrong(refined(full, stride=4), full) == []

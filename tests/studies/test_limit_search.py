@@ -13,7 +13,7 @@ from conrod.studies.frame.case import pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.plan import ITEMS, Request, walk_search
+from conrod.studies.limits.plan import walk_search
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.results import Boundary, Walk
 
@@ -31,8 +31,6 @@ def started(setup: Setup, value: float) -> LimitCase:
 RATIO = Axis("made-up", "made up", "value (1)", Scale.LOG, started, safe_end=1.0, failing_end=1e4)
 EVEN = replace(RATIO, nearest=lambda value: 2.0 * max(1, round(value / 2.0)))  # only even numbers exist
 WHOLE = replace(RATIO, scale=Scale.COUNT, safe_end=20000.0, failing_end=2.0)
-# The first whole numbers have none between them, those far from the first have many.
-FEW_TO_MANY = replace(WHOLE, safe_end=1.0, failing_end=1000.0)
 
 
 def answer(rule: Rule, value: float) -> Measurement:
@@ -103,17 +101,6 @@ def test_a_boundary_lies_between_neighbours_where_not_all_values_exist(axis: Axi
     assert (found.last_good, found.first_bad) == ends
 
 
-def test_what_never_fails_has_no_boundary_and_what_always_fails_has_no_good_side() -> None:
-    never, batches = walked(RATIO, lambda _: 1e-6)
-    assert all(b.first_bad is None and b.last_good == 1e4 for b in never.boundaries)
-    assert len(batches) == 1
-    always, batches = walked(RATIO, lambda _: "opened")
-    assert boundaries(always)["safe"].last_good is None
-    assert boundaries(always)["safe"].first_bad == 1.0
-    assert boundaries(always)["broken"].first_bad is None
-    assert len(batches) == 1
-
-
 def test_what_holds_again_beyond_its_boundary_is_known() -> None:
     walk, _ = walked(RATIO, lambda x: "opened" if 5.0 < x < 50.0 else 1e-4)
     found = boundaries(walk)["safe"]
@@ -121,15 +108,3 @@ def test_what_holds_again_beyond_its_boundary_is_known() -> None:
     assert 5.0 < found.first_bad <= 5.1
     assert found.good_again
     assert min(found.good_again) >= 50.0
-
-
-def test_a_long_run_is_walked_to_the_revolutions_that_are_asked_for() -> None:
-    item = ITEMS["run-length"]
-    (search,) = item.searches(SETUP, Request(span=(1.0, 400.0)))
-    (walk,) = pursue(
-        [search()],
-        lambda cells: {c.key: answer(lambda n: 1e-4 if n <= 217.0 else "opened", c.revolutions) for c in cells},
-    )
-    assert (walk.probes[0].value, walk.probes[-1].value) == (1.0, 400.0)
-    found = boundaries(walk)["safe"]
-    assert (found.last_good, found.outcome) == (pytest.approx(217.0, rel=0.02), "opened")

@@ -18,13 +18,10 @@ from conrod.engines.tracks import ForceTracks
 from conrod.exact.dynamics.inverse import sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Body, Mechanism
-from conrod.report.forces import KIND
-from conrod.report.kind import Reproduction
-from conrod.report.writer import report_batch
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.measuring import even_state, peaks_of, seen_in
-from conrod.studies.forces.results import ForceResult, ForceStudy
+from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.validation.plan import Plan
@@ -76,24 +73,6 @@ def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> No
     stock = measured("shear-press", "mujoco", "stock", FEW)
     assert stock.passed is None
     assert (stock.judged_error("torque") or 0.0) > 1e-3
-
-
-def test_with_fewer_steps_the_bar_grows_by_the_order_and_says_so() -> None:
-    found = measured("shear-press", "pymunk", "tuned", FEW)
-    assert found.tolerance == pytest.approx({"torque": 16e-3, "reactions": 16e-3})
-    assert found.reason_of_tolerance.endswith("at 250 times 16, by order 2")
-
-
-def test_what_has_no_peak_is_measured_against_the_largest_of_its_unit() -> None:
-    peaks = peaks_of(scene_of("shear-press"))
-    assert peaks["slide.moment"] == (peaks["drive torque"][0], False)
-    assert all(own for name, (_, own) in peaks.items() if name != "slide.moment")
-    # All moments are rounding where all bodies are balanced: then it is the largest force times the size.
-    parallelogram = scene_of("parallelogram")
-    peak, own = peaks_of(parallelogram)["drive torque"]
-    assert not own
-    forces = [value for name, (value, _) in peaks_of(parallelogram).items() if name != "drive torque"]
-    assert peak == pytest.approx(max(forces) * parallelogram.kinematics.size)
 
 
 # -- wrong masses ----------------------------------------------------------------------------------------------------
@@ -273,15 +252,6 @@ def test_what_cannot_be_asked_is_said_in_a_line(arguments: tuple[str, ...], said
     assert done.returncode == 2
     assert len(done.stderr.strip().splitlines()) == 1
     assert said in done.stderr
-
-
-def test_a_report_needs_no_run_that_reported_forces(tmp_path: Path) -> None:
-    scene = scene_of("shear-press")
-    command = Reproduction("conrod validate {scene} --quantity torque,reactions")
-    broken: Any = Broken("pymunk", "", "", 0.0)
-    failed = ForceStudy("shear-press", scene, (validate_forces("shear-press", scene, broken, "tuned", FEW),))
-    files = report_batch(KIND, {"shear-press": failed}, tmp_path, command).files
-    assert "opened: it opened" in str(files["shear-press-forces.md"])
 
 
 def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,7 +23,7 @@ from conrod.report.saved import shortened
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scenes
-from conrod.studies.free_motion.exact import ExactCourse, duration, exact_course, shortest_pulse
+from conrod.studies.free_motion.exact import ExactCourse, exact_course
 from conrod.studies.free_motion.perform import MotionCase, left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
@@ -171,16 +171,6 @@ def test_a_moved_pin_and_a_body_heavier_all_over_are_out_of_tolerance(name: str)
     found_wrong(name, 0.5)
 
 
-def test_a_run_lasts_ten_seconds_or_fifty_of_the_fastest_turns(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = select_scenes(["four-bar-swing"], [])["four-bar-swing"]
-    assert duration("four-bar-swing", scene, MotionPlan(FREE)) == 10.0
-    assert duration("four-bar-swing", scene, MotionPlan(FREE, 3.0)) == 3.0
-    duration.cache_clear()
-    monkeypatch.setattr("conrod.studies.free_motion.exact.TURNS", 2.0)
-    assert duration("four-bar-swing", scene, MotionPlan(FREE)) == pytest.approx(2.0 * 0.58, rel=0.01)
-    duration.cache_clear()
-
-
 @pytest.mark.slow
 def test_a_crank_that_stands_where_branches_cross_is_measured() -> None:
     peaucellier = course("peaucellier", FREE, 0.4)
@@ -215,13 +205,6 @@ def test_what_is_kept_is_judged_by_the_rule_whatever_was_asked_for_first() -> No
     kept = lax.perform()
     assert lax.result(kept).passed is True
     assert replace(lax, plan=MotionPlan(FREE, 0.2)).result(kept).passed is None
-
-
-def test_a_pulse_of_a_load_has_as_many_steps_as_the_fastest_turn() -> None:
-    press = course("press-cutting-flywheel", FREE, 0.5)
-    pulse = shortest_pulse(press.mechanism, press.motion)
-    assert 0.02 / 0.25 < pulse < 0.02 / 0.1  # [m] over [m/s]
-    assert pulse / 1600 < press.grid.step <= pulse / 800
 
 
 # -- what is run -----------------------------------------------------------------------------------------------------
@@ -311,10 +294,3 @@ def test_bad_usage_is_one_line_and_status_2(arguments: tuple[str, ...], said: st
     assert done.returncode == 2
     assert said in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_a_tolerance_that_is_too_small_ends_with_status_1() -> None:
-    asked = ("--motion", "free", "--seconds", "0.2", "--engine", "mujoco", "--preset", "stock")
-    done = conrod("validate", "pendulum", *asked, "--tolerance", "position=1e-12")
-    assert done.returncode == 1, done.stderr
-    assert "OUT OF TOLERANCE: position" in done.stdout

@@ -137,13 +137,6 @@ def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeyp
     assert older.adapt(ET.Element("mujoco"))
 
 
-def test_what_a_release_lacks_is_refused_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = replace(MuJoCoSettings.tuned(SAW, 100), integrator="discrete")
-    assert MUJOCO.refusal(SAW, settings) is None
-    monkeypatch.setattr(older, "RELEASE", (3, 12, 0))
-    assert MUJOCO.refusal(SAW, settings) == "the integrator discrete is there from MuJoCo 3.13.0 on"
-
-
 # -- environments ------------------------------------------------------------------------------------------------------
 
 
