@@ -101,15 +101,3 @@ def other_in_another_process(cell: LimitCase) -> Measurement:
 )
 def test_one_bit_of_difference_is_seen_where_it_is(task: Task, differs: str) -> None:
     assert found(CASE, task).identical == {run: run != differs for run in RUNS[1:]}
-
-
-def die_elsewhere(cell: LimitCase) -> Measurement:
-    if in_a_child():
-        raise SystemExit(3)
-    return stream_run(cell)
-
-
-def test_a_process_that_dies_is_an_outcome_and_no_fingerprint() -> None:
-    one = found(CASE, die_elsewhere)
-    assert (one.outcome, one.reason) == ("crashed", "in another process: ended with status 3")
-    assert one.fingerprints == {}

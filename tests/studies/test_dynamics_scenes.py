@@ -21,7 +21,6 @@ from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import State, joint_forces
-from conrod.exact.dynamics.line import Line
 from conrod.exact.motion import Array
 from conrod.scenes import CamFollower, Saw
 from conrod.scenes.catalogue import (
@@ -116,16 +115,6 @@ def test_the_pendulum_has_the_period_of_the_elliptic_integral() -> None:
     turn = ForwardDynamics(scene.mechanism()).motion(times, rates=scene.start_rates).poses[:, 2]
     np.testing.assert_allclose(turn[:3], [0.0, -math.pi, 0.0], atol=1e-11)
     assert abs(turn[3]) > 1e-6
-
-
-def test_whole_turns_are_told_but_for_rounding() -> None:
-    line = Line(catalogue_scene("press-cutting").mechanism())
-    line.configurations.reach(100.0)
-    assert line.configurations.loop is not None
-    length, start = line.configurations.loop.length, line.at(0.0)
-    for turns in range(1, 200):
-        for along in (np.nextafter(turns * length, 0.0), turns * length):
-            assert line.at(float(along)).inertia == pytest.approx(start.inertia, rel=1e-9)
 
 
 # -- the cam's spring --------------------------------------------------------------------------------------------------
