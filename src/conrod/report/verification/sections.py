@@ -108,7 +108,7 @@ def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
     found = {
         CRITERIA: Section((criteria,), tuple(laws) or (NO_CRITERION,)),
         "code": Section((code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))),
-        "solution": Section((results, _uncertainties(refined, lengths)), () if refined else (ONE_RUN,)),
+        "solution": Section((*results, _uncertainties(refined, lengths)), () if refined else (ONE_RUN,)),
         "settings": settings,
     }
     off = [
@@ -155,21 +155,21 @@ def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str]
     return [(" ".join(name_of(r)), r.limits, r.judged_error, r.tolerance.reason) for r in study.results]
 
 
-def _of_kind(study: Any) -> tuple[Table, Section, tuple[str, ...]]:
-    """Results, settings, and what proves the model before any run."""
+def _of_kind(study: Any) -> tuple[tuple[Table, ...], Section, tuple[str, ...]]:
+    """Results that no other section has, settings, and what proves the model before any run."""
     match study:
         case ModelStudy():
             frame, wiring, paths, settings = user_model.findings(study).values()
-            return user_model.runs_table(study), Section((), (*frame, *settings)), (*wiring, *paths)
+            return (user_model.runs_table(study),), Section((), (*frame, *settings)), (*wiring, *paths)
         case LoopStudy():
             moves, exact = tuple(loops.what_moves(study)), tuple(loops.how_exact(study))
-            return loops.runs_table(study), Section((), moves), exact
+            return (loops.runs_table(study),), Section((), moves), exact
         case TableStudy():
             lines = (trajectory.summary_line(study), *trajectory.findings(study))
-            return trajectory.errors_table(study), Section((trajectory.columns_table(study),), lines), ()
+            return (trajectory.errors_table(study),), Section((trajectory.columns_table(study),), lines), ()
         case _:
             used = Section(tuple(tables.settings_tables(study)), tuple(tables.added_words(study)))
-            return tables.verdicts_table([study]), used, ()
+            return (), used, ()
 
 
 def _uncertainties(refined: list[Refinement], lengths: Mapping[str, float]) -> Table:
@@ -177,7 +177,8 @@ def _uncertainties(refined: list[Refinement], lengths: Mapping[str, float]) -> T
     for one in refined:
         if (found := numerical_uncertainty(one.path, one.steps, one.formal)) is not None:
             order, limit, size = found
-            shown = [_size(one.quantity, value, lengths) for value in (limit, size)]
-            rows.append((one.run, one.quantity, shown[0], f"± {shown[1]}", numbers.order(order)))
-    head = ("at a step of zero", "numerical uncertainty", "order of the three finest")
+            found_at = dict(one.path).get(one.steps)
+            shown = [_size(one.quantity, value, lengths) for value in (found_at, limit, size)]
+            rows.append((one.run, one.quantity, *shown[:2], f"± {shown[2]}", numbers.order(order)))
+    head = ("found", "at a step of zero", "numerical uncertainty", "order of the three finest")
     return table(("run", "error", *head), rows, head, names=2)
