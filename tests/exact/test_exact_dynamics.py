@@ -207,15 +207,6 @@ def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: 
     assert abs(motion.work[-1]) > 0.01 * motion.scale
 
 
-@pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
-def test_a_constant_torque_has_done_its_work_after_several_turns(rate: float) -> None:
-    torque = Load("motor", Turn(GROUND, "crank"), Steady(math.copysign(3.0, rate)))
-    motion = moved(replace(slider_crank(), loads=(torque,)), np.linspace(0.0, 0.6, 13), rate)
-    turned = motion.poses[:, 2] - motion.poses[0, 2]
-    assert abs(turned[-1]) > 4.0 * math.pi
-    assert motion.drift < 1e-11
-
-
 def test_a_torsion_spring_on_the_crank_goes_on_winding_up_beyond_a_turn() -> None:
     wheel, _ = pendulum(0.0)
     spring = Load("spring", Turn(GROUND, "bob"), Elastic(2.0, -math.pi / 2.0))
@@ -286,20 +277,9 @@ def test_a_crank_without_inertia_is_refused() -> None:
     assert "give the crank an inertia" in refusal(replace(mechanism, bodies=nothing), {"crank": 20.0})
 
 
-@pytest.mark.parametrize("size", [math.nan, math.inf])
-def test_a_law_that_is_not_finite_is_refused(size: float) -> None:
-    with pytest.raises(InvalidInput, match="is not a finite number"):
-        Load("push", Turn(GROUND, "crank"), Steady(size))
-
-
 def test_a_spring_whose_ends_meet_is_refused() -> None:
     meeting = Load("spring", Distance(GROUND, "crank", (0.0, 0.0), (0.0, 0.0)), Elastic(1.0))
     assert "is not finite" in refusal(replace(slider_crank(), loads=(meeting,)), {"crank": 1.0})
-
-
-def test_a_load_on_no_body_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="did you mean 'crank'"):
-        replace(slider_crank(), loads=(Load("push", Turn(GROUND, "crnk"), Steady(1.0)),))
 
 
 # -- sensitivities ---------------------------------------------------------------------------------------------------

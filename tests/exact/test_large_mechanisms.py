@@ -12,7 +12,6 @@ import pytest
 from large_mechanisms import large_mechanism
 
 from conrod.engines import engine_named
-from conrod.engines.engine import Machine
 from conrod.engines.running import whole_run
 from conrod.engines.tree import tree_of
 from conrod.exact.elimination import triangular_blocks
@@ -70,12 +69,8 @@ def test_what_cannot_be_told_apart_is_one_block() -> None:
 
 
 def test_every_loop_is_closed_in_the_models(largest: DescribedScene) -> None:
-    tree = tree_of(machine_of(largest))
+    tree = tree_of(largest)
     assert len(tree.cuts) == 24
-
-
-def machine_of(scene: DescribedScene) -> Machine:
-    return scene
 
 
 @pytest.mark.slow

@@ -213,10 +213,6 @@ class Mechanism:
     forces: tuple[ConstantForce, ...] = field(default=())
     loads: tuple[Load, ...] = ()
 
-    def __post_init__(self) -> None:
-        for load in self.loads:
-            load.check((GROUND, *(body.name for body in self.bodies)))
-
     @cached_property
     def body_index(self) -> dict[str, int]:
         """Place of each moving body in a stacked pose vector."""
