@@ -68,15 +68,6 @@ def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path
     assert judged(table, scene, tmp_path, tolerance={"total": 1.01 * size}).passed is True
 
 
-def test_a_component_that_a_table_has_not_is_not_judged_and_said(tmp_path: Path) -> None:
-    table = exact_table(ShearPress())
-    del table["G.y"]
-    table["G.x"] += 1e-3 * ShearPress().lengths["G"]
-    study = judged(table, ShearPress(), tmp_path)
-    assert study.errors["G"]["total"].size.max == pytest.approx(1e-3, rel=1e-9)
-    assert any(note.startswith("not in the table:") and " G.y, " in note for note in study.notes)
-
-
 def test_rates_that_a_table_has_not_are_not_made_up(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="no velocity column; conrod does not differentiate"):
         judged(exact_table(Saw()), Saw(), tmp_path, tolerance={"velocity": 1.0})

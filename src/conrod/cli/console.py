@@ -1,24 +1,28 @@
-"""Output of `conrod show`."""
+"""Output of `conrod show`: a scene, the classic quantities of its linkage as tables, and these as JSON."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from importlib.metadata import version
 
 from rich.console import Console
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, TurnQuantities
+from conrod.exact.linkage.course import CrankRange
+from conrod.exact.linkage.outputs import Output
 from conrod.report import numbers
-from conrod.report.linkage import degrees, links_table, outputs_table, points_table, reach_words, transmission_table
+from conrod.report.saved import json_text
 from conrod.report.scene_words import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
+from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
 from conrod.scenes.space import MACHINES
 
-# -- show ------------------------------------------------------------------------------------------------------------
+# -- a scene -----------------------------------------------------------------------------------------------------------
 
 
 def show_catalogue() -> None:
@@ -70,7 +74,7 @@ def show_scene(name: str, scene: Scene) -> None:
     print_lines(out, [*lines, f"observed points: {points}", f"references: {references}"])
 
 
-# -- show: a linkage -------------------------------------------------------------------------------------------------
+# -- its linkage -------------------------------------------------------------------------------------------------------
 
 
 def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
@@ -98,3 +102,129 @@ def _print_apart(out: Console, tables: Iterable[Table]) -> None:
     for shown in filter(None, tables):
         print_lines(out, [""])
         print_table(out, shown)
+
+
+# -- the classic quantities of a linkage, as tables --------------------------------------------------------------------
+
+# Below this share of the largest value a digit is rounding, different from machine to machine.
+ROUNDING = 1e-9
+MM = 1e3
+SCHEMA = 3  # of the JSON
+ENDS = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
+
+
+# -- of a turn -------------------------------------------------------------------------------------------------------
+
+
+def reach_words(reach: CrankRange) -> str:
+    """Range of the crank in words."""
+    if reach.full:
+        passed = ", ".join(degrees(angle) for angle in reach.change_points)
+        return f"turns fully, through change points at {passed} deg" if passed else "turns fully"
+    start, stop = degrees(reach.start), degrees(reach.stop)
+    return f"reaches from {start} deg ({ENDS[reach.start_end]}) to {stop} deg ({ENDS[reach.stop_end]})"
+
+
+def outputs_table(turn: TurnQuantities) -> Table:
+    """Strokes, dead centres and time ratios of the driven links."""
+    right = ("stroke", "turns back at [deg]", "there and back [deg]", "time ratio")
+    title = "strokes, dead centres and time ratios"
+    return table(("driven link", "guided by", *right), [_output_row(output) for output in turn.outputs], right, title)
+
+
+def _output_row(output: Output) -> tuple[str, ...]:
+    if output.stroke is None:
+        stroke = f"goes on, {_way(output.gain, output.unit)} a turn"
+    else:
+        stroke = _way(output.stroke, output.unit)
+    there_and_back = ""
+    if output.forward is not None and output.backward is not None:
+        there_and_back = f"{degrees(output.forward)}, {degrees(output.backward)}"
+    ratio = "" if output.time_ratio is None else f"{output.time_ratio:.6g}"
+    ends = [dict.fromkeys((degrees(centre.angle), degrees(centre.until))) for centre in output.dead_centres]
+    centres = ", ".join(" to ".join(end) for end in ends)
+    return (output.link, output.joint, stroke, centres or "nowhere", there_and_back, ratio)
+
+
+def _way(value: float, unit: str) -> str:
+    return f"{MM * value:.6g} mm" if unit == "m" else f"{math.degrees(value):.6g} deg"
+
+
+def transmission_table(turn: TurnQuantities) -> Table:
+    """Transmission angles of the driven links, with the crank angles where they are taken."""
+    head = ("driven link", "pushed by", "least", "greatest", "worst", "greatest pressure angle")
+    title = "transmission angles [deg], and the crank angles where they are taken"
+    rows = []
+    for angle in turn.transmission:
+        extremes = (angle.least, angle.greatest, angle.worst, angle.greatest_pressure_angle)
+        values = [f"{math.degrees(one.value):.4f} at {math.degrees(one.angle):.2f}" for one in extremes]
+        rows.append((angle.driven, angle.through, *values))
+    return table(head, rows, title=title)
+
+
+# -- at a crank angle ------------------------------------------------------------------------------------------------
+
+
+def links_table(instant: InstantQuantities) -> Table:
+    """Poses, rates and angular accelerations of the moving links."""
+    turning, changing = [link.rate[2] for link in instant.links], [link.acceleration[2] for link in instant.links]
+    rows = [
+        (
+            *(link.link, *(_length(value) for value in link.pose[:2]), degrees(link.pose[2])),
+            *(_clean(link.rate[2], turning), _clean(link.acceleration[2], changing)),
+        )
+        for link in instant.links
+    ]
+    right = ("x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]")
+    return table(("link", *right), rows, right, "links")
+
+
+def points_table(instant: InstantQuantities) -> Table:
+    """Places, velocities and accelerations of the observed points."""
+    rows = []
+    for name, point in instant.points.points.items():
+        vectors = [moved[0].tolist() for moved in (point.velocity, point.acceleration)]
+        components = (_clean(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
+        rows.append((name, *(_length(value) for value in point.position[0].tolist()), *components))
+    moved = ("velocity x [m/s]", "velocity y [m/s]", "acceleration x [m/s²]", "acceleration y [m/s²]")
+    right = ("x [mm]", "y [mm]", *moved)
+    return table(("point", *right), rows, right, "points")
+
+
+# -- words -----------------------------------------------------------------------------------------------------------
+
+
+def degrees(angle: float) -> str:
+    """An angle [rad] in degrees, to a ten thousandth, without zeros that carry nothing."""
+    text = f"{math.degrees(angle):.4f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def _length(value: float) -> str:
+    text = f"{MM * value:.3f}"
+    return text[1:] if text.strip("-0.") == "" and text.startswith("-") else text
+
+
+def _clean(value: float, beside: list[float]) -> str:
+    """A value, 0 where it is rounding of those beside it."""
+    if abs(value) <= ROUNDING * max(abs(other) for other in beside):
+        return "0"
+    return numbers.quantity(value, 6)
+
+
+# -- JSON --------------------------------------------------------------------------------------------------------------
+
+
+def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: InstantQuantities | None) -> str:
+    """The JSON document of a scene; m, m/s, m/s^2, rad, rad/s, rad/s^2."""
+    document = {
+        "schema": SCHEMA,
+        "conrod": version("conrod"),
+        "scene": name,
+        "parameters": scene.parameters,
+        "mobility": scene.kinematics.mechanism.mobility,
+        "looked_at": scene.kinematics.span,
+        "turn": plain(turn),
+        "instant": plain(instant),
+    }
+    return json_text(document)

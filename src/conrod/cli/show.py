@@ -25,7 +25,7 @@ def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
-    from conrod.cli.console import show_catalogue, show_instant, show_scene, show_turn
+    from conrod.cli.console import linkage_text, show_catalogue, show_instant, show_scene, show_turn
     from conrod.cli.say import waiting
     from conrod.exact.linkage import turn_quantities
     from conrod.studies.frame.files import files_to_write
@@ -50,8 +50,6 @@ def show(
 
             batches.append(single(files["--svg"], mechanism_svg(chosen)))
         if "--json" in files:
-            from conrod.report.linkage import linkage_text
-
             batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
     show_scene(name, chosen)
     show_turn(chosen.kinematics, turn)
@@ -64,10 +62,10 @@ def show(
 
 def _instant(scene: Scene, text: str) -> InstantQuantities:
     """Quantities at the crank angle that is asked for."""
+    from conrod.cli.console import degrees
     from conrod.exact.linkage import instant_quantities
     from conrod.mechanism.mechanism import LARGEST_SPAN
     from conrod.mechanism.units import check_number, parse_quantity
-    from conrod.report.linkage import degrees
 
     span, angle = scene.mechanism().driver.span, parse_quantity("--angle", text, "rad")
     check_number("--angle", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
