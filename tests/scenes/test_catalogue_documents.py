@@ -145,7 +145,7 @@ def test_machine_has_the_printed_lengths(machine: str) -> None:
         assert math.dist(first, second) == pytest.approx(printed, rel=1e-12)
 
 
-# -- machines that are drawn in symbols or without numbers: they move as the document's formulas say --------------------
+# -- machines that are drawn in symbols or without numbers: they move as the document's formulas say -------------------
 
 
 def turned_angles(values: Array) -> float:
