@@ -13,7 +13,7 @@ from conrod import MuJoCoSettings
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import compiled
 from conrod.engines.tree import tree_of
-from conrod.mjcf.lint.document import differing
+from conrod.mjcf.lint.bench import differing
 
 
 def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:

@@ -16,7 +16,7 @@ from command_line import conrod
 from planted_models import SAW, colliding_links, renamed, replaced
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.lint.document import Document, differing
+from conrod.mjcf.lint.bench import Document, differing
 from conrod.mjcf.lint.findings import Finding, Report, Request, Severity, sarif
 from conrod.mjcf.lint.linting import RULES, described, lint, prepared
 from conrod.own.files import as_outputs_must_not_be, files_of_model

@@ -7,14 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from planted_models import (
-    CLOSURE,
-    MJCF,
-    PLANTED,
-    SAW,
-    renamed,
-    replaced,
-)
+from four_bars import four_bar
+from planted_models import CLOSURE, MJCF, PLANTED, SAW, renamed, replaced
 
 from conrod.mjcf.lint.findings import Report, Request
 from conrod.mjcf.lint.linting import RULES, lint
@@ -50,6 +44,17 @@ def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
 ) -> None:
     """By 0.88 and 1.1 ten-thousandths of the machine's size."""
     assert rules_of(look(replaced(CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"')(SAW))) == found
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-4])
+def test_a_loop_twice_is_redundant_and_a_pin_across_a_tilted_plane_is_not(off: float, look: Look) -> None:
+    twice = four_bar().replace('pos="0.3 0 0"/>', f'pos="0.3 0 0"/><site name="D" pos="{0.3 + off} 0 0"/>')
+    twice = twice.replace("</equality>", '<connect name="again" site1="B" site2="D"/></equality>')
+    # Also where both contradict each other by a tenth of a millimetre.
+    (found,) = (one for one in look(twice).findings if one.rule == "redundant-closure")
+    assert (found.subjects, found.evidence["redundant"]) == (("again",), 2)
+    # Negative control: the one pin has three rows, of which the plane leaves two.
+    assert "redundant-closure" not in rules_of(look(four_bar()))
 
 
 def test_every_rule_that_makes_findings_has_something_planted() -> None:

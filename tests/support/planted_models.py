@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 import string
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,9 +43,9 @@ def colliding_links(text: str) -> str:
     return replaced(INERT, "")(replaced(' contact="disable"', "")(text))
 
 
-def without_start_speeds(text: str) -> str:
-    """A keyframe that sets the crank in motion, and nothing else."""
-    return re.sub(r'qvel="[^"]*"', 'qvel="0 52.35987755982988 0"', text)
+def closed_twice(text: str) -> str:
+    again = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
+    return replaced("</equality>", f"{again}</equality>")(text)
 
 
 @dataclass(frozen=True)
@@ -64,6 +63,7 @@ def plant(edit: Callable[[str], str], *expected: str, seconds: float = 0.03) -> 
 
 PLANTED = {
     "links that collide at their pin": plant(colliding_links, "joined-links-collide"),
+    "a loop closed twice": plant(closed_twice, "redundant-closure"),
     "a soft closure": plant(replaced(f" {CLOSURE}", ""), "soft-closure"),
     "a void tolerance": plant(replaced('tolerance="0" ', ""), "solver-stops-early"),
     "a silent reset": plant(replaced('autoreset="disable" ', ""), "silent-reset"),

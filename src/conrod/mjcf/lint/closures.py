@@ -1,21 +1,25 @@
-"""Rules on closures: those that give way, and those that the start leaves open."""
+"""Rules on closures that give way, that the start leaves open, that are too many; and on links that collide there."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
 from dataclasses import replace
+from xml.sax.saxutils import quoteattr
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
+from conrod.engines.mujoco.model import equality_jacobian
 from conrod.engines.mujoco.settings import STIFF_SOLIMP
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import close_loops, closure_name, openings
-from conrod.mjcf.lint.bench import Bench
+from conrod.exact.space.assembly import RANK_TOLERANCE
+from conrod.mjcf.equalities import close_loops, closure_name, openings, owners, ties
+from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at, run, state_of
-from conrod.own.models.loading import listed
+from conrod.own.models.loading import listed, name_or_number
 
 # -- softness --------------------------------------------------------------------------------------------------------
 
@@ -122,3 +126,99 @@ def open_start(bench: Bench) -> Iterator[Finding]:
         fix=fix,
         change=change,
     )
+
+
+# -- closures that are too many --------------------------------------------------------------------------------------
+
+POSES = 5  # of the run
+
+
+def redundant_closure(bench: Bench) -> Iterator[Finding]:
+    """Closures that say what others say."""
+    states, model, looks = bench.run.states, bench.model, list[tuple[Array, Array]]()
+    for state in states[:: max(1, len(states) // POSES)]:
+        data = data_at(model, state)
+        close_loops(model, data, CLOSED * bench.size)  # or as nearly as loops that contradict each other can be
+        if np.isfinite(data.qpos).all():
+            looks.append((owners(data), equality_jacobian(model, data)))
+    # Rows of one closure may repeat each other, as across the plane in which all moves: they are counted once.
+    spare = [sum(_rank(rows, ids == k) for k in {*ids.tolist()}) - _rank(rows) for ids, rows in looks]
+    if (redundant := min(spare, default=0)) <= 0:
+        return
+    gone, every = list[int](), sorted({*looks[0][0].tolist()})
+    for index in reversed(every):
+        if all(_rank(rows, ~np.isin(ids, [*gone, index])) == _rank(rows) for ids, rows in looks):
+            gone.append(index)
+    names = tuple(closure_name(model, index) for index in gone or every)
+    finding = Finding(
+        subjects=names,
+        what=f"{redundant} rows of the closures ({listed(names)}) say what others say",
+        severity=Severity.NOTE,
+        evidence={"redundant": redundant, "rank": _rank(looks[0][1])},
+        why="forces are shared between rows that say the same: their reactions mean nothing, and where they do not "
+        "agree to the last digit they fight",
+        fix="tie each pin at one point, or let the bodies move in the plane of the machine only",
+    )
+    what, fix = f"without {listed(names)} the closures hold what they hold", f"leave out {listed(names)}"
+    yield replace(finding, what=what, fix=fix) if gone else finding
+
+
+def _rank(rows: Array, some: NDArray[np.bool_] | slice = slice(None)) -> int:
+    """Rank of some rows of a Jacobian, at the size of all."""
+    return int(np.linalg.matrix_rank(rows[some], RANK_TOLERANCE * np.linalg.norm(rows, 2)))
+
+
+# -- links that collide at their joint -------------------------------------------------------------------------------
+
+# Links that a pin holds together and that touch in nearly every step overlap whatever the pin does: a mechanical stop,
+# or a foot on the ground, lets go.
+ALWAYS = 0.9
+TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
+
+
+def joined_links_collide(bench: Bench) -> Iterator[Finding]:
+    """Geoms of links that collide where a hinge, connect or weld joins them."""
+    model = bench.model
+    declared = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
+    steps: dict[tuple[int, int], int] = {}
+    for (one, other), count in bench.run.touched.items():
+        if one >= 0 and (one, other) not in declared:
+            first, second = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
+            steps[first, second] = max(steps.get((first, second), 0), count)
+    for bodies, count in steps.items():
+        joint = _joint_between(model, *bodies)
+        if joint and count >= ALWAYS * bench.run.steps:
+            yield _overlap(bench, bodies, joint, count)
+
+
+def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> Finding:
+    names = (name_or_number(bench.model, "body", bodies[0]), name_or_number(bench.model, "body", bodies[1]))
+    finding = Finding(
+        subjects=names,
+        what=f"{names[0]} and {names[1]} collide where {joint} joins them",
+        severity=Severity.NOTE,
+        evidence={"steps in contact": count, "steps": bench.run.steps},
+        why="the contact pushes against the joint that holds the links together: friction, loads and rows of its own",
+        fix="exclude the pair",
+    )
+    if not all(bench.model.body(body).name for body in bodies):  # MJCF excludes bodies by their names
+        return finding
+    edit = f"<contact><exclude body1={quoteattr(names[0])} body2={quoteattr(names[1])}/></contact>"
+    change = bench.change((edit,))
+    if change <= UNCHANGED:
+        return replace(finding, edits=(edit,), safe=True, change=change)
+    # Where the motion changes, somebody has to say which of the two was meant.
+    return replace(finding, edits=(edit,), severity=Severity.ERROR, change=change)
+
+
+def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
+    """Name of what holds two bodies together so that they cannot part: a joint that only turns, a connect or a weld."""
+    for child, parent in ((one, other), (other, one)):
+        # Bodies without a joint are one with those that they hang on.
+        links = int(model.body_weldid[child])
+        if links and model.body_weldid[model.body_parentid[links]] == model.body_weldid[parent]:
+            joints = range(model.body_jntadr[links], model.body_jntadr[links] + model.body_jntnum[links])
+            if joints and all(int(model.jnt_type[joint]) in TURNING for joint in joints):
+                return f"joint {name_or_number(model, 'joint', joints[0])}"
+    parts = {int(model.body_weldid[one]), int(model.body_weldid[other])}
+    return next((closure_name(model, index) for index, ends in ties(model) if set(ends) == parts), "")

@@ -11,9 +11,8 @@ import mujoco
 
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mjcf.lint import closures, collisions, stepping
-from conrod.mjcf.lint.bench import Bench
-from conrod.mjcf.lint.document import Document
+from conrod.mjcf.lint import closures, stepping
+from conrod.mjcf.lint.bench import Bench, Document
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity
 from conrod.mjcf.runs import data_at, state_of
 from conrod.own.models.loading import check_finite, data_at_start, start_words
@@ -26,7 +25,8 @@ RULES: Mapping[str, Rule] = {
     SOLVER: stepping.solver_stops_early,
     "soft-closure": closures.soft_closure,
     "open-start": closures.open_start,
-    "joined-links-collide": collisions.joined_links_collide,
+    "redundant-closure": closures.redundant_closure,
+    "joined-links-collide": closures.joined_links_collide,
     "silent-reset": stepping.silent_reset,
 }
 NEED_A_RUN = (SOLVER, "soft-closure")  # that holds together
