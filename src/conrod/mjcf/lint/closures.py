@@ -165,7 +165,7 @@ def redundant_closure(bench: Bench) -> Iterator[Finding]:
 
 def _rank(rows: Array, some: NDArray[np.bool_] | slice = slice(None)) -> int:
     """Rank of some rows of a Jacobian, at the size of all."""
-    return int(np.linalg.matrix_rank(rows[some], RANK_TOLERANCE * np.linalg.norm(rows, 2)))
+    return int(np.linalg.matrix_rank(rows[some], RANK_TOLERANCE * np.linalg.norm(rows, 2))) if rows.size else 0
 
 
 # -- links that collide at their joint -------------------------------------------------------------------------------
