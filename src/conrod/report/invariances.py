@@ -13,7 +13,6 @@ from conrod.report.template import rendered
 TONES: dict[Kept, Tone] = {
     Kept.BROKEN: "bad",
     Kept.EXPLAINED: "odd",
-    Kept.NOT_CONVERGED: "odd",
     Kept.BITS: "good",
     Kept.HOLDS: "good",
 }

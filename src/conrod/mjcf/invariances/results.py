@@ -11,7 +11,6 @@ class Kept(Enum):
 
     BITS = "identical"
     HOLDS = "holds"
-    NOT_CONVERGED = "not converged"  # off by no more than what the solver left undone
     EXPLAINED = "explained"  # off for a cause that was found, without which it holds
     BROKEN = "broken"
     UNSUPPORTED = "unsupported"
@@ -23,7 +22,7 @@ class Invariance:
 
     Attributes:
         change: what was changed.
-        bound: what it must hold to: bits, rounding, or residual (that of the solver).
+        bound: what it must hold to: bits or rounding.
         difference: of the accelerations, in the norm of the kinetic energy, over their largest; None where states were
             compared bit by bit, or nothing was.
         over_bound: the difference over its bound, where that is largest.

@@ -1,4 +1,4 @@
-"""Accelerations at states of a run, what rounding may make of them, and what a solver left undone.
+"""Accelerations at states of a run, what rounding may make of them.
 
 At a state the accelerations minimise a strictly convex function, so they do not depend on how it is minimised, in which
 coordinates, order or units. How far rounding may take them is measured before anything is changed: the coordinates and
@@ -68,18 +68,6 @@ class Accelerations:
         found = np.empty(self.model.nv)
         mujoco.mj_mulM(self.model, self.data, found, rates)
         return found
-
-    def undone(self, others: Array) -> float:
-        """Largest distance from the minimum at which accelerations with their gradient can be, in the norm.
-
-        The function's Hessian is at least the inertia M, so |a - a*|_M <= |gradient|_(1/M) (strong convexity).
-        """
-        aside, rows, changed = copy.copy(self.data), np.empty(self.data.nefc), np.empty((1, self.model.nv))
-        mujoco.mj_mulJacVec(self.model, aside, rows, others)
-        mujoco.mj_constraintUpdate(self.model, aside, rows - aside.efc_aref, None, 0)
-        gradient = self._momenta(others) - aside.qfrc_smooth - aside.qfrc_constraint
-        mujoco.mj_solveM(self.model, aside, changed, gradient[None])
-        return math.sqrt(max(float(gradient @ changed[0]), 0.0))
 
 
 def accelerations(model: mujoco.MjModel, state: Array) -> Accelerations:

@@ -1,4 +1,4 @@
-"""The same machine in other units, turned, or in a mirror: a compiled model, its states and its accelerations.
+"""The same machine in other units, or turned: a compiled model, its states and its accelerations.
 
 Powers of two change no bit of a product, so units are changed by them.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -15,9 +15,7 @@ import numpy as np
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 
-FREE, BALL, SLIDE, HINGE = (
-    int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "BALL", "SLIDE", "HINGE")
-)
+FREE, SLIDE, HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "SLIDE", "HINGE"))
 CONNECT, WELD = (int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD"))
 WORLD, NO_SAME_FRAME = 0, 0  # the latter is mjSAMEFRAME_NONE, a name that 3.2.2 does not have yet
 # Fields by the powers of mass and length in their unit; what counts by coordinate is in `_by_coordinate`.
@@ -33,8 +31,6 @@ MASSES = (
     "tendon_frictionloss",
     "tendon_armature",
 )
-POINTS = ("body_pos", "body_ipos", "jnt_pos", "geom_pos", "site_pos", "mesh_pos")
-ROTATIONS = ("body_quat", "body_iquat", "geom_quat", "site_quat")
 WIDTHS = ("eq_solimp", "geom_solimp", "pair_solimp")  # their third number is a length
 # Which a model may have and a similarity does not know: counts, or fields that must be 0.
 NEVER = ("nflex", "nplugin", "nmocap", "nhfield", "na")
@@ -48,17 +44,16 @@ class Similarity:
     Attributes:
         mass, length: factors of the numbers.
         turn: rotation of the world, a unit quaternion.
-        mirrored: at the plane y = 0; not together with a turn.
     """
 
     mass: float = 1.0
     length: float = 1.0
     turn: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    mirrored: bool = False
-    turned: bool = field(init=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "turned", self.turn != (1.0, 0.0, 0.0, 0.0))
+    @property
+    def turned(self) -> bool:
+        """Whether it turns the world."""
+        return self.turn != (1.0, 0.0, 0.0, 0.0)
 
     def refusal(self, model: mujoco.MjModel) -> str:
         """Features of the model that the similarity does not know; empty where it knows all."""
@@ -76,16 +71,11 @@ class Similarity:
         yield "tendons, couplings and welds mix lengths and angles", scaled and mixed
         to_world = (model.eq_obj1id == WORLD) | (model.eq_obj2id == WORLD)
         yield "a weld to the world", self.turned and bool(np.any((model.eq_type == WELD) & to_world))
-        meshes = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
-        collides = (model.geom_contype | model.geom_conaffinity) > 0
-        yield "a mesh that can collide", self.mirrored and bool(np.any(meshes & collides))
 
     def applied(self, model: mujoco.MjModel) -> mujoco.MjModel:
         """A copy of a model as this similarity makes it."""
         made = copy.copy(model)
         self._rescale(made)
-        if self.mirrored:
-            self._mirror(made)
         if self.turned:
             self._turn(made)
         return made
@@ -128,20 +118,6 @@ class Similarity:
         for name in ("qpos0", "qpos_spring"):
             getattr(made, name)[:] = self.positions(made, getattr(made, name))
 
-    def _mirror(self, made: mujoco.MjModel) -> None:
-        for name in POINTS:
-            getattr(made, name)[:, 1] *= -1.0
-        for name in ROTATIONS:
-            getattr(made, name)[:] *= MIRRORED_ROTATION
-        for name in ("geom_aabb", "bvh_aabb"):
-            getattr(made, name)[:, 1] *= -1.0
-        # A hinge's axis is that of a rotation, which a mirror reverses.
-        made.jnt_axis[:] *= np.where((made.jnt_type == HINGE)[:, None], -MIRROR, MIRROR)
-        made.opt.gravity[1] *= -1.0
-        spatial = (made.eq_type == CONNECT) | (made.eq_type == WELD)
-        made.eq_data[np.ix_(spatial, (1, 4))] *= -1.0
-        made.eq_data[np.ix_(made.eq_type == WELD, (7, 9))] *= -1.0
-
     def _turn(self, made: mujoco.MjModel) -> None:
         turn = np.array(self.turn)
         for kind, owner in (("body", made.body_parentid), ("geom", made.geom_bodyid), ("site", made.site_bodyid)):
@@ -169,10 +145,7 @@ class Similarity:
                 made[at] *= self.length
             if kind == FREE:
                 made[at : at + 3] = self.length * _rotated(np.array(self.turn), made[at : at + 3])
-                made[at : at + 3] *= MIRROR if self.mirrored else 1.0
                 made[at + 3 : at + 7] = _product(np.array(self.turn), made[at + 3 : at + 7])
-            if kind in (FREE, BALL) and self.mirrored:
-                made[at + 3 * (kind == FREE) :][:4] *= MIRRORED_ROTATION
         return made
 
     def rates(self, model: mujoco.MjModel) -> Array:
@@ -182,16 +155,9 @@ class Similarity:
             if kind == SLIDE:
                 made[at, at] = self.length
             if kind == FREE:
-                axes = [_rotated(np.array(self.turn), axis) * (MIRROR if self.mirrored else 1.0) for axis in np.eye(3)]
+                axes = [_rotated(np.array(self.turn), axis) for axis in np.eye(3)]
                 made[at : at + 3, at : at + 3] = self.length * np.column_stack(axes)
-            if kind in (FREE, BALL) and self.mirrored:
-                first = at + 3 * (kind == FREE)
-                made[first : first + 3, first : first + 3] = np.diag(-MIRROR)
         return made
-
-
-MIRROR = np.array([1.0, -1.0, 1.0])
-MIRRORED_ROTATION = np.array([1.0, -1.0, 1.0, -1.0])
 
 
 def _rotated(turn: Array, vector: Array) -> Array:

@@ -26,7 +26,7 @@ from conrod.mjcf.invariances.changes import (
     reversed_declaration,
     settings_changed,
     similarities,
-    solving_changed,
+    warm_start,
 )
 from conrod.mjcf.invariances.results import Invariance, Kept
 from conrod.mjcf.runs import SAMPLES, run, state_of
@@ -69,7 +69,7 @@ def study(
         found = [
             _same_bits(change, digests) for change, digests in (same | {f"{THREADS} threads": together | {own}}).items()
         ]
-        found += [*solving_changed(bench), *similarities(bench), reversed_declaration(bench, path)]
+        found += [*settings_changed(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path)]
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
     words = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
     return f"{words}, from {start_words(model, data_at_start(model, keyframe, controls)[1])}{broke}", tuple(found)
@@ -115,7 +115,7 @@ def declared_otherwise(scene: Scene) -> tuple[Invariance, ...]:
     """The invariances to settings of the solver over the orders of declaration, the worst model for each."""
     found: dict[str, list[Invariance]] = {change: [] for change in SETTINGS}
     for case, bench in _benches(scene):
-        for one in settings_changed(bench, SETTINGS):
+        for one in settings_changed(bench):
             found[one.change].append(replace(one, case=case))
     return tuple(_worst(ones) for ones in found.values() if ones)
 

@@ -135,7 +135,7 @@ POSES = 5  # of the run
 
 def redundant_closure(bench: Bench) -> Iterator[Finding]:
     """Closures that say what others say."""
-    states, model, looks = bench.run.states, bench.model, list[tuple[Array, Array]]()
+    states, model, looks = bench.run.states, bench.model, list[tuple[NDArray[np.int_], Array]]()
     for state in states[:: max(1, len(states) // POSES)]:
         data = data_at(model, state)
         close_loops(model, data, CLOSED * bench.size)  # or as nearly as loops that contradict each other can be
