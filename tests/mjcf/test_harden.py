@@ -18,14 +18,12 @@ from conrod.cli.harden import print_hardened
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
-from conrod.mjcf.harden.closures import active_closures
-from conrod.mjcf.harden.recipe import Recipe, edited, recipe_for, to_know
+from conrod.mjcf.harden.recipe import Recipe, active_closures, edited, recipe_for, to_know
 from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.mjcf.harden.runs import Pace, start_of, swing
 from conrod.mjcf.harden.study import harden_file
 from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
-from conrod.mjcf.runs import STATE
 
 
 @cache
@@ -199,20 +197,6 @@ def test_runs_start_from_the_first_keyframe_as_those_of_lint_do() -> None:
     assert f"from {saw(None).start}" in lint(SAW, LintRequest(seconds=0.0012, ignored=())).run
 
 
-def test_rates_that_would_open_the_loops_are_changed_and_that_is_told() -> None:
-    # The keyframe turns the hips and leaves the cranks behind.
-    model = legged()
-    start = start_of(model, Request("swing"))
-    data = mujoco.MjData(model)
-    mujoco.mj_setState(model, data, start.state, STATE)
-    assert start.rates_changed == pytest.approx(np.abs(data.qvel - model.key_qvel[0]).max() / 3.0)
-    assert start.rates_changed > 0.01
-    found = harden_file(LEGGED, Request(seconds=0.02, content=False))
-    assert any("rates of the start" in note for note in found.warnings)
-    # Control: conrod's own keyframe moves all its links.
-    assert not any("rates of the start" in note for note in saw(None).warnings)
-
-
 # -- where they show nothing -----------------------------------------------------------------------------------------
 
 
@@ -246,8 +230,6 @@ def test_an_actuated_model_is_measured_in_the_motion_that_its_controls_command(t
         harden_file(tmp_path / "saw.xml", Request(seconds=0.003, content=False, controls=controls))
         for controls in ((), (("motor", 52.36),))
     )
-    assert any("all controls are 0, so that nothing commands a motion" in note for note in stands.warnings)
-    assert not any("all controls are 0" in note for note in driven.warnings)
     assert driven.start == "keyframe start with motor = 52.36"
     assert driven.travel > 50 * stands.travel
     with pytest.raises(InvalidInput, match="unknown actuator 'moter': did you mean 'motor'"):

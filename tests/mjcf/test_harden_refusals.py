@@ -13,8 +13,16 @@ from legged import LEGGED, legged, opening_of
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.equalities import openings
-from conrod.mjcf.harden.closures import active_closures, compliance
-from conrod.mjcf.harden.recipe import Recipe, edited, nothing_to_do, recipe_for, soft_on_purpose, to_know
+from conrod.mjcf.harden.recipe import (
+    Recipe,
+    active_closures,
+    compliance,
+    edited,
+    nothing_to_do,
+    recipe_for,
+    soft_on_purpose,
+    to_know,
+)
 from conrod.mjcf.harden.results import Request
 from conrod.mjcf.harden.runs import Pace, start_of
 from conrod.mjcf.harden.study import harden_file

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 
 from conrod.exact.motion import Array
-from conrod.mjcf.harden.closures import active_closures
+from conrod.mjcf.harden.recipe import active_closures
 from conrod.mjcf.harden.runs import Pace, swing
 
 LEGGED = Path(__file__).parent / "models" / "legged.xml"

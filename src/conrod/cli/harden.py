@@ -172,7 +172,6 @@ def _reading_words(found: HardenedModel) -> Iterator[str]:
             f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that); travel "
             f"{MM * found.travel:.3g} mm"
         )
-    yield f"weights: times {found.factor:g} for {', '.join(found.scaled)}"
     if found.cost is not None:
         cost = found.cost
         yield (

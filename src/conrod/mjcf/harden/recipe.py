@@ -1,4 +1,4 @@
-"""The changes to a compiled model that keep its loops closed, as an edit and as Python; objections to them."""
+"""Closed loops of a compiled model that can be hardened, the edit that does it, as Python too, and objections to it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import copy
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco.settings import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import kind_of
-from conrod.mjcf.harden.closures import Closure, Holder, impedance, softer_than_stock
+from conrod.mjcf.equalities import bodies_of, kind_of, ties_bodies
 from conrod.own.models.loading import listed, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
@@ -22,6 +23,51 @@ from conrod.own.models.loading import listed, name_or_number
 RESIDUE = 1e-9
 # Time constant of closures, in steps, from which on slower ones closed no better (docs/hardening.md).
 STEPS = 10.0
+
+
+Holder = Literal["body", "dof", "tendon"]
+
+
+@dataclass(frozen=True)
+class Closure:
+    """One equality constraint that can be hardened.
+
+    Attributes:
+        holder, ends: whose inverse weights its regularisation is taken from, by index.
+        curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
+            constant, hardened or not.
+    """
+
+    index: int  # of the equality
+    name: str
+    kind: str
+    holder: Holder
+    ends: tuple[int, ...]
+    curved: bool = False
+
+
+def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
+    """The equality constraints that act from the start, of the kinds that can be hardened."""
+    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
+        return ()
+    return tuple(
+        closure(model, index) for index in range(model.neq) if model.eq_active0[index] and kind_of(model, index)
+    )
+
+
+def closure(model: mujoco.MjModel, index: int) -> Closure:
+    """An equality as a closure."""
+    name, kind = name_or_number(model, "equality", index), kind_of(model, index)
+    if ties_bodies(model, index):
+        return Closure(index, name, kind, "body", bodies_of(model, index))
+    ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
+    bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
+    if kind == "joint":
+        return Closure(index, name, kind, "dof", tuple(int(model.jnt_dofadr[joint]) for joint in ends), bent)
+    # The length of a fixed tendon is linear in joint coordinates.
+    first = [int(model.tendon_adr[tendon]) for tendon in ends]
+    fixed = all(model.wrap_type[first] == mujoco.mjtWrap.mjWRAP_JOINT)
+    return Closure(index, name, kind, "tendon", ends, bent or not fixed)
 
 
 @dataclass(frozen=True)
@@ -43,15 +89,6 @@ class Weights:
         """Weights of a model, in a row."""
         arrays = (getattr(model, f"{holder}_invweight0")[list(chosen)] for holder, chosen in self.indices.items())
         return np.concatenate([np.ravel(array) for array in arrays])
-
-    def names(self, model: mujoco.MjModel, *holders: Holder) -> tuple[str, ...]:
-        """Names of the bodies, joints or tendons among them, of all holders where none is given."""
-        found = []
-        for holder in holders or self.indices:
-            kind = "joint" if holder == "dof" else holder
-            owners = model.dof_jntid[list(self.indices[holder])] if holder == "dof" else self.indices[holder]
-            found += [_called(model, kind, int(owner)) for owner in owners]
-        return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -110,7 +147,8 @@ def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
     ]
     for holder, indices in recipe.weights.indices.items():
         if indices:
-            names = _comment(recipe.weights.names(model, holder))
+            kind, owners = ("joint", model.dof_jntid[list(indices)]) if holder == "dof" else (holder, indices)
+            names = _comment([_called(model, kind, int(owner)) for owner in owners])
             lines.append(f"model.{holder}_invweight0[{list(indices)}] *= {recipe.factor!r}  # {names}")
     if recipe.time_constants:
         slowed = [index for index, _ in recipe.time_constants]
@@ -132,6 +170,35 @@ def _called(model: mujoco.MjModel, sort: str, index: int) -> str:
     """An element with its kind: "body crank", or "body 3" where it has no name."""
     name = name_or_number(model, sort, index)
     return name if name == f"{sort} {index}" else f"{sort} {name}"
+
+
+# -- softness --------------------------------------------------------------------------------------------------------
+
+
+def impedance(solimp: Array) -> float:
+    """MuJoCo's impedance d of a closed constraint: solimp's first number, or the mean where there is no width."""
+    first, last = np.clip(solimp[:2], LEAST_IMPEDANCE, MOST_IMPEDANCE)
+    return float(first if solimp[2] > 0.0 else 0.5 * (first + last))
+
+
+def compliance(solref: Array, solimp: Array, least_time: float) -> float:
+    """Opening of a constraint [m] under a force, over the acceleration that this gives its inverse weight [s^2].
+
+    A constraint at rest under a force f is open by f R / (k d), R = (1 - d) / d x (inverse weight),
+    k = 1 / (d_max^2 x time constant^2 x damping ratio^2) (MuJoCo's documentation, "Computation", solver parameters).
+    """
+    d, widest = impedance(solimp), float(np.clip(solimp[1], LEAST_IMPEDANCE, MOST_IMPEDANCE))
+    constant = max(float(solref[0]), least_time)
+    return (1.0 - d) / d**2 * (widest * constant * float(solref[1])) ** 2
+
+
+def softer_than_stock(model: mujoco.MjModel, index: int) -> bool:
+    """Return True where an equality gives way more than a stock one."""
+    unsafe = int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
+    least = 0.0 if unsafe else 2.0 * float(model.opt.timestep)  # the least time constant that MuJoCo admits [s]
+    stock = compliance(np.array(STOCK_SOLREF), np.array(STOCK_SOLIMP), least)
+    # Twelve digits: what was written as stock is stock.
+    return compliance(model.eq_solref[index], model.eq_solimp[index], least) > stock * (1.0 + 1e-12)
 
 
 # -- objections ------------------------------------------------------------------------------------------------------

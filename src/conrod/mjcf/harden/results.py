@@ -60,7 +60,6 @@ class HardenedModel:
     start_closed: bool = True  # whether the runs start with the loops closed; where no near pose closes them, as given
     loops: tuple[str, ...] = ()  # kinds and names of the closures
     factor: float | None = None  # on the inverse weights
-    scaled: tuple[str, ...] = ()  # what has these weights: names of bodies, joints, tendons
     lines: str = ""  # Python that does it
     variants: tuple[Variant, ...] = ()  # as it is, hardened
     travel: float | None = None  # the longest way of a body in the reference [m]

@@ -13,7 +13,7 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
-from conrod.mjcf.harden.closures import Closure
+from conrod.mjcf.harden.recipe import Closure
 from conrod.mjcf.harden.results import Request, Variant
 from conrod.mjcf.runs import looks, looping_stepper, run, state_of
 from conrod.own.models.loading import data_at_start, start_words
@@ -32,11 +32,12 @@ class Start:
     name: str  # what a user calls it
     given: float  # largest opening of the pose as given [m]
     closed: bool  # whether the loops could be closed; the state is as given where they could not
-    rates_changed: float = 0.0  # largest change that this made to a rate, over the largest rate
 
 
 def start_of(model: mujoco.MjModel, request: Request) -> Start:
     """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
+
+    So are its rates: the nearest that open no loop.
 
     Raises:
         InvalidInput: the model has no such keyframe or actuator.
@@ -47,11 +48,9 @@ def start_of(model: mujoco.MjModel, request: Request) -> Start:
     before, name = state_of(model, data), start_words(model, index, data.ctrl)
     if not close_loops(model, data, CLOSED * float(model.stat.extent)):
         return Start(before, name, given, closed=False)
-    jacobian, fastest = equality_jacobian(model, data), float(np.abs(data.qvel).max(initial=0.0))
-    parting = np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
-    data.qvel[:] -= parting
-    changed = float(np.abs(parting).max()) / fastest if fastest else 0.0
-    return Start(state_of(model, data), name, given, True, changed)
+    jacobian = equality_jacobian(model, data)
+    data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
+    return Start(state_of(model, data), name, given, closed=True)
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------

@@ -11,11 +11,18 @@ import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.harden.closures import active_closures
-from conrod.mjcf.harden.recipe import edited, nothing_to_do, python_lines, recipe_for, soft_on_purpose, to_know
+from conrod.mjcf.harden.recipe import (
+    active_closures,
+    edited,
+    nothing_to_do,
+    python_lines,
+    recipe_for,
+    soft_on_purpose,
+    to_know,
+)
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
-from conrod.mjcf.harden.runs import Pace, Reference, Start, cost, start_of
-from conrod.own.models.loading import check_finite, controls_at_start, load_model
+from conrod.mjcf.harden.runs import Pace, Reference, cost, start_of
+from conrod.own.models.loading import check_finite, load_model
 
 AS_IT_IS, HARDENED = "as it is", "hardened"
 SAMPLES = 500
@@ -24,12 +31,8 @@ LEAST_STEPS, MOST_STEPS = 20, 200_000
 STANDS = 1e-9
 # Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size].
 WORSE, ROUNDING = 2.0, 1e-9
-# A change of the rates at the start of more than this share is worth a word.
-RATES = 1e-6
 ADVICE = "a smaller step of the model may help"
 FORCE = "--force hardens it all the same"
-# A drift that is left of more than this share of what it was is no gain worth the name.
-BETTER = 0.5
 
 
 def harden_file(path: Path, request: Request) -> HardenedModel:
@@ -54,7 +57,6 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
 
 
 def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedModel:
-    controls = controls_at_start(model, request.keyframe, request.controls)
     pace = pace_of(model, request.seconds)
     closures = active_closures(model)
     notes = to_know(model, closures)
@@ -80,7 +82,6 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
         start_closed=start.closed,
         loops=tuple(f"{one.kind} {one.name}" for one in closures),
         factor=recipe.factor,
-        scaled=recipe.weights.names(model),
         lines=python_lines(model, recipe, path.absolute()),
         variants=(before, after),
         travel=reference.travel,
@@ -88,12 +89,11 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
     )
     harm = _harm(found, before, after)
     refused = bool(harm) and not request.force
-    idle = bool(controls) and not any(controls.values())
     told = [harm] if harm and not refused else []
     return replace(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
-        warnings=(*soft, *told, *_doubts(found, start, before, after, idle), *notes),
+        warnings=(*soft, *told, *_doubts(found), *notes),
         cost=None if before.broke or after.broke else cost(model, hard, start.state, pace),
         content=None if refused or not request.content else binary(hard),
     )
@@ -129,26 +129,15 @@ def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
     return ""
 
 
-def _doubts(found: HardenedModel, start: Start, before: Variant, after: Variant, idle: bool) -> Iterator[str]:
-    """Reasons to doubt the figures, or the hardened model."""
-    if not start.closed:
+def _doubts(found: HardenedModel) -> Iterator[str]:
+    """Reasons to doubt the figures."""
+    if not found.start_closed:
         yield "no pose near the start closes the loops: the runs start with them open"
-    if idle:
-        yield "all controls are 0, so that nothing commands a motion: --ctrl NAME=VALUE does"
-    if start.rates_changed > RATES:
-        yield (
-            f"the rates of the start would open its loops: the runs start with the nearest that do not, changed by "
-            f"{start.rates_changed:.1e} of the largest"
-        )
-    if before.broke and not after.broke:
-        yield f"as it is, the run breaks off after {before.steps} steps ({before.broke})"
     if found.travel is not None and found.travel < STANDS * found.size:
         yield (
             f"nothing moves in these runs (travel {found.travel:.1e} m): they show how far the loops open at rest, "
-            "and nothing else; --keyframe KEY starts others"
+            "and nothing else; --keyframe KEY starts others, --ctrl NAME=VALUE commands a motion"
         )
-    elif before.drift and after.drift and after.drift > max(BETTER * before.drift, found.reference_known_to or 0.0):
-        yield "the motion is hardly any better than it was: the step is the larger part of the error"
 
 
 def binary(model: mujoco.MjModel) -> bytes:
