@@ -47,8 +47,6 @@ MODELS = {
                  "leaves 1; 1 of its 2 drives is too many: give 1 of crank, rocker"),
     "too few": (FIVE_BAR, DRIVE, "its closures take 2 of 4 degrees of freedom, which leaves 2, and 1 is driven"),
     "no joint": (BAR, ("--drive", "cronk=60rpm"), "unknown joint 'cronk': did you mean 'crank'?"),
-    "an actuator": (four_bar(more=MOTOR), ("--drive", "motor=60rpm"),
-                    "--drive motor: it is an actuator; drive its joint: --drive crank=60rpm"),
     "a ball": (
         BAR.replace("</worldbody>", '<body><joint name="knob" type="ball"/><geom size="0.1"/></body></worldbody>'),
         ("--drive", "knob=60rpm"),

@@ -16,7 +16,7 @@ from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import tree_of
 from conrod.scenes.catalogue import scene_named
 from conrod.scenes.scene import Scene
-from conrod.scenes.space.vectors import turned
+from conrod.scenes.space.machine import turned
 
 QUATERNION = np.array([0.4, -0.5, 0.6, 0.3]) / np.linalg.norm([0.4, -0.5, 0.6, 0.3])
 PLACE = np.array([0.7, -0.2, 1.1])

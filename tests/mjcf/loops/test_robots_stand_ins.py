@@ -16,8 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.mobility import Mobility, check_drives, mobility
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops import study
-from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.request import judged_points, laws_of
+from conrod.mjcf.loops.reading import judged_points, laws_of, tree_of
 from conrod.mjcf.loops.results import Question
 from conrod.own.models.loading import OWN_POSE, data_at_start
 from conrod.report.loops import finding

@@ -56,31 +56,23 @@ def compared(
     lacking = [joint for joint in laws if joint not in {j.name for j in machine.joints}]
     if lacking:
         raise InvalidInput(f"{name} has no joint {lacking[0]}: {', '.join(j.name for j in machine.joints)}")
-    exact = _moved(machine, laws, held, motion.times)
-    if exact is None:
+    driven = DrivenTree(machine, laws, held)
+    try:
+        driven.go(driven.assembled(), float(motion.times[-1]))
+    except InvalidInput:
         return Comparison(name, None, "", ())
+    exact = driven.motion(motion.times, order=2)
     off = {p: _apart(motion, exact, p) for p in points}
     worst = max(off, key=lambda point: off[point])
-    if off[worst] > SAME * machine.extent and _on_other_branch(machine, laws, held, motion, exact):
+    if off[worst] > SAME * machine.extent and _on_other_branch(driven, motion, exact):
         return Comparison(name, off[worst], worst, (), True)
     return Comparison(name, off[worst], worst, tuple(changes(model, machine)))
 
 
-def _moved(machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], times: Array) -> SpatialMotion | None:
-    """A machine's exact motion; None where its loops cannot follow the drives."""
-    driven = DrivenTree(machine, laws, held)
-    try:
-        driven.go(driven.assembled(), float(times[-1]))
-    except InvalidInput:
-        return None
-    return driven.motion(times, order=2)
-
-
-def _on_other_branch(
-    machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], motion: SpatialMotion, exact: SpatialMotion
-) -> bool:
+def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMotion) -> bool:
     """True if a motion is the machine's from another pose that its loops close in, looked for from random poses."""
-    driven, random, same = DrivenTree(machine, laws, held), np.random.default_rng(1), SAME * machine.extent
+    machine, random = driven.tree, np.random.default_rng(1)
+    same = SAME * machine.extent
     start = {name: found.position[0] for name, found in motion.points.items() if name in machine.points}
     # Where it begins as the machine does it is on the same branch, however it goes on.
     if max(np.abs(exact.points[name].position[0] - place).max() for name, place in start.items()) < same:
@@ -121,8 +113,6 @@ def changes(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
     for closure in model.closures:
         if closure.name in closures:
             yield from _of_closure(closure, closures.pop(closure.name), machine)
-        elif (twin := next((c for c in machine.closures if _same(closure, c, machine.extent)), None)) is not None:
-            yield f"{closure.name} closes what {twin.name} closes: the loop is there twice"
         else:
             yield f"{closure.name} is a loop more"
     yield from (f"loop {name} is missing" for name in closures)
@@ -159,11 +149,3 @@ def _length(parent: str, name: str, place: Array, theirs: Array) -> str:
     share = own / right - 1.0
     way = "longer" if share > 0.0 else "shorter"
     return f"{parent} is {100.0 * abs(share):.3g} % {way} to {name}: {1e3 * own:.6g} mm instead of {1e3 * right:.6g} mm"
-
-
-def _same(one: Closure, other: Closure, extent: float) -> bool:
-    """True if two closures have the same points of the same bodies."""
-    return one.kind == other.kind and bool(one.points) and all(
-        p.body == q.body and np.abs(p.offset - q.offset).max() <= SAME * extent
-        for p, q in zip(one.points, other.points, strict=True)
-    )  # fmt: skip

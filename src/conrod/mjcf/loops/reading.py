@@ -1,18 +1,35 @@
-"""A compiled MuJoCo model as the plain numbers of a machine in space."""
+"""A compiled MuJoCo model as a machine in space, and what is asked of it: drives, points, and another machine."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
+from conrod.exact.space.laws import FORMS, Law, law_of
+from conrod.exact.space.mobility import Mobility
 from conrod.exact.space.poses import turn_of
 from conrod.exact.space.tree import Closure, SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.mjcf.equalities import closure_name, kind_of
-from conrod.own.models.loading import joint_kind, listed, name_or_number
+from conrod.mjcf.loops.driving import site_points
+from conrod.mjcf.loops.results import Question
+from conrod.own.models.loading import (
+    OWN_POSE,
+    FoundPoint,
+    data_at_start,
+    joint_kind,
+    listed,
+    load_model,
+    name_or_number,
+    names_of,
+)
+from conrod.scenes.space import MACHINES
 
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 
@@ -30,18 +47,14 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     closures = tuple(_closure(model, k) for k in range(model.neq) if model.eq_active0[k] and not none_acts)
     bodies = tuple(_body(model, k) for k in range(model.nbody))
     points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _moves(model, k)}
-    points |= {name_or_number(model, "site", k): _of_site(model, k) for k in _moving_sites(model)}
+    sites = (k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k])))
+    points |= {name_or_number(model, "site", k): _of_site(model, k) for k in sites}
     gravity = np.zeros(3) if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else model.opt.gravity.copy()
     return SpatialTree(bodies, closures, points, gravity, np.array(start, dtype=float), _unmodelled(model))
 
 
 def _moves(model: mujoco.MjModel, body: int) -> bool:
     return bool(model.body_dofnum[model.body_weldid[body]])
-
-
-def _moving_sites(model: mujoco.MjModel) -> list[int]:
-    """Sites on bodies that are not fixed to the ground."""
-    return [k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k]))]
 
 
 def _rotation(quaternion: Array) -> Array:
@@ -84,13 +97,12 @@ def _closure(model: mujoco.MjModel, k: int) -> Closure:
     if not kind:
         raise InvalidInput(f"{name}: an equality constraint of a flex: its motion is no rigid one")
     one, two, data = int(model.eq_obj1id[k]), int(model.eq_obj2id[k]), model.eq_data[k]
-    if kind == "joint":
-        sums = tuple(_joint_sum(model, name, j) for j in (one, two))
-        references = tuple(float(model.qpos0[model.jnt_qposadr[j]]) if j >= 0 else 0.0 for j in (one, two))
-        return Closure(name, kind, sums=sums, references=references, polynomial=tuple(data[:5].tolist()))
-    if kind == "tendon":
-        sums = tuple(_tendon_sum(model, name, t) for t in (one, two))
-        references = tuple(float(model.tendon_length0[t]) if t >= 0 else 0.0 for t in (one, two))
+    if kind in ("joint", "tendon"):
+        sum_of, rests = (
+            (_joint_sum, model.qpos0[model.jnt_qposadr]) if kind == "joint" else (_tendon_sum, model.tendon_length0)
+        )
+        sums = tuple(sum_of(model, name, k) if k >= 0 else {} for k in (one, two))
+        references = tuple(float(rests[k]) if k >= 0 else 0.0 for k in (one, two))
         return Closure(name, kind, sums=sums, references=references, polynomial=tuple(data[:5].tolist()))
     if int(model.eq_objtype[k]) == SITE:
         points = (_of_site(model, one), _of_site(model, two))
@@ -103,16 +115,12 @@ def _closure(model: mujoco.MjModel, k: int) -> Closure:
 
 
 def _joint_sum(model: mujoco.MjModel, name: str, joint: int) -> dict[int, float]:
-    if joint < 0:
-        return {}
     if (kind := joint_kind(model, joint)) not in ("hinge", "slide"):
         raise InvalidInput(f"{name}: it couples {name_or_number(model, 'joint', joint)}, a {kind} joint")
     return {int(model.jnt_dofadr[joint]): 1.0}
 
 
 def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, float]:
-    if tendon < 0:
-        return {}
     first = int(model.tendon_adr[tendon])
     wraps = range(first, first + int(model.tendon_num[tendon]))
     if any(int(model.wrap_type[w]) != int(mujoco.mjtWrap.mjWRAP_JOINT) for w in wraps):
@@ -149,6 +157,74 @@ def _any(model: mujoco.MjModel, *fields: str) -> bool:
 
 def check_rigid(model: mujoco.MjModel) -> None:
     """Refuse what is no machine of rigid bodies; raises InvalidInput, which names it."""
-    parts = {"flex": model.nflex, "skin": model.nskin, "plugin": model.nplugin}
-    if found := [f"{number} {name}" for name, number in parts.items() if number and name != "skin"]:
+    parts = {"flex": model.nflex, "plugin": model.nplugin}
+    if found := [f"{number} {name}" for name, number in parts.items() if number]:
         raise InvalidInput(f"it has {listed(found)}: only rigid bodies have an exact motion here")
+
+
+# -- what is asked of it ----------------------------------------------------------------------------------------------
+
+
+def machine_tree(machine: str) -> SpatialTree:
+    """The machine of a name, or of a model file."""
+    if machine in MACHINES:
+        model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
+    else:
+        model = load_model(Path(machine))
+    return tree_of(model, data_at_start(model, OWN_POSE)[0].qpos)
+
+
+def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tuple[dict[str, Law], tuple[str, ...]]:
+    """Laws of the driven joints, and the joints that are held: those in no loop, such as a floating base.
+
+    Raises:
+        InvalidInput: a drive is no joint, no hinge or slide, or its law leaves the joint's range.
+    """
+    by_name, laws = {joint.name: joint for joint in tree.joints}, dict[str, Law]()
+    drivable = [one.name for one in tree.joints if one.kind in ("hinge", "slide")]
+    for name, text in question.drives.items():
+        if name not in by_name:
+            raise unknown_choice("joint", name, drivable)
+        joint = by_name[name]
+        if joint.kind not in ("hinge", "slide"):
+            raise InvalidInput(
+                f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {listed(drivable)}"
+            )
+        laws[name] = law_of(text, joint.unit, float(tree.start[joint.coordinate]), name)
+    if all(law.duration == math.inf for law in laws.values()):
+        raise InvalidInput(
+            f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}"
+        )
+    seconds, keys = question.seconds or duration(laws), [key for key in names_of(model, "key") if key]
+    keyframes = f"; to start elsewhere, --keyframe takes {listed(keys)}" if keys and not question.keyframe else ""
+    for name, law in laws.items():
+        if (span := by_name[name].range) is not None:
+            values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
+            if values.min() < span[0] - 1e-9 or values.max() > span[1] + 1e-9:
+                raise InvalidInput(
+                    f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
+                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}{keyframes}"
+                )
+    return laws, tuple(j.name for j in tree.joints if j not in tree.looped and j.name not in laws)
+
+
+def duration(laws: Mapping[str, Law]) -> float:
+    """Time [s] after which the slowest drive has been through its law."""
+    return max(law.duration for law in laws.values() if law.duration < math.inf)
+
+
+def judged_points(
+    model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question
+) -> tuple[FoundPoint, ...]:
+    """Points that are judged: those named, or sites that loops carry and drives determine; bodies where none is."""
+    for name in question.points:
+        if name not in tree.points:
+            raise unknown_choice("point", name, tree.points)
+        if name in freedom.undetermined:
+            raise InvalidInput(
+                f"--point {name}: its drives do not determine it: {', '.join(freedom.idle)} can still move"
+            )
+    carried = [name for name, point in tree.points.items() if set(tree.above[point.body]) & set(tree.looped)]
+    judged = [name for name in carried if name not in freedom.undetermined]
+    sites = [name_or_number(model, "site", k) for k in range(model.nsite)]
+    return site_points(model, question.points or tuple(name for name in judged if name in sites) or tuple(judged))

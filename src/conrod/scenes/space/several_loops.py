@@ -8,17 +8,25 @@ import numpy as np
 
 from conrod.exact.jet import Jet, reciprocal, sine_cosine, square_root
 from conrod.scenes.space.machine import (
+    DEGREE,
     ORIGIN,
     Closure,
     Drives,
     Joint,
     Link,
     SpatialMachine,
+    Vector,
+    X,
+    Y,
+    Z,
+    cross,
+    dot,
     hinge_closure,
+    rotated,
     start_pose,
+    turned,
 )
 from conrod.scenes.space.single_loop import PIN, driven_angle
-from conrod.scenes.space.vectors import DEGREE, Vector, X, Y, Z, cross, dot, rotated, turned
 
 PLATFORM = (Joint("platform_x", X, "slide"), Joint("platform_y", Y, "slide"), Joint("platform_z", Z, "slide"))
 TILT = (Joint("platform_roll", X), Joint("platform_pitch", Y), Joint("platform_yaw", Z))

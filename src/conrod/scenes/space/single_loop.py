@@ -10,16 +10,24 @@ import numpy as np
 from conrod.exact.jet import Jet, direction, reciprocal, sine_cosine, square_root
 from conrod.exact.motion import Array
 from conrod.scenes.space.machine import (
+    DEGREE,
     ORIGIN,
     Closure,
     Drives,
     Joint,
     Link,
     SpatialMachine,
+    X,
+    Y,
+    Z,
+    cross,
+    dot,
     hinge_closure,
+    rotated,
     start_pose,
+    turned,
+    unit,
 )
-from conrod.scenes.space.vectors import DEGREE, X, Y, Z, cross, dot, rotated, turned, unit
 
 PIN = 0.02  # [m], half the length of a hinge that is closed at both ends
 AXIS, SHAFT = unit(X + 2.0 * Y - Z), 0.1 * (X - Y + 2.0 * Z)
