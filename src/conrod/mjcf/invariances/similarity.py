@@ -52,7 +52,7 @@ class Similarity:
 
     @property
     def turned(self) -> bool:
-        """Whether it turns the world."""
+        """True if it turns the world."""
         return self.turn != (1.0, 0.0, 0.0, 0.0)
 
     def refusal(self, model: mujoco.MjModel) -> str:

@@ -1,4 +1,4 @@
-"""Where nothing is driven: MuJoCo's own kinematics at the exact coordinates, and the file run as it is."""
+"""Runs in which nothing is driven: MuJoCo's own kinematics at the exact coordinates, and the file as it is."""
 
 from __future__ import annotations
 
