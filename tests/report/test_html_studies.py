@@ -6,6 +6,7 @@ import base64
 import json
 import re
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -16,14 +17,18 @@ from browser import browser, complaints, opened
 from handmade import handmade_sweep
 from html_pages import found_in
 
+from conrod.engines import engine_named
 from conrod.report.figure import Figure
 from conrod.report.html.page import document, sections_of
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import kind_named
 from conrod.report.saved import restored
+from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.report import _diagram, _spots
 from conrod.scenes import SCENES
 from conrod.studies.frame.writing import Batch
+from conrod.studies.sweep.findings import SweepStudy, shared_lines
+from conrod.studies.sweep.study import plan_sweep
 
 ROOT = Path(__file__).parents[2]
 
@@ -124,22 +129,42 @@ def test_a_heavy_figure_is_noticed() -> None:
     assert weight(batch) <= MOST < weight(Batch(batch.folder, {**batch.files, drawn: heavy}))
 
 
+# -- lines to paste --------------------------------------------------------------------------------------------------
+
+
+def test_lines_of_a_point_give_its_very_settings() -> None:
+    file = ROOT / "reports" / "sweep" / "data" / "cam-follower.json"
+    swept = restored(SweepStudy, json.loads(file.read_text()))
+    scene = SCENES[swept.name]
+    plan = plan_sweep(swept.name, scene, [engine_named(name) for name in swept.engines], "coarse")
+    settings = {case.key: (rule.engine, case.settings) for rule in plan.rules for case in rule.cases}
+    assert {point.engine for point in timed_points(swept)} == {"mujoco", "pymunk"}
+    for point in timed_points(swept):
+        engine, wanted = settings[point.key]
+        lines = dict.fromkeys((1, 3), swept.lines_of(point))
+        assert list(shared_lines(lines | {2: engine.paste(scene, wanted)})) == ["n"]
+        # Negative control: another step has other lines.
+        other = engine.paste(scene, replace(wanted, timestep=1.001 * wanted.timestep))
+        assert shared_lines(lines | {2: other}).keys() == {"1", "2", "3"}
+
+
 @pytest.mark.parametrize("name", ["sweep/cam-follower", "limits/saw-500rpm"])
 def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")
     assert kind.spots is not None
     spots = kind.spots(restored(kind.findings, json.loads(file.with_suffix(".json").read_text())))
-    known = {words for found in spots.values() for *_, words in found}
+    known = {(*words.split("\n", 1), "")[:2] for found in spots.values() for *_, words in found}
     (tmp_path / "p.html").write_text(document(sections_of(committed(*name.split("/")))))
     with browser() as page:
         opened(page, tmp_path / "p.html")
         page.execute_script("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
-        said, svg = (page.find_element("css selector", f".spots {one}") for one in ("output", "img"))
-        assert said.text not in known
-        page.execute_script("arguments[0].scrollIntoView()", svg)
-        svg.click()
-        assert said.text in known
+        said, lines, drawn = (page.find_element("css selector", f".spots {one}") for one in ("output", "pre", "img"))
+        assert not lines.is_displayed()
+        page.execute_script("arguments[0].scrollIntoView()", drawn)
+        drawn.click()
+        clicked = said.text, lines.get_attribute("textContent")
         page.find_element("css selector", ".spots input").send_keys("\ue014" * 3)  # to the right
-        assert said.text in known
+        assert lines.is_displayed() == (kind.name == "sweep")
+        assert {clicked, (said.text, lines.get_attribute("textContent"))} <= known
         assert complaints(page) == []

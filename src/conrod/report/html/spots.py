@@ -11,7 +11,7 @@ from itertools import zip_longest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Parts of the figure's width and height from its upper left corner, and the words.
+# Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
 Spot = tuple[float, float, str]
 
 

@@ -46,23 +46,23 @@ def _diagram(study: SweepStudy) -> Figure | None:
 
 
 def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
-    """Spots of the diagram, one for each timed point."""
+    """What each timed point of the diagram is, and in further lines its settings to paste."""
     diagram = _diagram(study)
     if diagram is None:
         return {}
     figure, points = work_precision_figure(study), timed_points(study)
     found = []
     for axes, quantity in zip(figure.axes, QUANTITIES, strict=True):
-        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(p)) for p in points]
+        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(study, p)) for p in points]
         found += spots_in(figure, axes, places)
     return {diagram.name: found}
 
 
-def _words(point: SweptPoint) -> str:
+def _words(study: SweepStudy, point: SweptPoint) -> str:
     errors = ", ".join(f"{quantity} {numbers.measured(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
-        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution."
+        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution.\n{study.lines_of(point)}"
     )
 
 

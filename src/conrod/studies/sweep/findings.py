@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from typing import Any, TypeVar
 
 from conrod.runs.convergence import ObservedOrder
@@ -70,11 +72,13 @@ class SweptRule:
 
     Attributes:
         orders: by quantity.
+        lines: that set this, to be pasted, see `lines_at`; empty in reports of an earlier conrod.
     """
 
     engine: str
     name: str
     orders: Mapping[str, ObservedOrder]
+    lines: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -111,3 +115,45 @@ class SweepStudy:
         """The points of a rule, at increasing numbers of steps."""
         own = [p for p in self.points if (p.engine, p.rule) == (rule.engine, rule.name)]
         return sorted(own, key=lambda p: p.steps_per_revolution)
+
+    def lines_of(self, point: SweptPoint) -> str:
+        """Lines that set what a point is, ready to paste; empty where they are not known."""
+        rules = (rule for rule in self.rules if (rule.engine, rule.name) == (point.engine, point.rule))
+        return next((lines_at(rule.lines, point.steps_per_revolution) for rule in rules), "")
+
+
+# -- lines to paste ----------------------------------------------------------------------------------------------------
+
+NUMBER = re.compile(r"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?")
+# A number that goes with the step or with its square, as that at one step a revolution over a power of their number.
+OVER_STEPS = re.compile(r"\{([^{}]+)/n(\d)\}")
+ANY, ROUNDING = "n", 1e-12
+
+
+def shared_lines(pastes: Mapping[int, str]) -> dict[str, str]:
+    """Lines at numbers of steps as one text for any of these; the lines of each where they differ in another way."""
+    few, many = min(pastes), max(pastes)
+    text = ""
+    numbers = (NUMBER.findall(pastes[steps]) for steps in (few, many))
+    for between, one, other in zip_longest(NUMBER.split(pastes[few]), *numbers, fillvalue=""):
+        text += between
+        if one == other or not (one and other and float(one) * float(other) > 0.0):
+            text += one
+            continue
+        power = round(math.log(float(one) / float(other)) / math.log(many / few))
+        text += f"{{{float(one) * few**power:.16g}/n{power}}}"
+    shared = {ANY: text}
+    alike = all(_alike(lines_at(shared, steps), paste) for steps, paste in pastes.items())
+    return shared if alike else {str(steps): paste for steps, paste in pastes.items()}
+
+
+def lines_at(lines: Mapping[str, str], steps: int) -> str:
+    """Lines that `shared_lines` made, at a number of steps per revolution; empty where there are none."""
+    shared = lines.get(ANY, lines.get(str(steps), ""))
+    return OVER_STEPS.sub(lambda found: f"{float(found[1]) / steps ** int(found[2]):.15g}", shared)
+
+
+def _alike(one: str, other: str) -> bool:
+    """True if lines are the same but for the rounding of numbers."""
+    pairs = zip(*(map(float, NUMBER.findall(lines)) for lines in (one, other)), strict=False)
+    return NUMBER.split(one) == NUMBER.split(other) and all(math.isclose(*pair, rel_tol=ROUNDING) for pair in pairs)

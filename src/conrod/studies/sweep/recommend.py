@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.engines.capabilities import Lacking, Pasted, Timed, capability
+from conrod.engines.capabilities import Lacking, Timed, capability
 from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
@@ -17,7 +17,7 @@ from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import Swept, guesses
 from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow
-from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan
+from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan, paste_of
 
 LARGEST_TOLERANCE = 1e6
 SMALLEST_TOLERANCE = 1e-15
@@ -160,7 +160,7 @@ def _answer(
                 confirmations=confirmations,
                 rejected=tuple(rejected),
                 pasted=pasted,
-                paste=_paste(candidate, pasted),
+                paste=paste_of(candidate.swept.engine, candidate.case.scene, pasted),
                 how=how,
             )
         rejected.append(Rejected(candidate, lost))
@@ -205,9 +205,3 @@ def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunC
     for what, factor in speeds.items():
         scene = case.scene.with_parameters(speed=factor * case.scene.speed)
         yield what, RunCase(case.name, scene, swept.rule.settings(scene, case.settings.steps_per_revolution))
-
-
-def _paste(candidate: Choice, settings: Settings) -> str:
-    """Settings as lines for a model or a program; the reason where the engine gives none."""
-    can = capability(candidate.swept.engine, Pasted)
-    return f"# {can.reason}" if isinstance(can, Lacking) else can.paste(candidate.case.scene, settings)

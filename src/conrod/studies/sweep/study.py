@@ -9,16 +9,17 @@ from statistics import median
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Lacking, Swept, Timed, capability, rules_of
+from conrod.engines.capabilities import Lacking, Pasted, Swept, Timed, capability, rules_of
 from conrod.engines.engine import CUSTOM
 from conrod.engines.variants import PRESETS, Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
+from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Results, Study
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
-from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule
+from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, shared_lines
 
 NEEDED: tuple[type[Any], ...] = (Swept, Timed)
 
@@ -117,6 +118,7 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
                 engine=rule.engine.name,
                 name=rule.rule.name,
                 orders=orders_along(rule.cases, measurements),
+                lines=lines_of(rule),
             )
             for rule in plan.rules
         ),
@@ -137,6 +139,18 @@ def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, O
     runs = {case.settings.steps_per_revolution: measurements[case.key] for case in cases}
     steps = sorted(n for n, run in runs.items() if run.errors is not None)
     return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
+
+
+def lines_of(rule: RulePlan) -> dict[str, str]:
+    """Lines of a rule to paste, at any of its numbers of steps."""
+    settings = [(case.scene, case.settings) for case in rule.cases]
+    return shared_lines({own.steps_per_revolution: paste_of(rule.engine, scene, own) for scene, own in settings})
+
+
+def paste_of(engine: Engine[Any], scene: Scene, settings: Settings) -> str:
+    """Settings as lines for a model or a program; the reason where the engine gives none."""
+    can = capability(engine, Pasted)
+    return f"# {can.reason}" if isinstance(can, Lacking) else can.paste(scene, settings)
 
 
 def _initial(engine: str, engines: Sequence[str]) -> str:

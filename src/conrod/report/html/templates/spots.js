@@ -1,4 +1,5 @@
-// Figures that say of a place what is there: the nearest to the pointer, until a click holds it, or by a slider.
+// Figures that say of a place what is there: the nearest to the pointer, until a click holds it, or by a slider. The
+// first line of a text is said, and what follows stands below the figure, to be copied.
 async function unpacked(text) {
   const packed = new Blob([Uint8Array.from(atob(text), (letter) => letter.charCodeAt())]);
   return new Response(packed.stream().pipeThrough(new DecompressionStream("deflate"))).json();
@@ -7,14 +8,17 @@ async function unpacked(text) {
 for (const root of document.querySelectorAll(".spots")) {
   const [across, down, ...parts] = await unpacked(root.querySelector("script").textContent);
   const texts = across.map((_, k) => parts.map((part) => part[k]).filter(Boolean).join(", "));
-  const [label, slider, said, ring] = ["label", "input", "output", "i"].map((tag) => document.createElement(tag));
+  const [label, slider, said, lines, ring] = ["label", "input", "output", "pre", "i"].map((tag) => document.createElement(tag));
   const figure = root.querySelector("img");
   let held = false;
   Object.assign(slider, { type: "range", min: 0, max: texts.length - 1, value: 0 });
   Object.assign(ring, { className: "ring", hidden: true });
   label.append("Point ", slider);
   said.textContent = "Point at a place of the figure, or move the slider.";
+  Object.assign(lines, { tabIndex: 0, hidden: true });
+  lines.setAttribute("aria-label", "Settings to paste");
   root.prepend(label, said);
+  root.append(lines);
   figure.after(ring);
 
   function show(k) {
@@ -22,8 +26,11 @@ for (const root of document.querySelectorAll(".spots")) {
     ring.style.left = `${100 * across[k]}%`;
     ring.style.top = `${100 * down[k]}%`;
     slider.value = k;
-    slider.setAttribute("aria-valuetext", texts[k]);
-    said.textContent = texts[k];
+    const [first, ...more] = texts[k].split("\n");
+    slider.setAttribute("aria-valuetext", first);
+    said.textContent = first;
+    lines.textContent = more.join("\n");
+    lines.hidden = !lines.textContent;
   }
 
   function showNearest(event) {
