@@ -11,7 +11,14 @@ from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from conrod.errors import InvalidInput
-from conrod.studies.execution.worker_process import KilledFromOutside, Limits, WorkerDied, WorkerProcess, cannot_start
+from conrod.studies.execution.worker_process import (
+    KilledFromOutside,
+    Limits,
+    NeverBegun,
+    WorkerDied,
+    WorkerProcess,
+    cannot_start,
+)
 
 MOST_JOBS = 1024
 Arguments = ParamSpec("Arguments")
@@ -126,11 +133,14 @@ class LocalProcesses(RepeatingExecutor):
         self._idle: list[WorkerProcess] = []
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        worker = self._taken()
-        try:
-            return worker.call(function, *arguments, **named)
-        finally:
-            self._give_back(worker)
+        while True:
+            worker = self._taken()
+            try:
+                return worker.call(function, *arguments, **named)
+            except NeverBegun:  # killed while it had nothing to do
+                continue
+            finally:
+                self._give_back(worker)
 
     def stop(self) -> None:
         with self._lock:
@@ -145,12 +155,8 @@ class LocalProcesses(RepeatingExecutor):
         with self._lock:
             if self._stopped:
                 raise WorkerDied("ended before it began")
-            while self._idle:
-                # One may have been killed from outside while it had nothing to do.
-                if (worker := self._idle.pop()).ready:
-                    return worker
-                self._all.discard(worker)
-                worker.end()
+            if self._idle:
+                return self._idle.pop()
             worker = WorkerProcess(self.limits, interpreter=self._interpreter)
             self._all.add(worker)
             return worker
