@@ -9,7 +9,7 @@ from typing import Any
 import mutants
 import numpy as np
 import pytest
-from described import CATALOGUE, SHIPPED, changed, tables
+from described import CATALOGUE, SHIPPED, SLIDER_CRANK, changed, tables
 
 from conrod.errors import InvalidInput
 from conrod.exact import branch_walk, equations
@@ -85,7 +85,7 @@ def test_change_points_do_not_depend_on_the_scale(factor: float) -> None:
     np.testing.assert_allclose(*found, atol=1e-9)
 
 
-@pytest.mark.parametrize("path", [p if p == SIX_BAR else pytest.param(p, marks=pytest.mark.slow) for p in SHIPPED])
+@pytest.mark.parametrize("path", [p if p == SLIDER_CRANK else pytest.param(p, marks=pytest.mark.slow) for p in SHIPPED])
 def test_dimensions_out_of_scale_are_answered_or_refused(path: Path, solutions: Solutions) -> None:
     ends: list[DescribedScene | str] = []
     for seed in range(1000, 1025):
