@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
@@ -18,7 +17,7 @@ from conrod import Outcome
 from conrod.engines.box2d.settings import PRESETS, Box2DSettings
 from conrod.engines.engine import SINGLE
 from conrod.engines.numerics import largest_derivatives
-from conrod.engines.registry import engine_named, engine_packages, look_of, presets_of
+from conrod.engines.registry import engine_named
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
@@ -124,13 +123,6 @@ def test_as_many_iterations_as_the_eigenvalue_asks_for_close_any_linkage(name: s
     assert worst(scene, "tuned", 100, position_iterations=few, velocity_iterations=few)[0] > 2.0 * position
 
 
-@pytest.mark.parametrize("steps", [63, 1000])
-def test_no_cam_has_facets_that_are_too_short_for_the_units_of_its_step(steps: int, box2d: Any) -> None:
-    settings = PRESETS["tuned"](CAM, steps)
-    assert box2d.refusal(CAM, settings) is None
-    assert whole_run(box2d, CAM, settings, 2.0 / steps).bodies is not None
-
-
 def test_a_rod_a_hundred_thousandth_too_long_is_seen(box2d: Any) -> None:
     """The model is right: `tuned` is off by rounding, and a planted length is not."""
     wrong = replace(SAW, rod=SAW.rod * (1.0 + 1e-5))
@@ -174,20 +166,6 @@ def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("scene", "reason"),
-    [
-        (CAM, "a cam's facets have to be 0.005 of its units long, of which a metre is 1"),
-        (scene_named("planetary-gear"), "no wheels that roll"),
-        (scene_named("press-cutting"), "no loads that follow a law"),
-    ],
-    ids=["a cam in metres", "gears", "loads"],
-)
-def test_what_it_is_not_given_is_refused_with_the_reason(scene: Any, reason: str, box2d: Any) -> None:
-    assert re.search(reason, box2d.refusal(scene, PRESETS["stock"](scene, 1000)))
-    assert box2d.refusal(SAW, PRESETS["stock"](SAW, 1000)) is None
-
-
 def test_a_check_of_box2ds_own_that_fails_is_an_outcome(box2d: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     stepping = importlib.import_module("conrod.engines.box2d.engine")
     advance = stepping.Stepper.__call__
@@ -201,26 +179,3 @@ def test_a_check_of_box2ds_own_that_fails_is_an_outcome(box2d: Any, monkeypatch:
     pieces = list(box2d.run(SAW, PRESETS["stock"](SAW, 100), 1.0, steps=20))
     assert pieces[-1].trajectory.outcome is Outcome.DIVERGED
     assert sum(len(piece.clock) for piece in pieces) == 101
-
-
-# -- an extra ----------------------------------------------------------------------------------------------------------
-
-
-def test_what_is_timed_is_the_machine_that_is_recorded(box2d: Any) -> None:
-    settings = PRESETS["stock"](SAW, 125)
-    stepper = box2d.stepper(SAW, settings)
-    for steps in (50, 74):
-        stepper(steps)
-    stepper(1)
-    centres, _ = next(stepper.states())
-    bodies = ran(SAW, settings).trajectory.bodies
-    assert bodies is not None
-    turns = slice(2, None, 3)
-    assert np.array_equal(centres[turns], bodies.position.poses[125][turns])
-    box2d.reference_loop()(100)
-
-
-def test_its_library_has_another_name_than_it(box2d: Any) -> None:
-    assert list(presets_of("box2d")) == ["stock", "tuned"]
-    assert look_of("box2d").title == "Box2D"
-    assert "Box2D" in engine_packages()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 
 import pytest
-from described import CATALOGUE, changed
 
 from conrod.engines import engine_named
 from conrod.engines.pymunk import space
@@ -61,12 +60,6 @@ lever = { turn = "90 deg" }
 [observed]
 T = "lever.T"
 """
-SWINGING = {
-    "points": {"Q": [0, 0], "P": ["127 mm", 0]},
-    "mass": 0.45,
-    "inertia": 3e-3,
-    "centre_of_gravity": ["100 mm", 0],
-}
 
 
 @pytest.fixture(autouse=True)
@@ -101,26 +94,3 @@ def test_a_groove_where_the_file_has_it_would_leak_speed(monkeypatch: pytest.Mon
     assert velocity is not None
     assert position < 1e-12
     assert velocity > 1e-3
-
-
-# -- cams ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_a_swinging_follower_is_solved_exactly_and_refused_by_engines_in_words(engine: str) -> None:
-    whole = changed(CATALOGUE / "cam-3-4-5.toml", "title", "A cam with a swinging follower")
-    contact = next(joint for joint in whole["joints"].values() if joint["kind"] == "cam")
-    follower = contact["roller"].partition(".")[0]
-    whole["bodies"][follower] = SWINGING
-    whole["ground"] = {"points": {"Q": ["150 mm", 0]}}
-    slide = next(name for name, joint in whole["joints"].items() if joint["kind"] == "prismatic")
-    whole["joints"][slide] = {"kind": "revolute", "connects": ["ground.Q", f"{follower}.Q"]}
-    contact["roller"] = f"{follower}.P"
-    whole["start"] = {follower: {"turn": "140 deg"}}
-    whole["observed"] = {"P": f"{follower}.P"}
-    whole.pop("output", None)
-    scene = scene_of(whole)
-    assert scene.lengths["P"] > 0.01
-    result = validate_kinematic("swinging", scene, engine_named(engine))
-    assert result.outcome == "unsupported"
-    assert f"the follower {follower} is on no such slide" in (result.reason or "")

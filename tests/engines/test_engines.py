@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from catalogue import CAM, CAMS, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 
-from conrod import Comparison, MuJoCoSettings, Outcome, PymunkSettings, Trajectory, compare, harden, run
+from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
@@ -326,25 +326,3 @@ def test_a_standalone_model_follows_the_exact_motion_for_a_turn(standalone: tupl
         # Negative control: paired with the instant after the step, the same samples are off by a step.
         late = np.linalg.norm(values[:-1] - exact.point(point).position[1:], axis=1).max() / scene.lengths[point]
         assert late > 2.0 * law
-
-
-def test_without_its_keyframe_a_standalone_model_stands_still(standalone: tuple[Scene, Any]) -> None:
-    _, model = standalone
-    data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, 50)
-    assert abs(data.qpos[model.joint("crank").qposadr[0]]) < 1e-9
-
-
-# -- settings --------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("settings", [MuJoCoSettings, PymunkSettings])
-@pytest.mark.parametrize("name", EVERY_SCENE)
-def test_presets_follow_one_rule_in_period_and_step(name: str, settings: Any) -> None:
-    scene = EVERY_SCENE[name]
-    for preset, rule in engine_named(settings.engine).presets.items():
-        made = rule(scene, 720)
-        assert made.preset == preset
-        assert made.timestep * 720 == pytest.approx(scene.period, rel=1e-14)
-        assert made.as_dict()["timestep"] == made.timestep
-        assert made.gravity

@@ -159,20 +159,6 @@ def test_its_flywheel_varies_with_all_that_turns(machine: Any, more: bool) -> No
     assert (engine_named("mjx").expected_error(machine, settings).ripple > by_points) == more
 
 
-@pytest.mark.slow
-def test_no_law_is_stated_of_what_it_does_not_cover() -> None:
-    pytest.importorskip("jax", reason="the extra conrod[mjx] is not installed")
-    engine, tuned = engine_named("mjx"), PRESETS["tuned"](SAW, 1000)
-    assert engine.expected_error(SAW, tuned).position is not None
-    for fields in (
-        {"integrator": "RK4"},
-        {"precision": "single"},
-        {"solref": (tuned.timestep, 1.0)},
-        {"gravity": False},
-    ):
-        assert engine.expected_error(SAW, replace(tuned, **fields)).position is None
-
-
 @needs_mjx
 @pytest.mark.slow
 def test_single_precision_costs_accelerations_more_the_shorter_the_step() -> None:

@@ -108,14 +108,6 @@ def test_loads_are_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
     assert mujoco.get_mjcb_act_bias() is None
 
 
-def test_what_is_not_told_has_its_reason() -> None:
-    gears = machine("planetary-gear")
-    tracks = told(gears, 100)
-    assert tracks.drive_torque is None
-    assert not tracks.joints
-    assert set(tracks.unsupported) == {"drive torque", *(joint.name for joint in gears.mechanism.joints)}
-
-
 def test_the_cams_push_is_within_two_percent_between_its_arc_joints() -> None:
     """Preload of the scene; 0.5 % were found over a turn, and 0.3 % over a fifth of it at the scene's own steps."""
     _, scene = select_scene("cam-follower", ())

@@ -95,19 +95,3 @@ def test_loads_act_at_every_stage() -> None:
     assert np.abs(motion.poses - free.poses[:FIRST]).max() > 0.1
     assert error(swing(mechanism, motion), motion) < 1e-5
     assert mujoco.get_mjcb_act_bias() is None
-
-
-def test_laws_are_taken_back_when_a_run_fails() -> None:
-    mechanism, motion = loaded(1, len(LOADS)), exact(len(LOADS), 1)
-
-    class Broken(Exception):
-        pass
-
-    def refuse(*_: object) -> float:
-        raise Broken
-
-    law = replace(LOADS[5], law=TimePulse(1.0, 0.0, 1.0))
-    object.__setattr__(law.law, "force", refuse)
-    with pytest.raises((Broken, ValueError, RuntimeError, mujoco.FatalError)):
-        ENGINE.free_run(replace(mechanism, loads=(law,)), "hardened", STEP, 10, motion.poses[0], motion.rates[0], PACE)
-    assert mujoco.get_mjcb_act_bias() is None

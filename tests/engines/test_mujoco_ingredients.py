@@ -106,41 +106,6 @@ def test_an_ingredient_that_does_nothing_is_caught(monkeypatch: pytest.MonkeyPat
     assert changes_the_model("saw", "fwdinv")
 
 
-@pytest.mark.parametrize(("machine", "name"), EVERY)
-def test_what_is_added_can_be_taken_away_again(machine: str, name: str) -> None:
-    one, minimal = ingredients_of(machine)[name], minimal_of(machine)
-    first, second = (one.removed, one.added) if one.minimal else (one.added, one.removed)
-    assert replace(second(first(minimal)), preset=minimal.preset) == minimal
-    full = fully_dressed(machine)
-    assert one.removed(full) != full
-
-
-def test_only_what_applies_to_a_machine_is_offered() -> None:
-    offered = {machine: {name for of, name in EVERY if of == machine} for machine in MACHINES}
-    on_linkages, on_cams = offered["press"], offered["cam"]
-    assert offered["saw"] == on_linkages
-    assert on_linkages - on_cams == {
-        *("closure", "hardening", "slow-closure", "gravity"),  # the cam's scene has no gravity
-        *("redundant-closures", "touching-geoms"),
-    }
-    assert on_cams - on_linkages == {"contact", "stiff-contact", "condim-3", "fine-cam"}
-
-
-@pytest.mark.parametrize("machine", ["press", "saw"])
-def test_geoms_of_links_in_one_plane_touch_and_those_in_layers_do_not(machine: str) -> None:
-    contacts = {}
-    for name in ("visual-geoms", "colliding-geoms", "touching-geoms"):
-        steps, touched = MUJOCO.stepper(MACHINES[machine], with_one(machine, name)), 0
-        for _ in range(10):
-            steps(STEPS // 10)
-            touched += steps.data.ncon
-        contacts[name] = touched
-    assert contacts["visual-geoms"] == contacts["colliding-geoms"] == 0 < contacts["touching-geoms"]
-    # What lies in layers may collide all the same.
-    model = MUJOCO.stepper(MACHINES[machine], with_one(machine, "colliding-geoms")).model
-    assert model.ngeom == model.geom_contype.sum() > 0 == model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
-
-
 # -- settings and keys -----------------------------------------------------------------------------------------------
 
 

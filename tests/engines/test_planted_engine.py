@@ -16,7 +16,6 @@ import pytest
 from command_line import conrod
 from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 
-import conrod as package
 from conrod import PymunkSettings
 from conrod.engines import ENGINES, engine_named, engine_names
 from conrod.engines.capabilities import (
@@ -36,16 +35,12 @@ from conrod.engines.registry import (
     loadable_engines,
     look_of,
 )
-from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import concatenate_pieces
 from conrod.scenes import SCENES
 from conrod.studies.execution.worker import perform
 from conrod.studies.frame.resolve_arguments import select_engines
 from conrod.studies.frame.run import RunCase
 
-SOURCE = Path(package.__file__).parent
 DOCS = Path(__file__).parents[2] / "docs"
 SAW: Any = SCENES["saw-40rpm"]
 STEPS = 100
@@ -98,13 +93,6 @@ def validated(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str |
     return done.returncode, {result["preset"]: result for result in found["results"]}
 
 
-def test_no_file_of_conrod_knows_its_name() -> None:
-    code = "".join(path.read_text(encoding="utf-8") for path in SOURCE.rglob("*.py"))
-    # The word itself is also that for a defect.
-    assert not [text for text in (f'"{NAME}"', f"'{NAME}'", f"{NAME}_engine", f"engine {NAME}") if text in code]
-    assert '"mujoco"' in code
-
-
 def test_it_has_the_measured_error_and_order_that_were_planted(user: Any, folder: Path) -> None:
     status, results = validated(user, folder, "--tolerance", "position=1e-2")
     for preset in ("stock", "sharp"):
@@ -146,16 +134,6 @@ def test_it_is_swept_and_reported(user: Any, folder: Path) -> None:
     listed = user("results", "--where", f"engine = '{NAME}'")
     assert listed.returncode == 0, listed.stderr
     assert NAME in listed.stdout
-
-
-@pytest.mark.parametrize("preset", ENGINE.presets)
-def test_its_samples_do_not_depend_on_the_pieces(preset: str) -> None:
-    settings = ENGINE.presets[preset](SAW, STEPS)
-    (whole,) = ENGINE.run(SAW, settings, 1.0)
-    parts = concatenate_pieces(list(ENGINE.run(SAW, settings, 1.0, steps=7)))
-    assert np.array_equal(parts.clock, whole.clock)
-    found = compare(parts.trajectory, SAW)
-    assert found.worst("position") == compare(whole.trajectory, SAW).worst("position")
 
 
 def test_it_is_listed_with_its_origin_and_what_it_lacks(user: Any) -> None:
@@ -273,14 +251,3 @@ def test_a_capability_is_had_or_lacked_with_a_reason(kind: type[Any]) -> None:
     assert capability(ENGINE, kind) == Lacking(f"planted has no {MEANINGS[kind]}")
     with pytest.raises(InvalidInput, match="planted has no"):
         required(ENGINE, kind)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_preset_without_a_rule_for_free_motion_is_refused_and_not_taken_for_another(
-    engine: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made: Any = engine_named(engine)
-    monkeypatch.setitem(made.presets, "new", made.presets["stock"])
-    poses = SAW.kinematics.start[0]
-    with pytest.raises(InvalidInput, match="preset 'new' has no rule"):
-        made.free_run(SAW.kinematics.mechanism, "new", 1e-3, 2, poses, np.zeros_like(poses), Pace(1.0))

@@ -115,12 +115,6 @@ def test_a_last_bit_in_one_sample_is_seen() -> None:
     assert differing(together, recorded(whole("pymunk: saw, stock"))) == ["bodies.position.poses"]
 
 
-def test_a_piece_has_so_many_new_samples_and_the_first_one_the_start() -> None:
-    pieces = in_pieces("pymunk: saw, stock", 64)
-    assert [piece.first_step for piece in pieces] == [0, 65, 129]
-    assert [len(recorded(piece.trajectory)["bodies.position.poses"]) for piece in pieces] == [65, 64, 22]
-
-
 def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
     right = older.rollout.rollout
 
