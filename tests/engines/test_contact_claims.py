@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
+from catalogue import CAM, CAMS
 
 from benchmarks.healthy import variant
+from conrod import MuJoCoSettings
 from conrod.engines import engine_named
 from conrod.engines.capabilities import expected_error
+from conrod.engines.mujoco.mjcf import mjcf
+from conrod.engines.mujoco.model import compiled
 from conrod.engines.running import whole_run
+from conrod.engines.tree import tree_of
+from conrod.mjcf.lint.bench import differing
 from conrod.runs.comparison import ExactMotions
 from conrod.scenes.catalogue import scene_named
 
-CAM = "cam-3-4-5"
+OF_LAWS = "cam-3-4-5"
 
 
-@pytest.mark.parametrize("cam", [CAM, "cam-follower"], ids=["of laws", "of arcs"])
+@pytest.mark.parametrize("cam", [OF_LAWS, "cam-follower"], ids=["of laws", "of arcs"])
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_the_polygons_error_is_the_one_that_its_shape_has(engine: str, cam: str) -> None:
     """Held still, the follower is off by the polygon alone: by no more than is said, and by a good part of it."""
@@ -31,7 +39,7 @@ def test_the_polygons_error_is_the_one_that_its_shape_has(engine: str, cam: str)
 
 def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
     """Half a step early or late it would be off by half a step of its acceleration."""
-    scene, made = scene_named(CAM), engine_named("pymunk")
+    scene, made = scene_named(OF_LAWS), engine_named("pymunk")
     run = whole_run(made, scene, made.presets["tuned"](scene, 4000), 1.0)
     ((name, tracks),) = run.points.items()
     at = tracks.velocity.instants
@@ -46,7 +54,7 @@ def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
 
 def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_says_so() -> None:
     """The least error of a start without contact is the fall: it is the law's position, and more than any sinking."""
-    scene, steps, _ = variant(scene_named(CAM), 1)
+    scene, steps, _ = variant(scene_named(OF_LAWS), 1)
     made = engine_named("mujoco")
     settings = made.presets["tuned"](scene, steps)
     run = whole_run(made, scene, settings, 1.0)
@@ -58,3 +66,30 @@ def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_
     assert law.position is not None
     assert 0.9 * law.position < sizes.max() <= law.position
     assert np.sort(sizes)[-3] < 0.9 * sizes.max()  # which no other part of the law explains
+
+
+# -- meshes whose convex hull MuJoCo keeps -----------------------------------------------------------------------------
+
+
+def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:
+    settings = replace(MuJoCoSettings.tuned(scene, steps), **changes)
+    return mjcf(tree_of(scene), settings, "model")
+
+
+def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> None:
+    cam = {"cam_vertices": 400}
+    for steps in (1000, 2000):  # the second time the hull is at hand, for another step
+        text = text_of(CAM, steps, **cam)
+        plain = mujoco.MjModel.from_xml_string(text)
+        assert plain.nmeshgraph > 0
+        assert differing(compiled(text), plain) == ""
+    # Negative control: another step, and one vertex off by a bit.
+    assert differing(compiled(text_of(CAM, 1000, **cam)), plain) == "pair_solref"  # which follows the step
+    first = text.split('vertex="')[1].split()[0]
+    off = text.replace(first, f"{np.nextafter(np.float32(first), np.float32(1.0)):.9g}", 1)
+    assert differing(compiled(off), plain) != ""
+
+
+def test_cams_of_one_name_are_not_taken_for_each_other() -> None:
+    made = [compiled(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
+    assert made[0].mesh_vert.tobytes() == made[2].mesh_vert.tobytes() != made[1].mesh_vert.tobytes()

@@ -23,8 +23,6 @@ from conrod.mechanism.mechanism import (
 
 SPEED = 5.0  # [rad/s]
 GRAVITY = (0.0, -9.81)
-CRANK, PIVOT = 0.1, (0.25, 0.0)
-SUN, PLANET = 0.06, 0.02
 TOOTH, WHEEL = 0.05, 0.08  # radii of a wheel and of the one that it drives
 PIN = 0.015  # of points on wheels, from their middles
 

@@ -77,7 +77,10 @@ def pieces(
         verdict = found.ended(judged)
         ticks = found.clock
         if ticks is None:
-            ticks = summed_clock(clock, settings.timestep, last - first, begins=first == 0)
+            # The clock that a user keeps of an engine that has none: step by step, with its rounding.
+            ticks = np.full(last - first + (first > 0), settings.timestep)
+            ticks[0] = clock
+            ticks = np.add.accumulate(ticks)[first - last :]
         clock = float(ticks[-1])
         trajectory = Trajectory(
             settings.engine, version, settings, machine.speed, revolutions,
@@ -89,17 +92,6 @@ def pieces(
 def _last(samples: int) -> FieldByField:
     """Cuts off all but so many samples of each track."""
     return FieldByField(lambda parts: parts[0][-samples:])
-
-
-def summed_clock(before: float, step: float, samples: int, begins: bool) -> Array:
-    """Clock of so many samples [s] that a user keeps of an engine that has none: step by step, with its rounding.
-
-    Args:
-        before: at the sample before them; at the first of them where the run `begins` there.
-    """
-    ticks = np.full(samples + (not begins), step)
-    ticks[0] = before
-    return np.add.accumulate(ticks)[-samples:]
 
 
 def crank_states(mechanism: Mechanism, times: Array, poses: Array, rates: Array, accelerations: Array) -> BodyStates:

@@ -84,13 +84,11 @@ def check_run(machine: Machine, settings: Settings, revolutions: float, start_an
     Raises:
         InvalidInput: a number out of its range, or settings for another speed.
     """
-    if isinstance(machine, str):
-        raise InvalidInput(f"run takes a scene, not its name: SCENES[{machine!r}]")
-    if isinstance(settings, str):
-        raise InvalidInput(f"run takes settings, not a preset's name: MuJoCoSettings.{settings}(scene, 1000)")
     check_number("revolutions", revolutions, 1e-3, 1e6)
     check_number("start_angle", start_angle, -1e6, 1e6, "rad")
-    _check_span(machine, revolutions, start_angle)
+    span = machine.kinematics.mechanism.driver.span
+    if span is not None:
+        _check_span(machine, span, revolutions, start_angle)
     step = step_length(machine, settings.steps_per_revolution)
     if abs(settings.timestep / step - 1.0) > SAME_STEP:
         raise InvalidInput(
@@ -99,11 +97,8 @@ def check_run(machine: Machine, settings: Settings, revolutions: float, start_an
         )
 
 
-def _check_span(machine: Machine, revolutions: float, start_angle: float) -> None:
+def _check_span(machine: Machine, span: tuple[float, float], revolutions: float, start_angle: float) -> None:
     """Refuse a run that leaves the span of an input which cannot turn fully."""
-    span = machine.kinematics.mechanism.driver.span
-    if span is None:
-        return
     stop_angle = start_angle + math.copysign(2.0 * math.pi * revolutions, machine.speed)
     if not all(span[0] - SAME_ANGLE <= angle <= span[1] + SAME_ANGLE for angle in (start_angle, stop_angle)):
         start, turns = span[0] if machine.speed > 0.0 else span[1], (span[1] - span[0]) / (2.0 * math.pi)

@@ -67,10 +67,13 @@ def force_settings(settings: MuJoCoSettings) -> MuJoCoSettings:
 def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float) -> ForceTracks:
     """Drive torque and reactions of a run at constant crank speed, at every step."""
     mechanism = machine.kinematics.mechanism
-    if reason := _refusal(settings) or (ROLLING if mechanism.meshes else None):
-        return no_forces(mechanism, reason)
-    used = force_settings(settings)
-    if _meets_change_points(machine):
+    for reason, holds in (
+        (NO_DRIVE, settings.armature == 0.0), (EDITED, settings.dressing), (ROLLING, mechanism.meshes)
+    ):  # fmt: skip
+        if holds:
+            return no_forces(mechanism, reason)
+    used, looks = force_settings(settings), np.linspace(*machine.kinematics.span, LOOKS)
+    if machine.kinematics.near_change(looks, math.tau / LOOKS).any():
         # There softer closures do not bring a run past: with 1e-6 a parallelogram's crank is lost.
         used = replace(used, hardening=settings.hardening)
     made = build(machine, used)
@@ -89,18 +92,6 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
         acceleration, components = _Reading(made).read(times, coordinates, speeds, poses, rates)
     drive = -used.armature * acceleration
     return ForceTracks(replace(where, acceleration=acceleration), drive, components, {})
-
-
-def _meets_change_points(machine: Machine) -> bool:
-    kinematics = machine.kinematics
-    return bool(kinematics.near_change(np.linspace(*kinematics.span, LOOKS), math.tau / LOOKS).any())
-
-
-def _refusal(settings: MuJoCoSettings) -> str | None:
-    """The reason why these settings report no forces; None where they do."""
-    if settings.armature == 0.0:
-        return NO_DRIVE
-    return EDITED if settings.dressing else None
 
 
 @cache

@@ -51,8 +51,6 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float, pace: Pace
     if preset == "tuned":
         # Contact is another matter, and the loops beside it are closed as loosely.
         return tuned if contact else replace(tuned, solref=(TUNED_STEPS * timestep, TUNED_DAMPING))
-    if preset != "hardened":
-        raise InvalidInput(f"{mechanism.name}: preset {preset!r} has no rule for a motion without a drive")
     if contact:
         raise InvalidInput(f"{mechanism.name}: hardening does not apply to contact; the nearest preset is 'tuned'")
     return replace(

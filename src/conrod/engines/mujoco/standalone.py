@@ -98,17 +98,12 @@ def _settings(settings: MuJoCoSettings) -> list[str]:
 def _loads(tree: Tree) -> list[str]:
     """Paragraphs on the loads that the model has and has not; none of a machine without them."""
     loads = tree.mechanism.loads
-    no_words = by_program(tree.mechanism)
-    idle = [load for load in loads if load not in no_words and moves_nothing(load, tree)]
-    kept = ", ".join(load.name for load in loads if load not in no_words and load not in idle)
+    left_out = [load for load in loads if load in by_program(tree.mechanism) or moves_nothing(load, tree)]
+    kept = ", ".join(load.name for load in loads if load not in left_out)
     found = [f"Loads in this model, as tendons or as actuators without an input: {kept}."] if kept else []
-    for reason, left_out in (
-        ("because MJCF has no words for their laws", no_words),
-        ("because they turn what slides hold, and move nothing", idle),
-    ):
-        if left_out:
-            names = ", ".join(f"{load.name} ({load.law})" for load in left_out)
-            found.append(f"NOT IN THIS MODEL, {reason}: {names}.")
+    if left_out:
+        names = ", ".join(f"{load.name} ({load.law})" for load in left_out)
+        found.append(f"NOT IN THIS MODEL, because MJCF has no words for their laws or they move nothing: {names}.")
     return found
 
 

@@ -30,7 +30,7 @@ from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
-from conrod.engines.tracks import DRIVE, ForceTracks, no_forces
+from conrod.engines.tracks import ForceTracks, no_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
@@ -46,9 +46,8 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     """Drive torque and reactions of a run at constant crank speed, from its third step on."""
     mechanism = machine.kinematics.mechanism
     reason = refusal(machine, settings)
-    unreported = {DRIVE: reason} if reason else _unreported(mechanism, settings)
-    if DRIVE in unreported:
-        return no_forces(mechanism, unreported[DRIVE])
+    if reason:
+        return no_forces(mechanism, reason)
     made = started(machine, settings, start_angle)
     steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
     times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
@@ -68,14 +67,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     poses, _ = body_states(made.mechanism, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)
-    return _tracks(machine, at.acceleration, poses[FIRST:], right, unreported)
-
-
-def _unreported(mechanism: Mechanism, settings: PymunkSettings) -> dict[str, str]:
-    """Quantities that these settings do not report, with the reasons; with the drive torque none is reported."""
-    if mechanism.meshes:
-        return {joint.name: GEARS for joint in mechanism.joints}
-    return {}
+    return _tracks(machine, at.acceleration, poses[FIRST:], right)
 
 
 def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]) -> Array:
@@ -107,9 +99,7 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
     return result
 
 
-def _tracks(
-    machine: Machine, instants: Instants, poses: Array, right: Array, unreported: dict[str, str]
-) -> ForceTracks:
+def _tracks(machine: Machine, instants: Instants, poses: Array, right: Array) -> ForceTracks:
     kinematics = machine.kinematics
     mechanism = kinematics.mechanism
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
@@ -117,6 +107,7 @@ def _tracks(
     if mechanism.cam_contacts:
         carried = means(carried)
         instants = Instants(*(means(v) for v in (instants.times, instants.angle, instants.rate, instants.acceleration)))
+    unreported = {joint.name: GEARS for joint in mechanism.joints} if mechanism.meshes else {}
     joints, row = {}, 0
     for joint in mechanism.joints:
         names = component_names(joint)

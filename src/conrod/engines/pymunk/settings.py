@@ -28,7 +28,7 @@ import numpy as np
 from conrod.engines.centres import by_centres, equations, inverse_masses, one_iteration
 from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, ForceBars, Machine, Preset
 from conrod.engines.numerics import MEETING
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import unknown_choice
 from conrod.exact.dynamics.coordinates import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces, mass_ratio
 from conrod.exact.kinematics import Kinematics
@@ -169,8 +169,6 @@ class PymunkSettings(EngineSettings):
             raise unknown_choice("preset", preset, PRESETS)
         # There is no turn that steps are counted by: the field has the least that it may have.
         stock = cls(STOCK, 2, timestep)
-        if preset not in (STOCK, "tuned"):
-            raise InvalidInput(f"{mechanism.name}: preset {preset!r} has no rule for a motion without a drive")
         return stock if preset == STOCK else _tuned(stock, mechanism, iterations_by_masses(mechanism))
 
 
