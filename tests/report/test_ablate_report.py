@@ -1,63 +1,72 @@
-"""The report on ingredients: what it says, what a folder keeps of it, and that no engine is needed to make it."""
+"""The report on ingredients: costs with their verdicts, from a study that is made once."""
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
-from ablations import SCENE, ablation_study, engine_study
+from command_line import conrod
+from committed_studies import SCENE, ablation_study
 
-from conrod.report.ablate import KIND, speed_up
-from conrod.report.kind import Reproduction
-from conrod.report.writer import report_batch
-from conrod.studies.ablate.findings import MEANINGS
+from conrod.engines.mujoco.engine import MuJoCo
+from conrod.engines.variants import Ingredient
+from conrod.report.ablate import ingredients_table, speed_up, verdicts_table
+from conrod.report.saved import restored
+from conrod.report.table import text_of
+from conrod.studies.ablate.findings import AblationStudy, Role
 
-COMMAND = Reproduction("conrod ablate {scene} --out reports/ablate")
-
-
-@pytest.fixture(scope="module")
-def pages() -> dict[str, str]:
-    """The files of a report of two engines."""
-    study = ablation_study(engine_study(), engine_study("pymunk", "7.0.0"))
-    batch = report_batch(KIND, {SCENE: study}, Path("/nowhere"), COMMAND)
-    return {name: str(text) for name, text in batch.files.items()}
-
-
-def row(page: str, start: str) -> list[str]:
-    """The cells of the first line of a table that begins so."""
-    line = next(line for line in page.splitlines() if line.startswith(f"| {start}"))
-    return [cell.strip() for cell in line.strip("|").split("|")]
+PLANTED: tuple[Ingredient[Any], ...] = (
+    Ingredient(
+        "more-iterations",
+        "fifty more",
+        lambda s: replace(s, preset="custom", iterations=s.iterations + 50),
+        lambda s: replace(s, preset="custom", iterations=s.iterations - 50),
+    ),
+)
+QUICK = ("ablate", SCENE, "--engine", "mujoco", "--steps-per-rev", "100", "--rounds", "2", "--jobs", "1")
 
 
-def test_the_page_has_of_every_ingredient_cost_change_verdict_and_who_needs_it(pages: dict[str, str]) -> None:
-    page = pages[f"{SCENE}.md"]
-    costly = row(page, "sensors")
-    assert costly[1:3] == ["1.20 (1.19 .. 1.21)", "1.30 (1.29 .. 1.31)"]
-    assert costly[4] == "costly"
-    harmful = row(page, "noslip")
-    assert harmful[3:] == ["1.0e-6", "**harmful (position)**", "wear"]
-    required = row(page, "closure")
-    assert "part of the minimal model" in required[0]
-    assert required[4] == "required (opened)"
-    assert required[5] == "drive torque, joint reactions"
-    assert row(page, "looks")[4] == "free"
-    assert row(page, "looks")[5] == "impact"
-    for verdict, meaning in MEANINGS.items():
-        assert f"**{verdict.value}**: {meaning}" in page
+def test_every_ingredient_has_its_verdict_in_both_tables() -> None:
+    (found,) = ablation_study().engines
+    told = {one.name: one.verdict.value for one in found.ingredients}
+    assert len(set(told.values())) >= 4
+    rows = {str(row[0]).partition(" ")[0]: text_of(row[4]).partition(" ")[0] for row in ingredients_table(found).rows}
+    assert rows == told
+    beside = verdicts_table("mujoco", {SCENE: ablation_study()}).rows
+    assert {str(row[0]).strip("`"): row[1] for row in beside} == told
 
 
-def test_the_page_begins_with_how_much_faster_the_minimal_model_is(pages: dict[str, str]) -> None:
-    page = pages[f"{SCENE}.md"]
-    assert "The minimal model is **1.80 times** as fast as the full one (1.79 .. 1.81)" in page[:600]
-    assert "the observed motion of the two is equal within 1e-9." in page
-    assert "Left out of it, as it does harm alone: `noslip`." in page
-    assert "MuJoCo: The minimal model is **1.80 times** as fast" in pages["README.md"]
-    # Negative control: a motion that is not equal is not called so.
-    found = engine_study()
-    changed = {**(found.variants[5].change or {}), "velocity": 2e-9}
-    other = replace(found, variants=(*found.variants[:5], replace(found.variants[5], change=changed)))
-    assert "differs by at most 3.0e-11 in position, 2.0e-9 in velocity" in speed_up(other)
-    broken = replace(found.variants[5], outcome="opened", reason="a gap", change=None, cost=None)
+def test_a_motion_that_is_not_equal_is_not_called_so() -> None:
+    (found,) = ablation_study().engines
+    full = found.variant(Role.FULL)
+    assert full is not None
+    assert "is equal within 1e-9" in speed_up(found)
+    changed = replace(full, change={**(full.change or {}), "velocity": 2e-9})
+    assert "2.0e-9 in velocity" in speed_up(replace(found, variants=(changed,)))
+    broken = replace(full, outcome="opened", reason="a gap", change=None, cost=None)
     assert "did not run to its end: a gap" in speed_up(replace(found, variants=(broken,)))
-    assert "no ingredient" in speed_up(replace(found, variants=found.variants[:1]))
+
+
+def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: PLANTED)
+    first = conrod(*QUICK, "--ledger", "l.sqlite", "--out", "report", "--json", "a.json", cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "times as fast as the full one" in first.stdout
+    study = findings(tmp_path / "a.json")
+    # The one ingredient is all of the dressed model: with it and without it are the two models that there are.
+    assert [(v.role.value, v.outcome) for v in study.engines[0].variants] == [
+        (role, "completed") for role in ("minimal", "added", "full", "taken")
+    ]
+    page = (tmp_path / "report" / f"{SCENE}.md").read_text()
+    assert "`conrod ablate saw-500rpm --engine mujoco --steps-per-rev 100 --rounds 2 --out report`" in page
+    again = conrod(*QUICK, "--ledger", "l.sqlite", "--json", "b.json", cwd=tmp_path)
+    assert re.findall(r"(\d+) done", again.stderr) == ["0", "0"]
+    assert findings(tmp_path / "b.json") == study
+
+
+def findings(file: Path) -> AblationStudy:
+    return restored(AblationStudy, json.loads(file.read_text())["parts"][SCENE]["findings"])

@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from ablations import ablation_study
 from command_line import conrod
+from committed_studies import ablation_study, limit_study
 from handmade import handmade_sweep
-from limit_walks import limit_study
 
 from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from limit_walks import SCENE, detected, limit_study, of_axis
+from committed_studies import SCENE, detected, limit_study, of_axis
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from ablations import MINIMAL, MINIMAL_ERROR, SCENE, Planted, alone, field_ingredient, timing, variant
 from cell_tasks import Here, assigned
 
 from conrod import MuJoCoSettings
+from conrod.engines import Engine, engine_named
 from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
+from conrod.engines.variants import Ingredient, Quantity
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_scene
@@ -39,6 +41,85 @@ from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.paired_timing import PairedTiming, time_pair
 from conrod.studies.frame.run import RunCase, measure
+
+SCENE = "saw-500rpm"
+
+
+MINIMAL_ERROR = 4e-11
+
+
+def timing(ratio: float, half: float = 0.01) -> PairedTiming:
+    """A ratio with an interval of so much on both sides."""
+    return PairedTiming(ratio, ratio - half, ratio + half, 0.02 * ratio, 0.02, 200)
+
+
+def variant(
+    role: Role,
+    ingredient: str = "",
+    error: float | None = MINIMAL_ERROR,
+    change: float = 0.0,
+    cost: float | None = 1.0,
+    **others: Any,
+) -> VariantResult:
+    """A model whose errors are all of one size; one without an error did not complete."""
+    completed = error is not None
+    made = VariantResult(
+        role=role,
+        ingredient=ingredient,
+        outcome="completed" if completed else "opened",
+        reason="" if completed else "a gap of 0.4 m",
+        errors=dict.fromkeys(JUDGED, error) if error is not None else None,
+        change=dict.fromkeys(JUDGED[:3], change) if completed else None,
+        cost=None if cost is None or not completed else timing(cost),
+        cost_in_full=None,
+        settings={"timestep": 1e-3},
+    )
+    return replace(made, **others)
+
+
+MINIMAL = variant(Role.MINIMAL)
+
+
+def alone(error: float | None, change: float, cost: float | None) -> Evidence:
+    """What an ingredient shows that makes the minimal model like this."""
+    added = variant(Role.ADDED, "it", error, change, cost)
+    return evidence_of(added, MINIMAL, levels(MINIMAL))
+
+
+def field_ingredient(
+    name: str, values: dict[str, Any], without: dict[str, Any], *, minimal: bool = False
+) -> Ingredient[MuJoCoSettings]:
+    """An ingredient that is a value of some fields; without it they have another one."""
+    ways = [partial(_with_fields, fields) for fields in (values, without)]
+    return Ingredient(name, f"what {name} is", ways[0], ways[1], (Quantity.WEAR,), minimal)
+
+
+def _with_fields(fields: dict[str, Any], settings: MuJoCoSettings) -> MuJoCoSettings:
+    return replace(settings, preset="custom", **fields)
+
+
+@dataclass
+class Planted:
+    """A real engine with ingredients that were made up."""
+
+    planted: tuple[Ingredient[Any], ...]
+    base: Any  # (machine, steps) -> settings
+    name: str = "mujoco"
+
+    @property
+    def version(self) -> str:
+        return self.real.version
+
+    @property
+    def real(self) -> Engine[Any]:
+        return engine_named(self.name)
+
+    def minimal(self, machine: Any, steps_per_revolution: int) -> Any:
+        return self.base(machine, steps_per_revolution)
+
+    def ingredients(self, machine: Any, minimal: Any) -> tuple[Ingredient[Any], ...]:
+        return self.planted
+
 
 SAW = SCENES[SCENE]
 STEPS = 100

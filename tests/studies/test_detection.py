@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import pytest
-from planted_engine import LawfulEngine
 
 from benchmarks.healthy import VariantCase, variant
 from conrod.engines import engine_named
@@ -17,14 +14,10 @@ from conrod.engines.engine import run_of
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.settings import MuJoCoSettings, exchanged_inertia
 from conrod.engines.numerics import phase_bound
-from conrod.engines.running import followed, whole_run
-from conrod.exact.reference import GenericReference
-from conrod.runs.run_errors import PointSizes
-from conrod.runs.trajectory import Outcome, Piece
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.detection.defects import MOTION
-from conrod.studies.detection.machine_defects import Recording, another_assembly
+from conrod.studies.detection.machine_defects import Recording
 from conrod.studies.detection.qualification import FINE, QualificationCase, motion_judge, noticed_by, smallest_noticed
 from conrod.studies.validation.plan import Plan, begun
 from conrod.studies.validation.results import Qualified
@@ -101,14 +94,6 @@ def test_nothing_planted_is_nothing_noticed() -> None:
                 assert noticed_by(judge(plant(given, 0.0))) == ()
 
 
-def test_another_assembly_is_the_machine_and_not_its_motion() -> None:
-    other = another_assembly(GenericReference(SAW.mechanism(), SAW.speed))
-    assert other is not None
-    angle = SAW.kinematics.angles(24)
-    assert abs(other.residual([other.poses(angle)], angle)).max() < 1e-12
-    assert (other.branch(other.poses(angle)) != SAW.kinematics.branch_at(angle)).all()
-
-
 # -- healthy machines --------------------------------------------------------------------------------------------------
 
 
@@ -142,25 +127,3 @@ def test_the_rate_of_a_flywheel_varies_with_all_that_turns_and_not_with_the_obse
     points_alone = exchanged_inertia(made) / MuJoCoSettings.tuned(made, steps).armature
     turns = found.revolutions
     assert phase_bound(steps * turns, turns, begun_at, points_alone) < found.phase["max"]
-
-
-# -- a run that ends before its time -----------------------------------------------------------------------------------
-
-
-class Quitter(LawfulEngine):
-    """An engine that stops half-way, and says that it is done."""
-
-    def run(
-        self, machine: Any, settings: Any, revolutions: float, start_angle: float = 0.0, steps: int = 8
-    ) -> Iterator[Piece]:
-        pieces = list(super().run(machine, settings, revolutions, start_angle, steps))
-        yield from pieces[: len(pieces) // 2]
-
-
-def test_a_run_that_ends_before_its_time_is_not_complete() -> None:
-    for made, outcome in ((LawfulEngine(), Outcome.COMPLETED), (Quitter(), Outcome.CRASHED)):
-        settings = made.presets["sharp"](SAW, 64)
-        ended = followed(made, SAW, settings, 1.0, 0.0, PointSizes())
-        assert ended.outcome is outcome
-    assert ended.reason == "the run ended after 33 of 65 samples"
-    assert math.isfinite(whole_run(LawfulEngine(), SAW, settings, 1.0).points["C"].position.values[-1, 0])

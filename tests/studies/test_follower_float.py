@@ -20,7 +20,7 @@ from conrod.studies.frame.case import Results, pursue
 from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.follower_float import STEPS, WITHIN, FollowerFloat, OnsetProbe, float_search
-from conrod.studies.limits.recorders import LEAST_DEPTH, TIMES, Flights
+from conrod.studies.limits.recorders import TIMES, Flights
 from conrod.studies.limits.records import Extremes, Flight
 
 CAM = CamFollower()
@@ -92,12 +92,6 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step(good: FollowerF
     # There are flights below, as there are in an engine, and they shrink.
     assert below
     assert all(probe.lengths[0] > 0.0 and not probe.flies for probe in below)
-
-
-def test_rebounds_that_shrink_faster_leave_the_onset_within_two_per_cent() -> None:
-    onset = found_with(rebounding(order=2.0)).onset
-    assert onset is not None
-    assert 1.0 < onset < 1.0 + WITHIN
 
 
 def test_a_wrong_force_is_seen() -> None:
@@ -190,15 +184,6 @@ def test_the_longest_flight_is_found_across_the_borders_of_pieces(length: int) -
 def test_a_hop_below_ten_depths_is_no_flight() -> None:
     assert followed(*gaps(Flight(2.0, 2.1), height=0.9 * TIMES * DEPTH), 100).longest() is None
     assert followed(*gaps(Flight(2.0, 2.1), height=1.1 * TIMES * DEPTH), 100).longest() is not None
-
-
-def test_without_a_depth_the_travel_sets_the_threshold() -> None:
-    angle, gap = gaps(Flight(2.0, 2.1), height=1e-3)
-    held = np.where(gap < 0.0, 0.0, gap)
-    flights = followed(angle, held, 100)
-    assert (flights.penetration, flights.threshold) == (0.0, TIMES * LEAST_DEPTH)
-    assert flights.longest() is not None
-    assert followed(angle, held, 100, travel=2e3).longest() is None
 
 
 def test_a_flight_at_the_start_and_one_at_the_end_are_flights() -> None:

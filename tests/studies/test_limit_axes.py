@@ -16,7 +16,6 @@ from conrod.engines.engine import LATER_FIELDS
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
 from conrod.engines.running import whole_run
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
@@ -138,13 +137,6 @@ def test_what_pymunk_leaves_of_an_error_after_a_step_is_that_of_the_time_constan
     assert axis.case(case, 0.1).settings.as_dict()["error_bias"] == 0.0
 
 
-def test_regularisation_of_a_contact_ends_where_mujoco_ends_it() -> None:
-    axis, cam = AXES["regularisation"], case_of(CAM, preset="tuned")
-    assert axis.case(cam, 1e-4).settings.as_dict()["contact_solimp"][:2] == [0.9999, 0.9999]
-    with pytest.raises(InvalidInput, match=r"regularisation of a contact = 1e-05 is out of range: 0\.0001 <="):
-        axis.case(cam, 1e-5)
-
-
 def test_another_unit_of_length_is_the_same_machine() -> None:
     for scene in (PRESS, SAW, CAM):
         in_mm = scene.with_parameters(**rescaled(scene, 1e3))
@@ -200,17 +192,6 @@ def test_the_force_on_a_follower_stays_while_the_speed_grows() -> None:
         # The force over what the follower needs.
         needed = -scene.least_acceleration * scene.follower_mass
         assert scene.preload_force / needed == pytest.approx(1.0 / value**2, rel=1e-12)
-
-
-def test_the_nose_sharpens_and_the_lift_stays() -> None:
-    axis, case = AXES["nose-radius"], case_of(CAM, preset="tuned")
-    assert isinstance(CAM, CamFollower)
-    for value in (29.0, 1.0, 0.01):
-        scene = axis.case(case, value).scene
-        assert isinstance(scene, CamFollower)
-        assert scene.nose_radius == pytest.approx(value * 1e-3)
-        assert scene.full_lift == pytest.approx(CAM.full_lift, rel=1e-12)
-        assert scene.least_flank_radius == pytest.approx(CAM.least_flank_radius, rel=1e-12)
 
 
 # -- from harmless to hopeless ---------------------------------------------------------------------------------------

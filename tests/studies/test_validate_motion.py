@@ -223,17 +223,6 @@ def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
 
 
 @pytest.mark.slow
-def test_the_step_follows_the_fastest_turn_and_all_steps_of_the_path_meet_the_same_instants() -> None:
-    for one in (course("pendulum"), course("saw-coasting", FREE, 1.0)):
-        grid, turn = one.grid, one.pace.turn
-        assert turn / 1600.0 < grid.step <= turn / 800.0
-        assert grid.finer(4).step * grid.finer(4).every == pytest.approx(grid.step * grid.every, rel=1e-12)
-    asked = exact_course("pendulum", select_scenes(["pendulum"], [])["pendulum"], MotionPlan(FREE, 1.0, 0.004))
-    assert asked.grid.step == 0.004
-    assert asked.motion.times[-1] == pytest.approx(1.0)
-
-
-@pytest.mark.slow
 def test_a_follower_that_would_fly_is_refused() -> None:
     with pytest.raises(InvalidInput, match="the follower leaves the cam at t = "):
         course("cam-spring-fast", FREE, 0.7)

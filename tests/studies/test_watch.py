@@ -174,13 +174,6 @@ def test_a_hardened_drive_gives_the_exact_torque(scene: Any, gravity: bool) -> N
     assert soft > 20.0 * error
 
 
-def test_what_no_engine_tells_is_none() -> None:
-    assert extremes(watched(SAW, PymunkSettings.tuned(SAW, STEPS))).torque is None
-    assert extremes(watched(CAM, coarse_cam(MuJoCoSettings.tuned(CAM, 5 * STEPS)))).torque is None
-    undriven = replace(MuJoCoSettings.stock(SAW, 60), armature=0.0)
-    assert [piece.drive_torque for piece in engine_named("mujoco").run(SAW, undriven, 0.1, 0.7, 4)] == [None] * 2
-
-
 def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = PRESS
     exact = ExactTorque(scene.kinematics, scene.speed, gravity=True)

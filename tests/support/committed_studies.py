@@ -1,4 +1,4 @@
-"""The study of the committed report: whole, in part, and as it would be had every engine warned."""
+"""Committed studies of limits and of ingredients: whole, in part, and as they would be had every engine warned."""
 
 from __future__ import annotations
 
@@ -9,16 +9,23 @@ from functools import cache
 from pathlib import Path
 
 from conrod.report.saved import restored
+from conrod.studies.ablate.findings import AblationStudy
 from conrod.studies.limits.results import LimitStudy, Walk
 
 SCENE = "saw-500rpm"
-REPORT = Path(__file__).parents[2] / "reports" / "limits"
+REPORTS = Path(__file__).parents[2] / "reports"
+
+
+@cache
+def ablation_study() -> AblationStudy:
+    """In one engine."""
+    return restored(AblationStudy, json.loads((REPORTS / "ablate" / "data" / f"{SCENE}.json").read_text()))
 
 
 @cache
 def limit_study() -> LimitStudy:
     """A few axes, and one or two of every other part."""
-    study = restored(LimitStudy, json.loads((REPORT / "data" / f"{SCENE}.json").read_text()))
+    study = restored(LimitStudy, json.loads((REPORTS / "limits" / "data" / f"{SCENE}.json").read_text()))
     shown = ("steps", "mass-ratio", "regularisation", "start-pose", "float")
     walks = tuple(walk for walk in study.walks if walk.axis in shown)
     return replace(study, walks=walks, maps=study.maps[:1], determinism=study.determinism[:2])
