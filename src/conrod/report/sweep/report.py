@@ -46,7 +46,7 @@ def _diagram(study: SweepStudy) -> Figure | None:
 
 
 def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
-    """What each timed point of the diagram is, and in further lines its settings to paste."""
+    """Spots of the diagram, one for each timed point, with its settings to paste in further lines."""
     diagram = _diagram(study)
     if diagram is None:
         return {}
