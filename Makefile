@@ -8,7 +8,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit detection own-models verification test test-all lint types mjcf golden golden-write bench mutants attack wheel check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit detection own-models verification test test-all lint types mjcf golden golden-write bench mutants attack wheel site check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -102,6 +102,9 @@ mutants: $(READY) mutants/.begun ## plant defects where verdicts are made, and f
 
 attack: $(READY) ## kills, mutated files, corrupted ledgers, planted faults; docs/attack.md. Another SEED tries others
 	CONROD_ATTACK_SEED=$(or $(SEED),1) $(BIN)/python -m pytest -q -m slow tests/attack
+
+site: $(READY) ## the committed results and pages as a site of HTML files in site/
+	$(BIN)/python docs/site.py site
 
 wheel: $(READY)
 	$(BIN)/python -m build --wheel --outdir dist

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import os
 import re
 import shutil
 from pathlib import Path
@@ -103,12 +104,12 @@ def test_a_picture_is_its_drawing_and_cannot_leave_its_attribute() -> None:
 
 
 def test_names_stay_text() -> None:
-    page = html_of(f"# {HOSTILE}\n\n{HOSTILE}\n\n| a | b |\n| --- | ---: |\n| {HOSTILE} | 1 |\n", place())
+    page = html_of(f"# {HOSTILE}\n\n{HOSTILE}\n\n| a | b |\n| --- | ---: |\n| {HOSTILE} | 1 |\n", place(command="c"))
     found = found_in(page)
     assert {tag for tag, _ in found.elements} == {
         "h1", "p", "a", "div", "table", "thead", "tbody", "tr", "th", "td"
     }  # fmt: skip
-    assert set(found.values("href")) == {"http://e"}
+    assert set(found.values("href")) == {"http://e", "#c"}
     assert RIGHT_TO_LEFT in page
 
 
@@ -118,6 +119,11 @@ def test_what_a_page_folds_away_stands_open_and_nothing_else_is_markup() -> None
     page = html_of("<details>\n<summary>Every run</summary>\n\nText <details> in it\n\n</details>\n", place())
     assert page.startswith("<details open><summary>Every run</summary>\n")
     assert page.count("<details") == page.count("</details>") == 1
+
+
+def test_a_number_links_to_the_command_of_its_page() -> None:
+    page = html_of("| machine | x |\n| --- | ---: |\n| 3 saws | 1.0 |\n| none | n/a |\n", place(command="p--command"))
+    assert re.findall(r'href="([^"]*)">([^<]*)', page) == [("#p--command", "1.0")]
 
 
 def _changed(name: str, value: Any) -> Any:
@@ -140,6 +146,7 @@ def _elsewhere(folder: Path) -> None:
         (_changed("parts", []), "it was changed since conrod wrote it"),
         (_changed("kind", "nothing"), "no report that can be rendered"),
         (_elsewhere, "is not in its folder"),
+        (lambda folder: os.truncate(folder / "results.json", 100_000_000), "100 MB; conrod writes at most 50 MB"),
         (lambda folder: (folder / "data" / "shear-press.json").write_text("{}"), "do not fit"),
         (lambda folder: (folder / "data" / "shear-press.json").unlink(), "cannot be read"),
     ],

@@ -1,8 +1,9 @@
-"""Pages of committed studies: machines on the first page, points that say what they are, and what pages weigh."""
+"""Pages of committed studies: machines on the first page, points that say what they are, and the site."""
 
 from __future__ import annotations
 
 import base64
+import importlib.util
 import json
 import re
 import zlib
@@ -26,6 +27,7 @@ from conrod.report.saved import restored
 from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.report import _diagram, _spots
 from conrod.scenes import SCENES
+from conrod.scenes.catalogue import catalogue_names
 from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, shared_lines
 from conrod.studies.sweep.study import plan_sweep
@@ -33,34 +35,37 @@ from conrod.studies.sweep.study import plan_sweep
 ROOT = Path(__file__).parents[2]
 
 
-def committed(folder: str, *parts: str) -> Batch:
-    """Pages of some parts of a committed report with what they are made of; the first page too where several."""
-    place = ROOT / "reports" / folder
-    found = json.loads((place / "results.json").read_text())
-    files = {name for part in parts for name in found["parts"][part]["files"]} | {"results.json"}
-    files |= set(found["files"]) if len(parts) > 1 else set()
-    return Batch(place, {name: (place / name).read_text() for name in sorted(files)})
+@pytest.fixture(scope="module")
+def site() -> Any:
+    spec = importlib.util.spec_from_file_location("site_of_conrod", ROOT / "docs" / "site.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.fixture(scope="module")
-def entrance(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    file = tmp_path_factory.mktemp("pages") / "reports.html"
-    file.write_text(document(sections_of(committed("", *SCENES))))
+def entrance(site: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first page of the catalogue, as the site has it."""
+    page, file = "reports/catalogue/README.md", tmp_path_factory.mktemp("site") / "catalogue.html"
+    target = site.addresses(page, site.pages())
+    file.write_text(document(sections_of(dict(site.reports())[page], outside=target)))
     return file
 
 
-def test_all_machines_move_on_the_first_page(entrance: Path) -> None:
+def test_all_machines_of_the_catalogue_move_on_its_first_page(entrance: Path) -> None:
     found = found_in(entrance.read_text())
     links = [attributes["href"] for tag, attributes in found.elements if tag == "a"]
-    assert {f"#{name}" for name in SCENES} <= set(links)
+    assert {f"{name}.html" for name in catalogue_names()} <= set(links)
     moving = [a for tag, a in found.elements if tag == "animatetransform"]
     assert {a["attributename"] for a in moving} == {"transform"}
-    assert len(moving) > 4 * len(SCENES)
+    assert len(moving) > 4 * len(catalogue_names())
     ids = found.values("id")
     assert len(ids) == len(set(ids))
 
 
-def test_what_moves_can_be_paused(entrance: Path) -> None:
+def test_what_moves_can_be_paused_and_a_long_table_filters(entrance: Path) -> None:
     with browser(width=400) as page:
         opened(page, entrance)
         paused = "return [...document.querySelectorAll('.tiles svg')].map((svg) => svg.animationsPaused())"
@@ -68,7 +73,20 @@ def test_what_moves_can_be_paused(entrance: Path) -> None:
         page.find_element("css selector", ".tiles").find_element("xpath", "preceding-sibling::button").click()
         assert not any(page.execute_script(paused))
         assert page.execute_script("return document.documentElement.scrollWidth") <= 400
+        shown = "return document.querySelectorAll('label.filter + .scroll tbody tr:not([hidden])').length"
+        every = page.execute_script(shown)
+        page.find_element("css selector", "label.filter input").send_keys("six-bar")
+        assert 0 < page.execute_script(shown) < every
         assert complaints(page) == []
+
+
+def test_links_of_the_site_lead_to_pages_that_it_has(site: Any) -> None:
+    pages = site.pages()
+    target = site.addresses("docs/limits.md", pages)
+    assert target("running.md#reports-in-html") == "running.html#running--reports-in-html"
+    assert target("../README.md") == "../index.html"
+    assert target("../pyproject.toml") is None
+    assert pages["reports/catalogue/six-bar.md"] == "reports/catalogue/six-bar.html"
 
 
 def vertices(data: str) -> Any:
@@ -110,20 +128,22 @@ def test_words_of_a_place_close_no_script() -> None:
 # -- weight ---------------------------------------------------------------------------------------------------------
 
 MOST = 500_000  # bytes of a machine's page
-HEAVIEST = (("limits", "saw-500rpm"), ("sweep", "saw-40rpm"), ("catalogue", "jansen-leg"))
+HEAVIEST = ("reports/limits/saw-500rpm.md", "reports/sweep/saw-40rpm.md", "reports/catalogue/jansen-leg.md")
 
 
 def weight(batch: Batch) -> int:
     return len(document(sections_of(batch)).encode())
 
 
-@pytest.mark.parametrize("page", HEAVIEST)
-def test_a_page_of_a_committed_report_weighs_at_most_half_a_megabyte(page: tuple[str, str]) -> None:
-    assert weight(committed(*page)) <= MOST
+@pytest.mark.parametrize("page", [*HEAVIEST, pytest.param("", marks=pytest.mark.slow)])
+def test_a_page_of_a_committed_report_weighs_at_most_half_a_megabyte(page: str, site: Any) -> None:
+    weights = {name: weight(batch) for name, batch in site.reports() if name.startswith(page) or not page}
+    assert weights
+    assert {name: size for name, size in weights.items() if size > MOST} == {}
 
 
-def test_a_heavy_figure_is_noticed() -> None:
-    batch = committed("limits", "cam-follower")
+def test_a_heavy_figure_is_noticed(site: Any) -> None:
+    batch = dict(site.reports())["reports/limits/cam-follower.md"]
     drawn = next(name for name in batch.files if name.endswith("-steps.svg"))
     heavy = str(batch.files[drawn]).replace("</svg>", f'<path d="M0 0{"h1v1" * (MOST // 4)}"/></svg>')
     assert weight(batch) <= MOST < weight(Batch(batch.folder, {**batch.files, drawn: heavy}))
@@ -149,13 +169,13 @@ def test_lines_of_a_point_give_its_very_settings() -> None:
 
 
 @pytest.mark.parametrize("name", ["sweep/cam-follower", "limits/saw-500rpm"])
-def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, tmp_path: Path) -> None:
+def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, site: Any, tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")
     assert kind.spots is not None
     spots = kind.spots(restored(kind.findings, json.loads(file.with_suffix(".json").read_text())))
     known = {(*words.split("\n", 1), "")[:2] for found in spots.values() for *_, words in found}
-    (tmp_path / "p.html").write_text(document(sections_of(committed(*name.split("/")))))
+    (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())[f"reports/{name}.md"])))
     with browser() as page:
         opened(page, tmp_path / "p.html")
         page.execute_script("document.querySelectorAll('details').forEach((one) => { one.open = true; })")

@@ -32,13 +32,21 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
 
 
+LARGEST = 50_000_000  # bytes of a JSON file of a report: more than ten times those of the largest
+
+
 def document_in(file: Path) -> Any:
     """Content of a report's JSON file.
 
     Raises:
+        InvalidInput: it has more than any report has.
         OSError: it cannot be read.
         ValueError: it is no JSON.
     """
+    if (size := file.stat().st_size) > LARGEST:
+        raise InvalidInput(
+            f"{file}: {size / 1e6:.0f} MB; conrod writes at most {LARGEST / 1e6:.0f} MB into such a file"
+        )
     try:
         return json.loads(file.read_text(encoding="utf-8"))
     except RecursionError:
@@ -73,6 +81,8 @@ class ReportFolder:
             return {}
         try:
             found = document_in(file)
+        except InvalidInput:
+            raise
         except (OSError, ValueError):
             found = None
         if not isinstance(found, dict) or not (found.keys() >= {"conrod", "schema"} or "kind" in found):

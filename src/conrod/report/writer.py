@@ -116,6 +116,8 @@ def _kinds_in(folder: Path) -> list[str]:
     for file in sorted(folder.glob("*.json")):
         try:
             document = document_in(file)
+        except InvalidInput:
+            raise
         except (OSError, ValueError):
             continue
         if isinstance(document, dict) and "schema" in document and "conrod" in document:

@@ -16,6 +16,7 @@ from markdown_it.token import Token
 
 OUTWARD = ("https://", "http://")
 # The one markup that pages have, on lines of its own; names of users are escaped, and never look like it.
+NUMBER = re.compile(r"\**[<-]?\s*\d")
 DETAILS = re.compile(r"<details>\s*<summary>([^<]+)</summary>|</details>")
 
 
@@ -32,6 +33,7 @@ class Place:
         level: of the heading that is open; a page has one of the first.
         anchors: ids that are taken.
         links: whether those links are open that close next.
+        command: id of the command that finds the page's numbers again; empty for none.
     """
 
     anchor: str
@@ -42,6 +44,7 @@ class Place:
     level: int = 1
     anchors: set[str] = field(default_factory=set)
     links: list[bool] = field(default_factory=list)
+    command: str = ""
 
 
 def html_of(text: str, place: Place) -> str:
@@ -93,7 +96,14 @@ class _Renderer(RendererHTML):
         return f'<th scope="col"{_side(tokens[idx])}>'
 
     def td_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
-        return f"<td{_side(tokens[idx])}>"
+        place, side = env["place"], _side(tokens[idx])
+        place.links.append(bool(side and place.command and NUMBER.match(tokens[idx + 1].content)))
+        # Not a stop for the Tab key: each page has its command once more, as text.
+        link = f'<a class="n" tabindex="-1" href="#{escapeHtml(place.command)}">' if place.links[-1] else ""
+        return f"<td{side}>{link}"
+
+    def td_close(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        return "</a></td>\n" if env["place"].links.pop() else "</td>\n"
 
     def link_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         place, wanted = env["place"], str(tokens[idx].attrs["href"])

@@ -6,7 +6,7 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -52,20 +52,25 @@ def html_report(batches: Sequence[Batch]) -> str:
     return document([section for number, batch in enumerate(batches) for section in sections_of(batch, number)])
 
 
-def document(sections: Sequence[Section]) -> str:
-    """A whole HTML file of some sections, the first of which gives it its title."""
+def document(sections: Sequence[Section], home: str = "") -> str:
+    """A whole HTML file of some sections, the first of which gives it its title.
+
+    Args:
+        home: address of the page that this one belongs to; empty for none.
+    """
     used = ["page", *(name for name, tag in USED.items() if any(tag in section.html for section in sections))]
     style, script = ("\n".join(_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
     return template("page.html.jinja").render(
-        sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script)
+        sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script), home=home
     )  # fmt: skip
 
 
-def sections_of(batch: Batch, number: int = 0) -> list[Section]:
+def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | None] = lambda _: None) -> list[Section]:
     """The sections of one report, from the files that it consists of.
 
     Args:
         number: of the report, where several kinds are in one document.
+        outside: address of a page that is not in the document; None where it has none.
     """
     texts = {name: text for name, text in batch.files.items() if isinstance(text, str)}
     report = next(json.loads(text) for name, text in texts.items() if name.endswith(".json") and "/" not in name)
@@ -77,7 +82,7 @@ def sections_of(batch: Batch, number: int = 0) -> list[Section]:
     found = []
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
-        place = _place(file, anchors, texts)
+        place = _place(file, anchors, texts, outside, entry["command"] or "")
         if file in pages:
             live = _live(kind, pages[file], entry, texts, place)
         else:
@@ -144,14 +149,18 @@ def _place(
     file: str,
     anchors: Mapping[str, str],
     texts: Mapping[str, str],
+    outside: Callable[[str], str | None],
+    command: str,
 ) -> Place:
     def figure(name: str, alt: str) -> str | None:
         return picture(texts[name], alt) if name in texts else None
 
     def target(name: str) -> str | None:
-        return f"#{anchors[name]}" if name in anchors else None
+        return f"#{anchors[name]}" if name in anchors else outside(name)
 
-    return Place(anchors[file], int(file != next(iter(anchors))), figure, target)
+    return Place(
+        anchors[file], int(file != next(iter(anchors))), figure, target, command=command and f"{anchors[file]}--command"
+    )
 
 
 def _asset(name: str) -> str:

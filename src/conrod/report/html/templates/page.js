@@ -1,4 +1,5 @@
-// Tables sort by a click on a heading.
+// Tables sort by a click on a heading, long ones filter by a word.
+const LONG = 8; // rows from which on a table has a filter
 
 /** The value that a cell sorts by: its first number, "< 1e-12" being less than any other; null where it has none. */
 function valueOf(cell) {
@@ -22,6 +23,17 @@ function sortBy(table, column) {
   table.tBodies[0].append(...(down ? rows.reverse() : rows));
 }
 
+function addFilter(table) {
+  const label = document.createElement("label"), input = document.createElement("input");
+  label.className = "filter";
+  label.append("Rows with ", input);
+  input.addEventListener("input", () => {
+    const wanted = input.value.toLowerCase();
+    for (const row of table.tBodies[0].rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
+  });
+  table.parentElement.before(label);
+}
+
 for (const table of document.querySelectorAll("main table")) {
   if (!table.tBodies.length || table.tBodies[0].rows.length < 2) continue;
   [...table.tHead.rows[0].cells].forEach((head, column) => {
@@ -30,6 +42,7 @@ for (const table of document.querySelectorAll("main table")) {
     button.addEventListener("click", () => sortBy(table, column));
     head.append(button);
   });
+  if (table.tBodies[0].rows.length >= LONG) addFilter(table);
 }
 
 const tiles = document.querySelector(".tiles");
