@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,9 @@ import pytest
 from cell_tasks import Here, assigned
 
 from conrod import MuJoCoSettings
-from conrod.engines import Engine, engine_named
+from conrod.engines import engine_named
+from conrod.engines.engine import with_fields
+from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.runs.plain import plain
@@ -86,39 +87,10 @@ def alone(error: float | None, change: float, cost: float | None) -> Evidence:
     return evidence_of(added, MINIMAL, levels(MINIMAL))
 
 
-def field_ingredient(
-    name: str, values: dict[str, Any], without: dict[str, Any], *, minimal: bool = False
-) -> Ingredient[MuJoCoSettings]:
+def field_ingredient(name: str, values: Any, without: Any, *, minimal: bool = False) -> Ingredient[MuJoCoSettings]:
     """An ingredient that is a value of some fields; without it they have another one."""
-    ways = [partial(_with_fields, fields) for fields in (values, without)]
+    ways = [lambda settings, fields=fields: with_fields(settings, **fields) for fields in (values, without)]
     return Ingredient(name, f"what {name} is", ways[0], ways[1], (Quantity.WEAR,), minimal)
-
-
-def _with_fields(fields: dict[str, Any], settings: MuJoCoSettings) -> MuJoCoSettings:
-    return replace(settings, preset="custom", **fields)
-
-
-@dataclass
-class Planted:
-    """A real engine with ingredients that were made up."""
-
-    planted: tuple[Ingredient[Any], ...]
-    base: Any  # (machine, steps) -> settings
-    name: str = "mujoco"
-
-    @property
-    def version(self) -> str:
-        return self.real.version
-
-    @property
-    def real(self) -> Engine[Any]:
-        return engine_named(self.name)
-
-    def minimal(self, machine: Any, steps_per_revolution: int) -> Any:
-        return self.base(machine, steps_per_revolution)
-
-    def ingredients(self, machine: Any, minimal: Any) -> tuple[Ingredient[Any], ...]:
-        return self.planted
 
 
 SAW = SCENES[SCENE]
@@ -150,8 +122,10 @@ def answer(case: RunCase) -> Measurement:
 
 def studied(run: Callable[[list[Any]], Any], planted: tuple[Any, ...] = PLANTED, steps: int = STEPS) -> EngineAblation:
     """The study of the saw with planted ingredients."""
-    engine: Any = Planted(planted, base)  # not all of an engine
-    return pursue([ablate_engine(SCENE, SAW, engine, steps, 2)], run)[0]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: planted)
+        patch.setattr(MuJoCo, "minimal", lambda self, machine, steps: base(machine, steps))
+        return pursue([ablate_engine(SCENE, SAW, engine_named("mujoco"), steps, 2)], run)[0]
 
 
 @pytest.fixture(scope="module")
@@ -432,23 +406,6 @@ def test_a_machine_that_slows_down_meanwhile_does_not_change_the_ratio() -> None
             stepper(1)
         spent.append(alone.now - begin)
     assert spent[0] / spent[1] < 1.0
-
-
-def test_what_favours_the_first_of_a_round_favours_neither() -> None:
-    class FirstIsDearer(FakeEngine):
-        def stepper(self, machine: object, settings: Any) -> Callable[[int], None]:
-            advance = super().stepper(machine, settings)
-
-            def advanced(steps: int) -> None:
-                first_of_round = len(self.blocks) % 2 == 0
-                advance(steps)
-                self.now += 0.3 * STEP * steps * first_of_round
-
-            return advanced
-
-    found = timed(FirstIsDearer(dearer(0.0)))
-    assert found.ratio == pytest.approx(1.0, abs=0.05)
-    assert found.low < 1.0 < found.high
 
 
 def judged(share: float) -> Verdict:

@@ -9,7 +9,6 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from command_line import conrod
 from scipy.integrate import simpson
 from scipy.optimize import brentq
 from scipy.special import ellipk
@@ -18,7 +17,6 @@ from conrod import compare, run
 from conrod.engines import engine_named
 from conrod.engines.mujoco.loads import by_program
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.motion import Array
@@ -28,7 +26,6 @@ from conrod.scenes.catalogue import (
     catalogue_scene,
     catalogue_text,
     dynamics_names,
-    scene_named,
 )
 from conrod.scenes.described_scene import DescribedScene, scene_of
 
@@ -71,19 +68,6 @@ def crank(name: str) -> tuple[Array, Array]:
     driver = catalogue_scene(name).mechanism().driver
     turn, rate = turn_of(name, catalogue_scene(name).mechanism().crank)
     return driver.sense * (turn - driver.start), driver.sense * rate
-
-
-# -- names -----------------------------------------------------------------------------------------------------------
-
-
-def test_there_is_a_chain_of_every_length_in_range() -> None:
-    assert len(scene_named("four-bar-chain-7").mechanism().bodies) == 15
-    for name in ("four-bar-chain-1", "four-bar-chain-41", "four-bar-chain-400000"):
-        with pytest.raises(InvalidInput, match="from 2 to 40 four-bars"):
-            scene_named(name)
-    with pytest.raises(InvalidInput, match="unknown scene"):
-        scene_named("four-bar-chain-07")
-    assert conrod("show", "four-bar-chain-41").returncode == 2
 
 
 # -- what they claim -------------------------------------------------------------------------------------------------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from conrod.engines.engine import LATER_FIELDS
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
 from conrod.engines.running import whole_run
-from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
 from conrod.studies.frame.measurement import Measurement
@@ -248,54 +246,27 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
 STEPS, START = 200, 0.7
 
 
-def states(scene: Any, settings: MuJoCoSettings, steps: int = 150) -> tuple[Array, Array]:
-    """All states and sensor data of a run."""
-    return advance(build(scene, settings), scene, settings, steps, START)[1:]
+def test_a_time_constant_below_two_steps_is_two_steps_where_it_is_guarded_and_itself_where_not() -> None:
+    def run(steps: float, refsafe: bool) -> bytes:
+        settings = MuJoCoSettings.tuned(SAW, STEPS)
+        settings = replace(settings, solref=(steps * settings.timestep, 1.0), refsafe=refsafe)
+        return advance(build(SAW, settings), SAW, settings, 150, START)[1].tobytes()
 
-
-# -- short time constants --------------------------------------------------------------------------------------------
-
-
-def in_steps(steps: float, refsafe: bool) -> MuJoCoSettings:
-    settings = MuJoCoSettings.tuned(SAW, STEPS)
-    return replace(settings, solref=(steps * settings.timestep, 1.0), refsafe=refsafe)
-
-
-def test_guarded_time_constants_below_two_steps_are_two_steps() -> None:
-    two, one = states(SAW, in_steps(2.0, refsafe=True)), states(SAW, in_steps(1.0, refsafe=True))
-    assert one[0].tobytes() == two[0].tobytes()
-
-
-def test_unguarded_ones_are_what_they_are() -> None:
-    two, one = states(SAW, in_steps(2.0, refsafe=False)), states(SAW, in_steps(1.0, refsafe=False))
-    assert two[0].tobytes() == states(SAW, in_steps(2.0, refsafe=True))[0].tobytes()
-    assert one[0].tobytes() != two[0].tobytes()
-
-
-# -- said where settings are said ------------------------------------------------------------------------------------
+    assert run(1.0, True) == run(2.0, True) == run(2.0, False) != run(1.0, False)
 
 
 # Of cells at their engines' versions 4.0.0 and 7.3.1, from before the settings gained the fields of `LATER_FIELDS`.
 KEYS = {
-    "mujoco": "7bceac66628836f91948ec631de5e8fa",
-    "pymunk": "13e4442645d01eaa235fa7295eafec0a",
-}
-TUNED: dict[str, Any] = {
-    "mujoco": MuJoCoSettings.tuned(SAW, 1000),
-    "pymunk": PymunkSettings.tuned(SAW, 1000),
+    "mujoco": ("4.0.0", MuJoCoSettings, "7bceac66628836f91948ec631de5e8fa"),
+    "pymunk": ("7.3.1", PymunkSettings, "13e4442645d01eaa235fa7295eafec0a"),
 }
 
 
-@pytest.fixture
-def versions(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, version in (("mujoco", "4.0.0"), ("pymunk", "7.3.1")):
-        monkeypatch.setattr(type(engine_named(name)), "version", version)
-
-
-@pytest.mark.usefixtures("versions")
 @pytest.mark.parametrize("engine", KEYS)
-def test_keys_of_earlier_results_are_what_they_were(engine: str) -> None:
-    assert RunCase("saw-40rpm", SAW, TUNED[engine]).key == KEYS[engine]
+def test_keys_of_earlier_results_are_what_they_were(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    version, settings, key = KEYS[engine]
+    monkeypatch.setattr(type(engine_named(engine)), "version", version)
+    assert RunCase("saw-40rpm", SAW, settings.tuned(SAW, 1000)).key == key
 
 
 def test_later_fields_have_by_default_what_all_runs_before_had() -> None:

@@ -167,16 +167,9 @@ def test_an_environment_is_made_once_and_for_its_requirements_alone(tmp_path: Pa
     assert [python_of(place) for place in (tmp_path / "cache").iterdir()] == [Path(first)]
 
 
-@pytest.mark.parametrize(
-    ("make", "why"),
-    [
-        (maker("kill -SEGV $$"), "cannot be imported|cannot start"),
-        (maker("exit 3"), "ended with status 3"),
-    ],
-)
-def test_an_engine_that_crashes_on_import_leaves_nothing(make: Any, why: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=why):
-        Environments(tmp_path, make).interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+def test_an_engine_that_crashes_on_import_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"cannot be imported|cannot start"):
+        Environments(tmp_path, maker("kill -SEGV $$")).interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
     assert list(tmp_path.iterdir()) == []
 
 
