@@ -16,7 +16,6 @@ from conrod.studies.ablate.findings import (
     MEANINGS,
     NO_CHANGE,
     AblationStudy,
-    Effect,
     EngineAblation,
     IngredientResult,
     Role,
@@ -88,37 +87,22 @@ def speed_up(found: EngineAblation) -> str:
     )
 
 
-def left_out(found: EngineAblation) -> str:
-    """Ingredients that the full model lacks; empty where there are none."""
-    alone = [one for one in found.ingredients if one.evidence and one.evidence[0].effect is Effect.WORSE]
-    names = [f"`{one.name}`" for one in alone if not one.minimal]
-    return f"Left out of it, as it does harm alone: {', '.join(names)}." if names else ""
-
-
 # -- pages -------------------------------------------------------------------------------------------------------------
 
 RULES: dict[str, Any] = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}
 
 
-def _finding(found: EngineAblation) -> str:
-    return f"{speed_up(found)} {left_out(found)}".strip()
-
-
-def _control(found: EngineAblation) -> str:
-    return cost_text(found.variants[0].cost)
-
-
 def _page(part: Part[AblationStudy]) -> Page:
     text = rendered(
-        "ablate", study=part.findings, command=part.command, title=engine_title, finding=_finding,
-        ingredients=ingredients_table, control=_control, **RULES,
+        "ablate", study=part.findings, command=part.command, title=engine_title, finding=speed_up,
+        ingredients=ingredients_table, control=lambda found: cost_text(found.variants[0].cost), **RULES,
     )  # fmt: skip
     return Page(text)
 
 
 def _summary(study: AblationStudy) -> dict[str, Any]:
     return {
-        "findings": {found.engine: _finding(found) for found in study.engines},
+        "findings": {found.engine: speed_up(found) for found in study.engines},
         "verdicts": {
             found.engine: {one.name: one.verdict.value for one in found.ingredients} for found in study.engines
         },
@@ -131,7 +115,7 @@ def _index(index: Index[AblationStudy]) -> Page:
     studies = {name: index.findings(name) for name in index.entries}
     engines = dict.fromkeys(found.engine for study in studies.values() for found in study.engines)
     text = rendered(
-        "ablate-index", entries=index.entries, studies=studies, title=engine_title, finding=_finding,
+        "ablate-index", entries=index.entries, studies=studies, title=engine_title, finding=speed_up,
         by_engine={engine_title(engine): verdicts_table(engine, studies) for engine in engines},
         versions=index.versions, origin=index.origin, **RULES,
     )  # fmt: skip

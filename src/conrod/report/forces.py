@@ -33,14 +33,11 @@ def tolerance_reasons(results: Iterable[ForceResult]) -> list[str]:
     return [f"{engine_title(engine)} {preset}, {why}" for engine, preset, why in dict.fromkeys(given)]
 
 
-def unsupported_words(result: ForceResult) -> list[str]:
-    """Quantities that the engine does not report, a phrase for each reason."""
-    reasons: dict[str, list[str]] = {}
-    for name, reason in (result.unsupported or {}).items():
-        joint = name.rpartition(".")[0] or name
-        names = reasons.setdefault(reason, [])
-        if joint not in names:
-            names.append(joint)
+def _lacking(result: ForceResult) -> list[str]:
+    """Quantities that the engine does not report, a phrase for each reason; nothing of a run that did not complete."""
+    reasons: dict[str, dict[str, None]] = {}
+    for name, reason in (result.unsupported or {}).items() if result.completed else ():
+        reasons.setdefault(reason, {})[name.rpartition(".")[0] or name] = None
     return [f"unsupported: {', '.join(names)} ({reason})" for reason, names in reasons.items()]
 
 
@@ -51,21 +48,9 @@ def verdicts_table(found: Sequence[ForceStudy]) -> Table:
     """A row for each result: largest errors, observed orders, verdict."""
     groups = [g for g in GROUPS if any(g in r.groups for one in found for r in one.results)]
     columns: dict[str, Callable[[ForceResult], str]] = {"steps/rev": lambda r: str(r.steps_per_revolution)}
-    columns |= {g: partial(_judged, group=g) for g in groups}
-    columns |= {f"order of {g}": partial(_order, group=g) for g in groups}
+    columns |= {g: lambda r, g=g: numbers.measured(r.judged_error(g)) for g in groups}  # type: ignore[misc]
+    columns |= {f"order of {g}": lambda r, g=g: numbers.order((r.order or {}).get(g)) for g in groups}  # type: ignore[misc]
     return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in _lacking(r))))
-
-
-def _judged(result: ForceResult, group: str) -> str:
-    return numbers.measured(result.judged_error(group))
-
-
-def _order(result: ForceResult, group: str) -> str:
-    return numbers.order((result.order or {}).get(group))
-
-
-def _lacking(result: ForceResult) -> list[str]:
-    return unsupported_words(result) if result.completed else []
 
 
 def _errors_table(results: Sequence[ForceResult], group: str) -> Table:

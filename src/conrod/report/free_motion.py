@@ -57,11 +57,6 @@ def _sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def step_text(step: float) -> str:
-    """A time step in ms."""
-    return f"{numbers.quantity(1e3 * step, 6)} ms"
-
-
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
@@ -70,7 +65,7 @@ def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
     lengths = {study.name: study.scene.lengths for study in studies}
     leaving = next((r.leaving for study in studies for r in study.results), LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {
-        "step": lambda r: step_text(r.step),
+        "step": lambda r: f"{numbers.quantity(1e3 * r.step, 6)} ms",
         "position": lambda r: numbers.measured(r.largest("position")),
         numbers.IN_MM: lambda r: numbers.in_mm({p: s["max"] for p, s in (r.errors or {}).items()}, lengths[r.scene]),
         "rms": lambda r: numbers.measured(r.largest("position", "rms")),

@@ -33,7 +33,7 @@ def size_words(change: Change) -> str:
     if not change.last_digits:
         above = {q: size for q, size in change.size.items() if size > numbers.ROUNDING}
         return ", ".join(f"{quantity} {numbers.measured(size)}" for quantity, size in above.items())
-    return "last digits, of outputs alone" if change.in_outputs_alone else "last digits"
+    return "last digits"
 
 
 def headline(study: VersionStudy) -> str:

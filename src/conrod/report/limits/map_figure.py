@@ -46,7 +46,7 @@ def map_figure(found: LimitMap) -> Figure:
     layout = Layout(WIDTH, BOTTOM + PANEL_HEIGHT + TITLE + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS))
     axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, PANEL_HEIGHT)
     _draw(axes, found)
-    share = f"{len(found.runs)} of {found.nodes} nodes run ({numbers.percent(found.share)})"
+    share = f"{len(found.runs)} of {found.nodes} nodes run ({numbers.percent(len(found.runs) / found.nodes)})"
     axes.set_title(f"{found.scene}, {preset_title(found.engine, found.preset)}: {share}", loc="left")
     _draw_scale(layout.axes(WIDTH - RIGHT + SCALE_GAP, BOTTOM, SCALE_WIDTH, PANEL_HEIGHT))
     layout.legend(handles, LEGEND_COLUMNS, 0.0, borderpad=0.2, columnspacing=1.6)

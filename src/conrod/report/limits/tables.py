@@ -151,16 +151,10 @@ def _where(walk: Walk, alike: Sequence[Probe]) -> str:
 
 def onset_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
-    rows = [
-        (
-            *who(found),
-            numbers.measured(None if found.penetration is None else 1e3 * found.penetration),
-            numbers.MISSING if found.onset is None else f"{found.onset:.4f}",
-            _verdict(found),
-        )
-        for found in floats
-    ]
-    return table((*WHO, "penetration [mm]", "onset / theory", ""), rows)
+    onsets = {found: numbers.MISSING if found.onset is None else f"{found.onset:.4f}" for found in floats}
+    return table(
+        (*WHO, "onset / theory", ""), [(*who(found), onset, _verdict(found)) for found, onset in onsets.items()]
+    )
 
 
 def _verdict(found: FollowerFloat) -> Cell:

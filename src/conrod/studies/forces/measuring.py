@@ -62,11 +62,6 @@ def quantities_of(mechanism: Mechanism, group: str) -> tuple[str, ...]:
     )
 
 
-def groups_of(mechanism: Mechanism, asked: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of the groups asked for that the machine has."""
-    return tuple(group for group in asked if quantities_of(mechanism, group))
-
-
 def tolerance_of(
     mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, object]
 ) -> tuple[dict[str, float], str]:

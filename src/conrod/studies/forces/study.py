@@ -14,7 +14,6 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.measuring import (
     Measured,
-    groups_of,
     likenesses,
     peaks_of,
     quantities_of,
@@ -88,7 +87,7 @@ def recorded_forces(
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
     """A result without what is measured."""
     mechanism, steps = scene.kinematics.mechanism, plan.run.steps(scene)
-    groups = {group: quantities_of(mechanism, group) for group in groups_of(mechanism, plan.quantities)}
+    groups = {group: names for group in plan.quantities if (names := quantities_of(mechanism, group))}
     tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, groups)
     return ForceResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,

@@ -64,7 +64,6 @@ class FollowerFloat:
 
     Attributes:
         theory: the float speed [rad/s].
-        penetration: static, with the coarser steps, at the speed nearest below the onset [m].
         held, flown: the fastest speed without a flight that does not shrink with h, and the slowest with one; None
             where there is no such speed.
     """
@@ -73,7 +72,6 @@ class FollowerFloat:
     engine: str
     preset: str
     theory: float
-    penetration: float | None
     held: float | None
     flown: float | None
     probes: tuple[OnsetProbe, ...]
@@ -98,9 +96,8 @@ def float_search(setup: Setup) -> Study[FollowerFloat]:
         else:
             break
         runs |= yield from _tried(setup, (speed,))
-    depth = None if held is None else Extremes.of(runs[held][0]).penetration or 0.0
     theory = abs(at_float_speed(setup, 1.0).speed)
-    return FollowerFloat(setup.name, setup.engine, setup.preset, theory, depth, held, flown, probes)
+    return FollowerFloat(setup.name, setup.engine, setup.preset, theory, held, flown, probes)
 
 
 def _bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:

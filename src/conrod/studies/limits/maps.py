@@ -115,7 +115,6 @@ FEWER = 250.0
 RESOLUTION = (65, 65)
 IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
 FAILED = "failed"
-A_REVOLUTION = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +122,8 @@ class Pair:
     """Steps per revolution across, another axis upwards.
 
     Attributes:
-        first, last: ends of the other axis, in its unit; A_REVOLUTION is as many steps as the finest run takes for one.
+        first, last: ends of the other axis, in its unit; None is as many steps as the finest run takes for a
+            turn.
     """
 
     other: Axis
@@ -142,7 +142,7 @@ class Pair:
     def values(self, setup: Setup, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Values along both axes; of the steps fewer than asked for where there are fewer whole numbers."""
         columns, rows = resolution
-        first = float(setup.steps) if self.first is A_REVOLUTION else self.first
+        first = float(setup.steps) if self.first is None else self.first
         steps = spaced(STEPS.scale, float(setup.steps), setup.steps / FEWER, columns)
         return steps, spaced(self.other.scale, first, self.last, rows)
 
@@ -158,7 +158,7 @@ class Pair:
 PAIRS = (
     Pair(AXES["mass-ratio"], 1e-6, 1e6),
     Pair(AXES["nearness"], 0.1, 1.0 - 1e-9),
-    Pair(AXES["stabilisation"], A_REVOLUTION, 0.1),
+    Pair(AXES["stabilisation"], None, 0.1),
 )
 
 
@@ -207,11 +207,6 @@ class LimitMap:
     def nodes(self) -> int:
         """Runs of the full grid."""
         return len(self.x) * len(self.y)
-
-    @property
-    def share(self) -> float:
-        """Runs over nodes."""
-        return len(self.runs) / self.nodes
 
     @cached_property
     def shown(self) -> dict[Node, MapRun]:

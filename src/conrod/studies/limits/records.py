@@ -86,11 +86,6 @@ class Level(Enum):
         self.slug = slug
         self.meaning = meaning
 
-    @classmethod
-    def of_error(cls, error: float) -> Level:
-        """Return the level of a run in one piece, by its largest position error over the travel."""
-        return cls.SAFE if error <= SAFE_ERROR else cls.ROUGH if error <= ROUGH_ERROR else cls.WRONG
-
 
 LEVELS = [level.slug for level in Level]
 GOOD = (Level.SAFE.slug, Level.ROUGH.slug)
@@ -101,7 +96,9 @@ def level_of(measurement: Measurement) -> Level:
     if measurement.outcome in UNBOUNDED:
         return Level.UNBOUNDED
     error = measurement.largest("position")
-    return Level.BROKEN if error is None else Level.of_error(error)
+    if error is None:
+        return Level.BROKEN
+    return Level.SAFE if error <= SAFE_ERROR else Level.ROUGH if error <= ROUGH_ERROR else Level.WRONG
 
 
 def is_undetected(measurement: Measurement) -> bool:

@@ -83,11 +83,6 @@ class Walk:
     probes: tuple[Probe, ...]
     boundaries: tuple[Boundary, ...]
 
-    @property
-    def falling(self) -> bool:
-        """True where values fall from the safe end to the failing one."""
-        return self.probes[-1].value < self.probes[0].value
-
     def boundary(self, criterion: str) -> Boundary:
         """Return the boundary of a criterion; StopIteration where the walk has none."""
         return next(boundary for boundary in self.boundaries if boundary.criterion == criterion)

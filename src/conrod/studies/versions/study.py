@@ -22,7 +22,6 @@ from conrod.studies.versions.releases import VersionCase
 # A change of a normalised position up to this is of last digits; so is one of a velocity or an acceleration that such
 # a one makes when it is differentiated over a step.
 LAST_DIGITS = 1e-12
-STATES = "bodies "  # what begins the names of a body's states, as against outputs that are read of them
 
 
 @dataclass(frozen=True)
@@ -47,11 +46,6 @@ class Change:
     size: Mapping[str, float]
     last_digits: bool
     explained: tuple[str, ...] = ()
-
-    @property
-    def in_outputs_alone(self) -> bool:
-        """True if the states are the same to the last bit, and what is read of them is not."""
-        return not any(name.startswith(STATES) for name in self.differ)
 
 
 @dataclass(frozen=True)
