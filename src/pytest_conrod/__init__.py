@@ -25,43 +25,34 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--conrod-regen-all", action="store_true", help="Write changed baselines again; tests pass.")
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker."""
-    config.addinivalue_line("markers", "conrod(**words): words of conrod_check for a test: keywords of conrod.check.")
-
-
 @pytest.fixture
 def conrod_check(request: pytest.FixtureRequest) -> Callable[..., Checked]:
     """Hold a scene, a model or a table to the law of its engine, and to the baseline beside the test.
 
-    `conrod_check(subject, scene=None, ...)`: arguments as of `conrod.check`, which are also words of the marker
-    `conrod`; an argument goes before the marker. Returns what `conrod.check` does.
+    `conrod_check(subject, scene=None, ...)`: arguments as of `conrod.check`. Returns what that does.
     """
     files = _files(request)
 
     def check(subject: Any, scene: Any = None, **words: Any) -> Checked:
         __tracebackhide__ = True
-        given = words if scene is None else {"scene": scene, **words}
-        return _checked(request, subject, given, next(files))
+        return _checked(request, subject, scene, words, next(files))
 
     return check
 
 
-def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any], file: Path) -> Checked:
+def _checked(request: pytest.FixtureRequest, subject: Any, scene: Any, words: dict[str, Any], file: Path) -> Checked:
     __tracebackhide__ = True
     import conrod
     from conrod.studies.frame.baseline import OtherBaseline
 
     try:
-        words = _words(request, given)
         # Models with driven joints are held to their exact motion alone.
-        baseline = (
-            {} if "drive" in words else {"baseline": file, "accept": request.config.getoption("--conrod-regen-all")}
-        )
-        checked = conrod.check(subject, words.pop("scene", None), **words, **baseline)
+        accept = request.config.getoption("--conrod-regen-all")
+        baseline = {} if "drive" in words else {"baseline": file, "accept": accept}
+        checked = conrod.check(subject, scene, **words, **baseline)
     except conrod.InvalidInput as error:
-        accept = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
-        raise pytest.fail.Exception(f"conrod: {error}{accept}", pytrace=False) from None
+        how = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
+        raise pytest.fail.Exception(f"conrod: {error}{how}", pytrace=False) from None
     held = checked.baseline
     failed = [f"out of the law: {checked.verdict}"] if checked.in_law is False else []
     if held is not None and not held.passed:
@@ -71,18 +62,6 @@ def _checked(request: pytest.FixtureRequest, subject: Any, given: dict[str, Any]
     if failed:
         pytest.fail("conrod: " + "\n".join(failed), pytrace=False)
     return checked
-
-
-def _words(request: pytest.FixtureRequest, given: dict[str, Any]) -> dict[str, Any]:
-    """Requests of the markers and the call, by name."""
-    from conrod.errors import InvalidInput
-
-    words = dict[str, Any]()
-    for mark in reversed(list(request.node.iter_markers("conrod"))):
-        if mark.args:
-            raise InvalidInput(f"@pytest.mark.conrod({mark.args[0]!r}): give words, e.g. engine='mujoco'")
-        words |= mark.kwargs
-    return words | given
 
 
 def _files(request: pytest.FixtureRequest) -> Iterator[Path]:

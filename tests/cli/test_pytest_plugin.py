@@ -46,22 +46,18 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
     return calls
 
 
-def test_a_call_goes_before_the_marker(pytester: pytest.Pytester, asked: list[tuple[Any, ...]]) -> None:
+def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
+    pytester: pytest.Pytester, asked: list[tuple[Any, ...]]
+) -> None:
     pytester.makepyfile(
         """
-        import pytest
-        pytestmark = pytest.mark.conrod(preset="tuned", steps_per_rev=100)
-
-        @pytest.mark.conrod(preset="hardened")
         def test_one(conrod_check):
             conrod_check("a", revolutions=3)
-            conrod_check("b", "saw", preset="custom", point={"C": "site:D"})
+            conrod_check("b", "saw", point={"C": "site:D"})
         """
     )
     pytester.inline_run("-p", "pytest_conrod", "-q")
-    common = {"steps_per_rev": 100}
-    assert asked[0][:3] == ("a", None, common | {"revolutions": 3, "preset": "hardened"})
-    assert asked[1][:3] == ("b", "saw", common | {"preset": "custom", "point": {"C": "site:D"}})
+    assert [one[:3] for one in asked] == [("a", None, {"revolutions": 3}), ("b", "saw", {"point": {"C": "site:D"}})]
     assert [one[3].name for one in asked] == ["test_one.json", "test_one+2.json"]
     assert {one[3].parent.parent for one in asked} == {Path("conrod-baselines")}
     assert [one[4] for one in asked] == [False, False]
@@ -69,17 +65,15 @@ def test_a_call_goes_before_the_marker(pytester: pytest.Pytester, asked: list[tu
 
 SLIPS = {
     "engin='mujoco'": "conrod: unknown keyword 'engin': did you mean 'engine'?",
-    "'mujoco'": "conrod: @pytest.mark.conrod('mujoco'): give words, e.g. engine='mujoco'",
     "engine='mujco'": "conrod: unknown engine 'mujco': did you mean 'mujoco'?",
     "crank='crank'": "conrod: --crank does not go with a scene",
 }
 
 
 def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None:
-    tests = [f"@pytest.mark.conrod({slip})\ndef test_{k}(conrod_check):\n    conrod_check('saw-500rpm')\n"
-             for k, slip in enumerate(SLIPS)]  # fmt: skip
+    tests = [f"def test_{k}(conrod_check):\n    conrod_check('saw-500rpm', {slip})\n" for k, slip in enumerate(SLIPS)]
     tests.append("def test_subject(conrod_check):\n    conrod_check(3, 'saw-500rpm')\n")
-    pytester.makepyfile("import pytest\n" + "\n".join(tests))
+    pytester.makepyfile("\n".join(tests))
     done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q")
     done.assert_outcomes(failed=len(tests))
     said = [line for line in done.outlines if line.startswith("conrod: ")]

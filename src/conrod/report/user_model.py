@@ -82,7 +82,8 @@ def _why_not(study: ModelStudy) -> str:
     if branch and identity.left <= identity.floor:
         return branch[0]
     off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths, ' of their travel')}"
-    return "; ".join([*branch, off, "no lengths explain it", *other_kinds(study)])
+    joints = f"it has {_counted(study)}, the machine {_machine_joints(study.scene)}"
+    return "; ".join([*branch, off, f"no lengths explain it: {joints}"])
 
 
 def findings(study: ModelStudy) -> dict[str, list[str]]:
@@ -136,16 +137,6 @@ def _machine_joints(scene: Scene) -> str:
 
 def _plural(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items())
-
-
-def other_kinds(study: ModelStudy) -> list[str]:
-    """A sentence on joints of other kinds than those of the machine; none where they agree."""
-    has, wanted = study.model, [type(joint).__name__ for joint in study.scene.mechanism().joints]
-    pins, slides = has.joints.get("hinge", 0) + has.closures.get("connect", 0), has.joints.get("slide", 0)
-    if (pins, slides) == (wanted.count("Revolute"), wanted.count("Prismatic")):
-        return []
-    differs = f"it has {_counted(study)}, the machine {_machine_joints(study.scene)}"
-    return [f"{differs}: is a joint of another kind, or a link missing?"]
 
 
 # -- paths and lengths -----------------------------------------------------------------------------------------------

@@ -82,7 +82,9 @@ class Assembly:
             if np.abs(step).max(initial=0.0) <= CLOSED * (1.0 + np.abs(self.data.qpos).max()):
                 mujoco.mj_fwdPosition(self.model, self.data)
                 return
-        raise InvalidInput(f"its loops do not close with the crank at {self.degrees()}: {self._open()}")
+        worst = int(self.data.efc_id[int(np.argmax(np.abs(self.violation())))])
+        held = name_or_number(self.model, "equality", worst)
+        raise InvalidInput(f"its loops do not close with the crank at {self.degrees()}: {held}")
 
     def distance(self, geoms: tuple[int, int]) -> float:
         """Signed distance of two geoms, in the model's unit of length."""
@@ -117,11 +119,6 @@ class Assembly:
     def violation(self) -> Array:
         """Of the closures (rows,), which come first among the constraints."""
         return np.array(self.data.efc_pos[: self.data.ne])
-
-    def _open(self) -> str:
-        """The closure with the largest violation."""
-        worst = int(np.argmax(np.abs(self.violation())))
-        return name_or_number(self.model, "equality", int(self.data.efc_id[worst]))
 
     # -- along the motion --------------------------------------------------------------------------------------
 

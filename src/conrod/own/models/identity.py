@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -55,20 +55,13 @@ class Explanation:
     left: float
 
 
-@dataclass(frozen=True)
-class Solution:
-    """An explanation with the machine of its lengths and the frame that fits it."""
-
-    explanation: Explanation
-    scene: Scene
-    fit: FrameFit
-
-
+# An explanation with the machine of its lengths and the frame that fits it.
+Solution: TypeAlias = tuple[Explanation, Scene, FrameFit]
 # Lengths, and points, that are not as expected.
 Change = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-def solutions(search: Search, start: FrameFit, floor: float) -> tuple[Solution, ...]:
+def solutions(search: Search, start: FrameFit, floor: float) -> list[Solution]:
     """The smallest sets of changes that leave nothing, all of one size.
 
     Args:
@@ -77,9 +70,9 @@ def solutions(search: Search, start: FrameFit, floor: float) -> tuple[Solution, 
     """
     for changes in _changes(search):
         found = [one for change in changes if (one := _solved(search, start, change)) is not None]
-        if enough := [one for one in found if one.explanation.left <= floor]:
-            return tuple(sorted(enough, key=lambda one: len(one.explanation.misplaced)))
-    return ()
+        if enough := [one for one in found if one[0].left <= floor]:
+            return sorted(enough, key=lambda one: len(one[0].misplaced))
+    return []
 
 
 def _changes(search: Search) -> Iterator[list[Change]]:
@@ -105,7 +98,7 @@ def _solved(search: Search, start: FrameFit, change: Change) -> Solution | None:
     found = {name: factor if name == ALL_LENGTHS else length_of(scene, name) for name in names}
     lengths = tuple(Length(name, length_of(expected, name), value) for name, value in found.items())
     misplaced = tuple(Misplaced(point, away[point]) for point in points)
-    return Solution(Explanation(lengths, misplaced, there.largest), scene, there)
+    return Explanation(lengths, misplaced, there.largest), scene, there
 
 
 # Nothing is left to explain below this share of a point's travel: what the solution of a model's closures and its
@@ -171,11 +164,11 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     _check_plane(scan)
     search, at = _chosen(scene, scan, given)
     floor = max(EXPLAINED, at.unit * OBLIQUE * scan.shape_error / float(search.norms.min()))
-    found, moving = tuple[Solution, ...](), scene
+    found, moving = list[Solution](), scene
     if at.largest > floor:
         found = solutions(search, at, floor)
         if found:
-            at, moving = found[0].fit, found[0].scene
+            _, moving, at = found[0]
     at = _rounded(search, at, moving, floor)
     expected = search.fitted(scene, replace(at, displacements=0.0 * at.displacements)) if found else at
     # The same machine of those lengths, as it is assembled in the model.
@@ -186,7 +179,7 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         frame=frame,
         other_branch=search.branch is not None,
         off_by=dict(zip(scan.points, np.abs(expected.distances).max(axis=1).tolist(), strict=True)),
-        explanations=tuple(one.explanation for one in found),
+        explanations=tuple(one for one, _, _ in found),
         left=at.largest,
         floor=floor,
     )

@@ -241,11 +241,6 @@ def find_crank(model: mujoco.MjModel, name: str) -> Crank:
         hinges = [n for j, n in enumerate(names_of(model, "joint")) if n and joint_kind(model, j) == "hinge"]
         choices = f"; its hinges: {listed(hinges)}" if hinges else "; it has no hinge with a name"
         raise InvalidInput(f"--crank {name}: it is a {kind} joint, a crank is a hinge{choices}")
-    return crank_of(model, joint)
-
-
-def crank_of(model: mujoco.MjModel, joint: int) -> Crank:
-    """A hinge as a crank."""
     return Crank(joint, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
 
 
