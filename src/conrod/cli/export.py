@@ -10,7 +10,7 @@ from conrod.cli import options
 from conrod.cli.say import say
 from conrod.errors import InvalidInput
 
-FORMATS = ("mjcf", "csv", "npz", "pack", "fmu")
+FORMATS = ("mjcf", "csv", "pack", "fmu")
 MODELS = ("mjcf", "fmu")
 CSV_SAMPLES = 360  # a revolution
 PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
@@ -21,7 +21,7 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 @click.option(
     "--format",
     "kind",
-    metavar="mjcf|csv|npz|pack|fmu",
+    metavar="mjcf|csv|pack|fmu",
     help="Model, exact trajectory, a pack for others to solve, or an FMU 3.0.",
 )
 @click.option("-o", "--output", metavar="FILE", help="File to write [standard output]; of a pack a folder or a .zip.")
@@ -63,8 +63,8 @@ def export(
         say(f"pack: {place}")
         return
     file = None if output is None else file_to_write(output, "-o")
-    if kind in ("npz", "fmu") and file is None:
-        raise InvalidInput(f"--format {kind} is not text: give a file with -o")
+    if kind == "fmu" and file is None:
+        raise InvalidInput("--format fmu is not text: give a file with -o")
     content: str | bytes
     if kind == "mjcf":
         from conrod.engines.mujoco.standalone import standalone_mjcf
@@ -76,11 +76,10 @@ def export(
         content, why_no_binary = fmu(name, chosen)
         if why_no_binary is not None:
             say(f"{name}: the FMU holds sources alone: {why_no_binary}", err=True)
-    elif kind in ("csv", "npz"):
-        from conrod.report.pack import as_csv, as_npz, exact_columns
+    elif kind == "csv":
+        from conrod.report.pack import as_csv, exact_columns
 
-        columns = exact_columns(chosen, samples, turns)
-        content = as_csv(columns) if kind == "csv" else as_npz(columns)
+        content = as_csv(exact_columns(chosen, samples, turns))
     else:
         raise unknown_choice("format", kind, FORMATS)
     _write(content, file)

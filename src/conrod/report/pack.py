@@ -235,12 +235,3 @@ def as_csv(columns: dict[str, tuple[str, Array]]) -> str:
     writer.writerow(f"{name} [{unit}]" for name, (unit, _) in columns.items())
     writer.writerows(zip(*(map(repr, values.tolist()) for _, values in columns.values()), strict=True))
     return stream.getvalue()
-
-
-def as_npz(columns: dict[str, tuple[str, Array]]) -> bytes:
-    """Columns as a compressed numpy archive; entry `units` holds name and unit of each column."""
-    stream = io.BytesIO()
-    arrays: dict[str, Array] = {name: values for name, (_, values) in columns.items()}
-    units = np.array([[name, unit] for name, (unit, _) in columns.items()])
-    np.savez_compressed(stream, units=units, **arrays)  # type: ignore[arg-type]  # numpy's stub takes **bool last
-    return stream.getvalue()
