@@ -10,15 +10,15 @@ from pathlib import Path
 import mujoco
 import pytest
 from command_line import conrod
-from legged import LEGGED
 
+LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
 WITH_A_MESH = (
     LEGGED.read_text()
     .replace("<worldbody>", '<asset><mesh name="shell" file="shell.obj"/></asset><worldbody>')
     .replace('<geom name="base"', '<geom type="mesh" mesh="shell" mass="0"/><geom name="base"')
 )
-ARM = '<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0"/></body></worldbody>{}</mujoco>'
-SOFT = ARM.format('<equality><connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/></equality>')
+ARM = """<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0"/></body></worldbody>
+<equality>{}</equality></mujoco>"""
 
 
 @pytest.fixture(scope="module")
@@ -74,16 +74,19 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
 
 @pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize(
-    ("text", "why"),
+    ("closure", "options", "status", "why"),
     [
-        (ARM.format(""), "it has no closed loop"),
-        (SOFT, "belt: softer than MuJoCo's stock"),
+        ("", (), 1, "it has no closed loop"),
+        ('<connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/>', (), 1, "belt: softer than MuJoCo's stock"),
+        ('<connect body1="a" anchor="0.3 0 0"/>', ("--ctrl", "moter=1"), 2, "moter: the model has no actuator"),
+        ('<connect body1="a" anchor="nan 0 0"/>', (), 2, "eq_data is not finite"),
     ],
-    ids=["no loop", "soft"],
 )
-def test_what_should_not_be_hardened_is_not_written(text: str, why: str, tmp_path: Path) -> None:
-    (tmp_path / "model.xml").write_text(text)
-    done = conrod("harden", "model.xml", "-o", "hard.mjb", "--seconds", "0.1", cwd=tmp_path)
-    assert done.returncode == 1
-    assert f"not hardened: {why}" in done.stdout
+def test_what_should_not_be_hardened_is_not_written(
+    closure: str, options: tuple[str, ...], status: int, why: str, tmp_path: Path
+) -> None:
+    (tmp_path / "model.xml").write_text(ARM.format(closure))
+    done = conrod("harden", "model.xml", "-o", "hard.mjb", "--seconds", "0.1", *options, cwd=tmp_path)
+    assert done.returncode == status
+    assert why in done.stdout + done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["model.xml"]

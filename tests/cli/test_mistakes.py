@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from command_line import conrod, said
 from described import FOUR_BAR
-from legged import LEGGED
 from own_model_edits import HACKSAW, TEXTS
 from table_files import csv_text, exact_table
 
@@ -83,7 +82,7 @@ FILES = {
     "README.md": "mine",
     "pass.toml": FOUR_BAR.read_text(),
     "hacksaw.xml": HACKSAW.read_text(),
-    "legged.xml": LEGGED.read_text(),
+    "legged.xml": (Path(__file__).parents[1] / "support" / "models" / "legged.xml").read_text(),
     "saw.xml": TEXTS["saw"],
     "saw.urdf": TEXTS["saw"],
     "model.mjb": "",
