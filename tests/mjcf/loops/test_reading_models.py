@@ -77,50 +77,20 @@ def test_points_move_and_accelerate_as_mujocos_do(seed: int) -> None:
         assert 2.0 * series[2][:, 0] == pytest.approx(acceleration, abs=1e-12 * size)
 
 
-@pytest.mark.parametrize("seed", SEEDS[:4])
-def test_jerks_are_the_change_of_accelerations_along_a_motion(seed: int) -> None:
-    tree = read(random_tree(seed))
-    draw, step = np.random.default_rng(seed), 2e-3
-    rates = draw.normal(size=(3, tree.freedom))
-    start = random_state(random_tree(seed), seed)[0][:, None]
-
-    def rates_at(time: float) -> Array:
-        return np.array([rates[0] + time * (rates[1] + time * rates[2]), rates[1] + 2.0 * time * rates[2]])
-
-    def accelerations(share: int) -> list[Array]:
-        here, parts = start, 400
-        part = share * step / parts
-        for k in range(parts):  # midpoint rule, whose error is far below the difference's
-            here = moved(tree, here, part * rates_at((k + 0.5) * part)[0][:, None])
-        found = poses(tree, here, rates_at(share * step)[:, :, None])
-        return [2.0 * found.point(point)[2][:, 0] for point in tree.points.values()]
-
-    found = poses(tree, start, rates[:, :, None])
-    around = [np.array(accelerations(share)) for share in (-2, -1, 1, 2)]
-    change = (around[0] - 8.0 * around[1] + 8.0 * around[2] - around[3]) / (12.0 * step)
-    for point, expected in zip(tree.points.values(), change, strict=True):
-        series = found.point(point)
-        assert 6.0 * series[3][:, 0] == pytest.approx(expected, abs=1e-7 * (1.0 + np.abs(change).max()))
-
-
 # -- closures ----------------------------------------------------------------------------------------------------------
 
 CONNECTS = (
-    '<connect name="c" body1="B2" body2="B5" anchor="0.1 -0.2 0.3"/>',
     '<connect name="c" body1="B3" anchor="0.1 -0.2 0.3"/>',
     '<connect name="c" body1="hand" body2="B5" anchor="0.1 -0.2 0.3"/>',
-    '<connect name="c" site1="S3" site2="S6"/>',
     '<connect name="c" site1="S0" site2="S6"/>',
     '<connect name="c" body1="float" body2="B4" anchor="0.1 0 0"/>',
 )
 COUPLINGS = (
-    '<joint name="c" joint1="F1" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
     '<joint name="c" joint1="F1" joint2="{hinge}" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
     '<tendon name="c" tendon1="T1" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
     '<tendon name="c" tendon1="T1" tendon2="T2" polycoef="0.1 0.2 -0.3 0.4 0.5"/>',
 )
 WELDS = (
-    '<weld name="c" body1="B2" body2="B5"/>',
     '<weld name="c" body1="B2" body2="B5" anchor="0.1 0.2 0.3" relpose="0.2 0.1 0.3 0.4 -0.5 0.6 0.2"/>',
     '<weld name="c" body1="hand" body2="B5" torquescale="0.3"/>',
     '<weld name="c" body1="B6" anchor="0.1 0.2 0.3"/>',
@@ -206,14 +176,3 @@ def test_a_weld_is_closed_where_mujocos_is_and_opens_with_it(closure: str, seed:
     scale = np.linalg.norm(mine[3:]) / np.linalg.norm(theirs[3:])
     values = [np.linalg.svd(rows, compute_uv=False) for rows in (mine[3:], theirs[3:])]
     assert values[0] == pytest.approx(scale * values[1], rel=1e-10, abs=1e-12)
-
-
-def test_a_spring_and_an_axis_are_read_with_their_units() -> None:
-    model = mujoco.MjModel.from_xml_string(
-        '<mujoco><worldbody><body><joint name="j" axis="0 0 3" ref="30" range="-10 90" stiffness="4" springref="45"'
-        ' damping="0.2" armature="0.1"/><geom size="0.1"/></body></worldbody></mujoco>'
-    )
-    (joint,) = read(model).joints
-    assert joint.axis.tolist() == [0.0, 0.0, 1.0]
-    assert np.degrees([joint.reference, joint.spring, *joint.range]) == pytest.approx([30.0, 45.0, -10.0, 90.0])
-    assert (joint.stiffness, joint.damping, joint.armature) == (4.0, 0.2, 0.1)

@@ -1,4 +1,4 @@
-"""What drives determine, what they leave, and which bodies are links of the loops or carry them."""
+"""Four-bars in space: followed on their branch as far as they reach, refused where they are not, and their freedoms."""
 
 from __future__ import annotations
 
@@ -7,15 +7,92 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from four_bars import FRAME, GRASHOF, four_bar, rocker_pin
+from four_bars import FRAME, GRASHOF, four_bar, rocker_pin, start_angles
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space import motion as motion_module
+from conrod.exact.space.laws import law_of
+from conrod.exact.space.mobility import check_drives
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.results import LoopStudy, Question
 from conrod.mjcf.loops.study import _Bench
 
-TIMES = np.linspace(0.0, 1.0, 25)
 LAW = {"crank": "60rpm"}
+
+
+def machine(text: str, law: str = "60rpm", start: Array | None = None) -> DrivenTree:
+    """After it went along its motion."""
+    model = mujoco.MjModel.from_xml_string(text)
+    tree = tree_of(model, model.qpos0 if start is None else start)
+    by_name = {joint.name: joint for joint in tree.joints}
+    made = DrivenTree(tree, {"crank": law_of(law, "rad", tree.start[by_name["crank"].coordinate], "crank")})
+    there = made.assembled()
+    check_drives(made, there)
+    made.go(there, 1.0)
+    return made
+
+
+def branch_error(found: DrivenTree, lengths: tuple[float, ...], times: Array, branch: float = 1.0) -> float:
+    """Largest deviation of the rocker's angle from the closed form [rad]."""
+    motion = found.motion(times)
+    turns, rocker = motion.coordinates[0], motion.coordinates[2]
+    exact = np.array([start_angles(lengths, turn, branch)[2] for turn in turns])
+    return float(np.abs(np.exp(1j * rocker) - np.exp(1j * exact)).max())
+
+
+TIMES = np.linspace(0.0, 1.0, 37)
+
+
+# The pose nearest to the reference in its other coordinates may be on the other branch, 170 degrees away.
+@pytest.mark.parametrize(("law", "ends"), [("60rpm", (math.degrees(1.0), math.degrees(1.0) + 360.0)),
+                                           ("move:240deg,300deg,1s", (240.0, 300.0))])  # fmt: skip
+@pytest.mark.parametrize("branch", [1.0, -1.0])
+def test_a_loop_is_followed_on_its_branch_also_to_where_a_law_begins(
+    branch: float, law: str, ends: tuple[float, float]
+) -> None:
+    found = machine(four_bar(branch=branch), law)
+    assert branch_error(found, GRASHOF, TIMES, branch) < 1e-13
+    assert branch_error(found, GRASHOF, TIMES, -branch) > 0.5  # negative control
+    assert np.degrees(found.motion(TIMES).coordinates[0, [0, -1]]) == pytest.approx(ends)
+
+
+# -- where it ends -----------------------------------------------------------------------------------------------------
+
+
+def test_a_crank_that_cannot_turn_is_refused_with_the_angle_that_it_reaches() -> None:
+    lengths = (0.2, 0.15, 0.15, 0.3)  # reaches until coupler and rocker are in line
+    limit = math.degrees(math.acos((0.2**2 + 0.3**2 - 0.3**2) / (2 * 0.2 * 0.3)))
+    with pytest.raises(InvalidInput, match="it goes no further than with crank at ") as refused:
+        machine(four_bar(lengths, crank=0.5))
+    words = str(refused.value)
+    assert float(words.split("crank at ")[1].split(" deg", maxsplit=1)[0]) == pytest.approx(limit, abs=0.01)
+    assert "a dead centre, or its loops reach no further" in words
+    # Up to there it goes.
+    span = f"move:{math.degrees(0.5)!r}deg,{limit - 0.1!r}deg,1s"
+    assert branch_error(machine(four_bar(lengths, crank=0.5), law=span), lengths, TIMES) < 1e-11
+
+
+def test_a_gap_in_the_cranks_turn_is_not_leapt_over() -> None:
+    # Two thirds of a degree, or a fiftieth, on both sides of 0 the coupler is too long for it.
+    for longer in (1e-5, 1e-8):
+        with pytest.raises(InvalidInput, match="it goes no further than with crank at 359"):
+            machine(four_bar((0.1, 0.3 + longer, 0.1, 0.3), crank=math.pi))
+
+
+# -- loops that contradict each other ----------------------------------------------------------------------------------
+
+
+def test_samples_that_do_not_close_are_an_error_and_no_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Negative control of the whole: with too few steps of Newton's method it says so.
+    found = machine(four_bar())
+    monkeypatch.setattr(motion_module, "NEWTON_STEPS", 1)
+    with pytest.raises(InvalidInput, match="its loops do not close with crank at"):
+        found.motion(np.linspace(0.0, 1.0, 11))
+
+
+# -- freedoms --------------------------------------------------------------------------------------------------------
 
 
 def bench(text: str, **drives: str) -> _Bench:
@@ -33,28 +110,6 @@ def in_frame(points: Array) -> Array:
     matrix = np.empty(9)
     mujoco.mju_quat2Mat(matrix, quaternion / np.linalg.norm(quaternion))
     return (points - place) @ matrix.reshape(3, 3)
-
-
-CART = (
-    four_bar()
-    .replace(
-        '<body name="rocker" pos="0.35 0 0"',
-        '<body name="cart" pos="0.35 0 0"><joint name="cart" type="slide" axis="1 0 0"/><geom size="0.01"/>'
-        '<body name="rocker"',
-    )
-    .replace('<site name="C" pos="0.3 0 0"/></body>', '<site name="C" pos="0.3 0 0"/></body></body>')
-)
-
-
-def test_a_freedom_that_no_drive_takes_is_refused_by_name_or_held() -> None:
-    with pytest.raises(InvalidInput, match=r"leaves 2, and 1 is driven: drive 1 more.*JOINT=hold.*coupler.*cart"):
-        bench(CART)
-    held = bench(CART, cart="hold")
-    assert held.freedom.left == 2
-    assert in_frame(held.machine.motion(TIMES).points["C"].position) == pytest.approx(rocker_path(), abs=1e-13)
-    # And a drive that is not needed is too many.
-    with pytest.raises(InvalidInput, match="1 of its 3 drives is too many: give 2 of crank, cart, rocker"):
-        bench(CART, cart="hold", rocker="hold")
 
 
 def free_coupler() -> str:
@@ -101,13 +156,6 @@ def test_a_loop_twice_is_redundant_and_a_loop_missing_is_a_freedom_more() -> Non
     assert bench(four_bar()).freedom.redundant == {"pin": 1}
     missing = twice.replace('site1="B" site2="C" />', 'site1="B" site2="C" active="false"/>')
     assert bench(missing).freedom.redundant == {"again": 1}
-
-
-def test_sites_that_stand_still_are_refused_with_what_moves() -> None:
-    still = four_bar().replace('<site name="A" pos="0.1 0 0"/>', '<site name="A"/>')
-    found = _Bench.of(mujoco.MjModel.from_xml_string(still), Question(LAW, points=("A",)))
-    with pytest.raises(InvalidInput, match=r"no judged point moves with these drives: A; --point NAME takes .*C"):
-        found.studied("bar.xml", "bar", None)
 
 
 @pytest.mark.slow
