@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,6 @@ from conrod.mechanism.units import check_number, parse_quantity
 
 if TYPE_CHECKING:
     from conrod.studies.limits.axis import Axis
-    from conrod.studies.limits.plan import Request
     from conrod.studies.limits.results import LimitStudy
 
 # The mark keeps the lines as they are: names of axes are not to be broken at their hyphens.
@@ -27,12 +26,6 @@ Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
 Besides: determinism; of a cam: flight.
 docs/limits.md says what each one does."""
 SEPARATOR = ".."
-
-
-def _axis_names() -> Iterable[str]:
-    from conrod.studies.limits.plan import ITEMS
-
-    return ITEMS
 
 
 @dataclass(frozen=True)
@@ -67,9 +60,9 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
 
     chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
     select_presets(engines, asked.preset)
-    request = request_of(asked.axes, asked.span)
+    items, span = _request(asked.axes, asked.span)
     files = outputs(KIND, chosen, asked)
-    plans = [plan_limits(name, scene, engines, asked.preset, request) for name, scene in chosen.items()]
+    plans = [plan_limits(name, scene, engines, asked.preset, items, span) for name, scene in chosen.items()]
     check_asked(plans)
     with Runner.of(asked) as runner, runner.answering() as run:
         studies = pursue_plans(plans, run)
@@ -97,15 +90,15 @@ def print_limits(studies: Sequence[LimitStudy]) -> None:
 # -- the request ------------------------------------------------------------------------------------------------------
 
 
-def request_of(names: Sequence[str], span: str | None) -> Request:
-    """Return the request; everything where nothing is named. InvalidInput where options do not go together."""
-    from conrod.studies.limits.plan import ITEMS, Request
+def _request(names: Sequence[str], span: str | None) -> tuple[tuple[str, ...], tuple[float, float] | None]:
+    """Return the items and their range; none where nothing is named. InvalidInput where options do not go together."""
+    from conrod.studies.limits.plan import ITEMS
 
     for name in names:
         if name not in ITEMS:
             raise unknown_choice("axis", name, ITEMS)
     chosen = tuple(dict.fromkeys(names))
-    return Request(chosen, None if span is None else _span(span, chosen))
+    return chosen, None if span is None else _span(span, chosen)
 
 
 def _span(text: str, names: Sequence[str]) -> tuple[float, float]:

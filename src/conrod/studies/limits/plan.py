@@ -18,7 +18,7 @@ from conrod.studies.limits.axis import Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search
-from conrod.studies.limits.maps import PAIRS, Pair, map_search
+from conrod.studies.limits.maps import PAIRS, map_search
 from conrod.studies.limits.records import LEVELS, Extremes, Level, is_undetected, level_of
 from conrod.studies.limits.results import PARTS, Boundary, LimitStudy, Probe, Walk
 
@@ -92,19 +92,7 @@ def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
 # -- the plan ----------------------------------------------------------------------------------------------------------
 
 Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study
-
-
-@dataclass(frozen=True)
-class Request:
-    """Items to be studied.
-
-    Attributes:
-        names: of `ITEMS`; everything where it is empty.
-        span: first and last value of the only axis, where other ends than its own are asked for.
-    """
-
-    names: tuple[str, ...] = ()
-    span: tuple[float, float] | None = None
+Span = tuple[float, float] | None  # first and last value of an axis, where other ends than its own are asked for
 
 
 @dataclass(frozen=True)
@@ -118,12 +106,12 @@ class Item:
 
     name: str
     refusal: Callable[[Setup], str | None]
-    searches: Callable[[Setup, Request], Sequence[Search]]
+    searches: Callable[[Setup, Span], Sequence[Search]]
 
 
 def _axis(axis: Axis) -> Item:
-    def searches(setup: Setup, asked: Request) -> list[Search]:
-        spans = (asked.span,) if asked.span else axis.spans(setup)
+    def searches(setup: Setup, asked: Span) -> list[Search]:
+        spans = (asked,) if asked else axis.spans(setup)
         for end in (end for span in spans for end in span):
             axis.case(setup, end)
         return [partial(walk_search, axis, setup, *span) for span in spans]
@@ -131,15 +119,11 @@ def _axis(axis: Axis) -> Item:
     return Item(axis.name, axis.refusal, searches)
 
 
-def _pair(pair: Pair) -> Item:
-    return Item(pair.name, pair.refusal, lambda setup, _: [partial(map_search, setup, pair)])
-
-
 ITEMS = {
     item.name: item
     for item in (
         *map(_axis, AXES.values()),
-        *map(_pair, PAIRS),
+        *(Item(p.name, p.refusal, lambda setup, _, p=p: [partial(map_search, setup, p)]) for p in PAIRS),  # type: ignore[misc]
         Item("determinism", lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
         Item("flight", AXES["float"].refusal, lambda setup, _: [partial(float_search, setup)]),
     )
@@ -179,9 +163,12 @@ class LimitPlan:
 
 
 def plan_limits(
-    name: str, scene: Scene, engines: Sequence[Engine[Any]], preset: str | None, asked: Request
+    name: str, scene: Scene, engines: Sequence[Engine[Any]], preset: str | None, asked: Sequence[str], span: Span
 ) -> LimitPlan:
     """Return the plan of a scene.
+
+    Args:
+        asked: names of `ITEMS`; everything where there is none.
 
     Raises:
         InvalidInput: the machine cannot be given with an end of the range.
@@ -194,17 +181,17 @@ def plan_limits(
     reasons: dict[str, str] = {}
     had: set[str] = set()
     for setup in fit:
-        for item in (ITEMS[name] for name in asked.names or ITEMS):
+        for item in (ITEMS[name] for name in asked or ITEMS):
             refusal = item.refusal(setup)
             if refusal is None:
                 had.add(item.name)
-                searches += item.searches(setup, asked)
+                searches += item.searches(setup, span)
                 continue
             reasons[item.name] = refusal
             if item.name in AXES:
                 refused.append(Walk(item.name, setup.name, setup.engine, setup.preset, refusal, (), ()))
     if fit:
-        unfit = {} if not asked.names else {item: reason for item, reason in reasons.items() if item not in had}
+        unfit = {} if not asked else {item: reason for item, reason in reasons.items() if item not in had}
     return LimitPlan(name, scene, tuple(engines), tuple(refused), unfit, tuple(searches))
 
 
