@@ -18,14 +18,6 @@ from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 
 from conrod import PymunkSettings
 from conrod.engines import ENGINES, engine_named, engine_names
-from conrod.engines.capabilities import (
-    MEANINGS,
-    HasIngredients,
-    Lacking,
-    ModelFile,
-    capability,
-    required,
-)
 from conrod.engines.registry import (
     OPTIONAL,
     _brought,
@@ -33,7 +25,6 @@ from conrod.engines.registry import (
     installed_extras,
     line_style,
     loadable_engines,
-    look_of,
 )
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
@@ -47,7 +38,6 @@ STEPS = 100
 
 
 def forget() -> None:
-    """Look for engines anew."""
     _brought.cache_clear()
     engine_named.cache_clear()
 
@@ -58,13 +48,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return installed_in(tmp_path_factory.mktemp("site"))
 
 
-@pytest.fixture
-def brought(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The planted engine, installed beside conrod."""
-    monkeypatch.syspath_prepend(str(folder))
+@pytest.fixture(autouse=True)
+def fresh() -> Iterator[None]:
+    """Each test looks for engines anew, and leaves none behind."""
     forget()
     yield
     forget()
+
+
+@pytest.fixture
+def brought(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The planted engine, installed beside conrod."""
+    monkeypatch.syspath_prepend(str(folder))
 
 
 @pytest.fixture
@@ -179,6 +174,9 @@ def test_all_is_every_installed_engine() -> None:
     assert found == [*ENGINES, NAME, *installed_extras()]
     assert [one.name for one in select_engines([NAME, "pymunk", NAME])] == [NAME, "pymunk"]
     assert [one.name for one in select_engines([])] == [*ENGINES, NAME]
+    assert engine_named(NAME) is ENGINE
+    assert engine_packages()[-1] == "planted-engine"
+    assert line_style(NAME, "sharp") == ENGINE.presets["sharp"].style
 
 
 def test_the_documented_table_is_that_of_the_engines() -> None:
@@ -199,16 +197,6 @@ def columns(text: str) -> dict[str, tuple[str, ...]]:
 # -- the registry ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.usefixtures("brought")
-def test_a_brought_engine_stands_beside_those_that_ship() -> None:
-    assert engine_names() == (*ENGINES, NAME)
-    assert engine_named(NAME) is ENGINE
-    assert engine_packages()[-1] == "planted-engine"
-    assert look_of(NAME).title == NAME
-    assert look_of(NAME).colour not in {one.colour for one in ENGINES.values()}
-    assert line_style(NAME, "sharp") == ENGINE.presets["sharp"].style
-
-
 def test_without_it_its_name_is_unknown() -> None:
     assert NAME not in engine_names()
     with pytest.raises(InvalidInput, match=r"unknown engine 'planted': choose from box2d, exudyn, mjx, mujoco, pymunk"):
@@ -227,27 +215,18 @@ def test_an_engine_that_cannot_be_loaded_is_named(
     value: str, name: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(str(installed_in(tmp_path, value, name)))
-    forget()
     with pytest.raises(InvalidInput, match=f"engine '{name}'.*{reason}"):
         engine_named(name)
-    # In a command it is refused where it is named, and else left out with a line.
-    words, ledger = (
-        ("validate", "saw-40rpm", "--steps-per-rev", "100", "--revolutions", "1"),
-        tmp_path / "ledger.sqlite",
-    )
-    named = conrod(*words, "--engine", name, cwd=tmp_path, ledger=ledger)
+
+
+def test_a_command_refuses_a_broken_engine_where_it_is_named_and_else_leaves_it_out_with_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(installed_in(tmp_path, "no_such_module:ENGINE", "broken")))
+    words = ("validate", "saw-40rpm", "--steps-per-rev", "100", "--revolutions", "1")
+    named = conrod(*words, "--engine", "broken", cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
     assert (named.returncode, named.stdout, named.stderr.count("\n")) == (2, "", 1)
-    unnamed = conrod(*words, cwd=tmp_path, ledger=ledger)
+    unnamed = conrod(*words, cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
     assert unnamed.returncode in (0, 1)
-    assert f"conrod: left out: engine '{name}'" in unnamed.stderr
+    assert "conrod: left out: engine 'broken'" in unnamed.stderr
     assert "pymunk" in unnamed.stdout
-    forget()
-
-
-@pytest.mark.parametrize("kind", MEANINGS, ids=lambda kind: kind.__name__)
-def test_a_capability_is_had_or_lacked_with_a_reason(kind: type[Any]) -> None:
-    for name in ENGINES if kind not in (ModelFile, HasIngredients) else ("mujoco",):
-        assert capability(engine_named(name), kind) is engine_named(name)
-    assert capability(ENGINE, kind) == Lacking(f"planted has no {MEANINGS[kind]}")
-    with pytest.raises(InvalidInput, match="planted has no"):
-        required(ENGINE, kind)
