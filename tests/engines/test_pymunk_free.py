@@ -11,7 +11,7 @@ import pytest
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energy_drift, exact, pose_error
 
 from conrod.engines import engine_named
-from conrod.engines.pymunk import free_run as own
+from conrod.engines.pymunk import dynamics as own
 from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.space import Build
 from conrod.engines.tracks import FreeRun, Pace

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.healthy import variant
 from conrod.engines import engine_named
-from conrod.engines.centres import by_centres, inverse_masses, one_iteration
+from conrod.engines.numerics import by_centres, inverse_masses, one_iteration
 from conrod.engines.pymunk import settings as iteration
 from conrod.engines.pymunk.settings import PymunkSettings, iterations_by_masses
 from conrod.engines.pymunk.space import build

@@ -12,9 +12,9 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome
 from conrod.engines import engine_named
-from conrod.engines.centres import body_states
 from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
 from conrod.engines.mujoco.model import build
+from conrod.engines.numerics import body_states
 from conrod.engines.pymunk.dynamics import point_tracks, staggered
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare

@@ -15,8 +15,8 @@ from catalogue import CAM, SAW
 
 from conrod import MuJoCoSettings, run
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.centres import body_states
 from conrod.engines.mujoco.model import build
+from conrod.engines.numerics import body_states
 from conrod.exact.motion import Array
 from conrod.studies.frame.timing import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, time_run
 

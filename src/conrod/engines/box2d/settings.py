@@ -10,9 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from conrod.engines.centres import by_centres, equations, inverse_masses, one_iteration
 from conrod.engines.engine import DASHED, DOTTED, SINGLE, STOCK, EngineSettings, Machine, Preset, step_length
-from conrod.engines.numerics import MEETING
+from conrod.engines.numerics import MEETING, by_centres, equations, inverse_masses, one_iteration
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.units import check_count, check_number
 

@@ -10,10 +10,9 @@ import numpy as np
 import pymunk
 
 from conrod.engines.capabilities import REFERENCE, KinematicResult
-from conrod.engines.centres import body_states
 from conrod.engines.engine import STOCK, Engine, Machine, run_of
-from conrod.engines.numerics import StraightAhead, approached, close_gap
-from conrod.engines.pymunk import dynamics, forces, free_run, grid, law, space
+from conrod.engines.numerics import StraightAhead, approached, body_states, close_gap
+from conrod.engines.pymunk import dynamics, forces, grid, law, space
 from conrod.engines.pymunk.dynamics import started as start_of
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.loads import pushes_of
@@ -230,7 +229,7 @@ class Pymunk(Engine[PymunkSettings]):
     solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
     forces = staticmethod(forces.forces)
-    free_run = staticmethod(free_run.free_run)
+    free_run = staticmethod(dynamics.free_run)
     stepper = staticmethod(started)
     reference_loop = staticmethod(reference_loop)
     paste = staticmethod(grid.paste)

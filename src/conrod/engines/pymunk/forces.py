@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.engines.centres import body_states
 from conrod.engines.engine import Machine
+from conrod.engines.numerics import body_states
 from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.settings import PymunkSettings

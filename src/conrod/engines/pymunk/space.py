@@ -12,8 +12,8 @@ import numpy as np
 import pymunk
 
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
-from conrod.engines.centres import centre_state
 from conrod.engines.engine import Machine
+from conrod.engines.numerics import centre_state
 from conrod.engines.pymunk.gears import gears_refusal, ties
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
