@@ -16,7 +16,7 @@ from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
-from conrod.report.drawing.links import link_shape
+from conrod.report.drawing.links import link_outline
 from conrod.report.drawing.view import Slide, slide_of, ways
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_scene
@@ -40,12 +40,9 @@ def figure(name: str) -> Figure:
 
 def test_a_link_is_a_bar_along_what_is_in_line_and_a_plate_around_what_is_not() -> None:
     ends = [place(0.0, 0.0), place(4.0, 0.0)]
-    bar = link_shape(ends, [place(6.0, 0.0), place(1.0, 0.01)])
-    np.testing.assert_array_equal(bar.corners, [(0.0, 0.0), (6.0, 0.0)])
-    plate = link_shape(ends, [place(2.0, 1.0)])
-    assert len(plate.corners) == 3
-    assert len(plate.edges) == 4
-    assert plate.arms == bar.arms == ()
+    np.testing.assert_array_equal(link_outline([*ends, place(6.0, 0.0), place(1.0, 0.01)]), [(0.0, 0.0), (6.0, 0.0)])
+    assert len(link_outline([*ends, place(2.0, 1.0)])) == 3
+    assert len(link_outline(ends[:1])) == 0
 
 
 # -- slides ----------------------------------------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import assert_never
 
 import numpy as np
@@ -61,7 +60,7 @@ def draw_links(view: View) -> None:
             min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]
         ]
         seen = [view.place(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
-        _body(view, body.name, link_shape(held + near, seen))
+        _body(view, body.name, link_outline(held + near + seen))
 
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:
@@ -140,41 +139,10 @@ def _cam(view: View, contact: CamContact) -> None:
 # -- shapes of links --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class LinkShape:
-    """The shape of a link, in the plane of the drawing.
-
-    Attributes:
-        corners: the two ends of a bar, the corners of a plate, counter-clockwise, or none; (C, 2).
-        arms: lines from the link to places that no joint holds; each (2, 2).
-    """
-
-    corners: Array
-    arms: tuple[Array, ...] = ()
-
-    @property
-    def edges(self) -> Array:
-        """The bar, or the way around the plate; (E, 2)."""
-        return np.vstack([self.corners, self.corners[:1]]) if len(self.corners) > 2 else self.corners
-
-
-def link_shape(held: Sequence[Array], seen: Sequence[Array] = ()) -> LinkShape:
-    """The shape of a link that joints hold at some places, and that is looked at in others; each place (2,).
-
-    A bar between joints reaches to what is looked at, or becomes a plate with it. A link that joints hold in no line is
-    a plate as it is, and one that they hold at one place is none: what is looked at hangs on these by arms.
-    """
-    own = _distinct(held)
-    if len(own) > 1 and _in_line(own):
-        return LinkShape(_spanned(_distinct([*own, *seen])))
-    plate = _spanned(own) if len(own) > 1 else np.empty((0, 2))
-    outside = [place for place in _distinct([*own, *seen])[len(own) :] if len(own) and not _within(plate, place)]
-    nearest = (min(own, key=lambda other: float(np.linalg.norm(other - place))) for place in outside)
-    return LinkShape(plate, tuple(np.array(arm) for arm in zip(nearest, outside, strict=True)))
-
-
-def _distinct(places: Sequence[Array]) -> list[Array]:
-    return list({tuple(np.round(place, DIGITS)): place for place in reversed(places)}.values())[::-1]
+def link_outline(places: Sequence[Array]) -> Array:
+    """The two ends of a bar through places in line, else the corners of a plate around them; (C, 2), none for one."""
+    own = list({tuple(np.round(place, DIGITS)): place for place in reversed(places)}.values())[::-1]
+    return _spanned(own) if len(own) > 1 else np.empty((0, 2))
 
 
 def _in_line(places: Sequence[Array]) -> bool:
@@ -202,19 +170,13 @@ def _spanned(places: Sequence[Array]) -> Array:
     return np.roll(corners, -int(np.lexsort(corners.T[::-1])[0]), axis=0)
 
 
-def _within(plate: Array, place: Array) -> bool:
-    """True for a place on the left of all sides of a plate, or on one."""
-    sides, arms = np.roll(plate, -1, axis=0) - plate, place - plate
-    turns = sides[:, 0] * arms[:, 1] - sides[:, 1] * arms[:, 0]
-    return bool(len(plate)) and bool(np.all(turns >= -(10.0**-DIGITS) * np.abs(sides).max(initial=0.0)))
-
-
-def _body(view: View, name: str, shape: LinkShape) -> None:
-    """A link as a bar, or as a plate with its edges; and its thin arms."""
-    if len(shape.corners) > 2:
-        view.on(name).add_patch(Polygon(shape.corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
-        view.labels.cover(np.asarray(shape.corners))
-    lines = [(shape.edges, BAR, 4)] if len(shape.edges) else []
-    for line, width, above in (*lines, *((arm, 1.5, 3) for arm in shape.arms)):
-        view.on(name).plot(*line.T, color=parts.LINK, linewidth=width, alpha=0.75, zorder=above)
-        view.labels.draw(line)
+def _body(view: View, name: str, corners: Array) -> None:
+    """A link as a bar, or as a plate with its edges."""
+    edges = corners
+    if len(corners) > 2:
+        view.on(name).add_patch(Polygon(corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
+        view.labels.cover(corners)
+        edges = np.vstack([corners, corners[:1]])
+    if len(corners):
+        view.on(name).plot(*edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
+        view.labels.draw(edges)
