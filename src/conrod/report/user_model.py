@@ -10,8 +10,7 @@ from typing import Any
 
 from conrod.own.models.identity import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
-from conrod.own.models.results import ModelStudy
-from conrod.own.models.runs import QUANTITIES, JudgedRun
+from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
 from conrod.report.results import exceeded_words

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -10,13 +11,64 @@ import numpy as np
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity
 from conrod.own.models.request import ModelFacts, Question
-from conrod.own.models.runs import CrankMotion, JudgedRun
+from conrod.runs.comparison import Size
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.validation.results import RefinementPoint
 
 AS_GIVEN, OWN = "its own run", "as it is"
 RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
+QUANTITIES = ("position", "velocity", "acceleration")
+# A mean speed that is off by more than a per cent is another speed; `conrod lint` drives no worse. The roughest drives
+# that handbooks allow, those of crushers, swing by a fifth of their speed from the slowest to the fastest.
+STRAYED, UNEVEN = 0.01, 0.1
+
+
+@dataclass(frozen=True)
+class JudgedRun:
+    """A run with its errors.
+
+    Attributes:
+        errors: by observed point and by quantity; None where it did not complete.
+        phase: largest deviation of the crank angle from the nominal one [rad].
+    """
+
+    label: str
+    outcome: Outcome
+    reason: str
+    steps_per_revolution: float
+    errors: Mapping[str, Mapping[str, Size]] | None
+    phase: float
+
+    def worst(self, quantity: str, measure: str = "max") -> float | None:
+        """The largest error of a quantity over all points; None where the run did not complete."""
+        if self.errors is None:
+            return None
+        return float(np.max([getattr(sizes[quantity], measure) for sizes in self.errors.values()]))
+
+    def judged_error(self, name: str) -> float:
+        """The error that a tolerance of this name is compared with; not a number where the run did not complete."""
+        quantity, _, measure = name.partition("_")
+        found = self.phase if quantity == "phase" else self.worst(quantity, measure or "max")
+        return math.nan if found is None else found
+
+
+@dataclass(frozen=True)
+class CrankMotion:
+    """Motion of a crank in the last turn's time of a run, at the scene's speed.
+
+    Attributes:
+        mean, least, most: of its speed [rad/s].
+    """
+
+    mean: float
+    least: float
+    most: float
+
+    def strays(self, speed: float) -> bool:
+        """True if its mean speed is not the commanded one [rad/s], or it was off that by a tenth at any time."""
+        mean, *ends = (abs(own / speed - 1.0) for own in (self.mean, self.least, self.most))
+        return mean > STRAYED or max(ends) > UNEVEN
 
 
 @dataclass(frozen=True)
