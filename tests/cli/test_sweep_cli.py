@@ -163,48 +163,12 @@ def test_results_are_a_tidy_table(folder: Path) -> None:
     assert len({row["key"] for row in rows}) == len(rows)
 
 
-def test_results_are_chosen_by_an_expression_and_the_same_in_all_formats(folder: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow.parquet")
-    where = ("--where", "outcome = 'completed'", "--where", "position_max < 1e-3")
-    done = conrod("results", *where, "--csv", "a.csv", "--json", "a.json", "--parquet", "a.parquet", cwd=folder)
+def test_a_table_as_json_has_what_its_csv_has(folder: Path) -> None:
+    done = conrod("results", "--csv", "a.csv", "--json", "a.json", cwd=folder)
     assert done.returncode == 0, done.stderr
-    objects = json.loads((folder / "a.json").read_text())
     rows = list(csv.DictReader(io.StringIO((folder / "a.csv").read_text())))
-    table = pyarrow.read_table(folder / "a.parquet").to_pylist()
-    assert objects
-    assert all(row["position_max"] < 1e-3 for row in objects)
-    assert [float(row["position_max"]) for row in rows] == [row["position_max"] for row in objects]
-    assert table == objects
-
-
-@pytest.mark.parametrize(
-    ("expression", "nearest"), [("positon_max < 1", "position_max"), ('"setting.iteration" = 10', "setting.iterations")]
-)
-def test_an_expression_with_an_unknown_column_names_the_nearest(expression: str, nearest: str, folder: Path) -> None:
-    told_in_one_line(conrod("results", "--where", expression, cwd=folder), f"did you mean '{nearest}'?")
-
-
-@pytest.mark.parametrize(
-    ("typed", "meant"),
-    [
-        ("engine = pymunk", "engine = 'pymunk'"),
-        ('engine = "pymunk"', "engine = 'pymunk'"),
-        ("scene = saw-500rpm and position_max < 1", "scene = 'saw-500rpm' and position_max < 1"),
-    ],
-)
-def test_a_text_without_quotes_is_no_column_and_selects_with_them(typed: str, meant: str, folder: Path) -> None:
-    told_in_one_line(conrod("results", "--where", typed, cwd=folder), "with texts in single quotes")
-    assert len(conrod("results", "--where", meant, cwd=folder).stdout.splitlines()) > 1
-
-
-@pytest.mark.parametrize(
-    "harm",
-    ["outcome = 'x') or (1", "1); DROP TABLE results; --", "(SELECT writefile('x', 'y'))", "load_extension('x')"],
-)
-def test_an_expression_can_only_read(harm: str, folder: Path) -> None:
-    before = sorted(path.name for path in folder.iterdir())
-    told_in_one_line(conrod("results", "--where", harm, cwd=folder), "--where")
-    assert sorted(path.name for path in folder.iterdir()) == before
+    objects = json.loads((folder / "a.json").read_text())
+    assert [row["position_max"] for row in rows] == [str(row["position_max"] or "") for row in objects]
 
 
 # -- sweep -----------------------------------------------------------------------------------------------------------

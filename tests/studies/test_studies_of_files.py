@@ -92,8 +92,6 @@ def test_a_sweep_of_a_file_goes_on_and_an_edited_file_is_another_machine(tmp_pat
     assert rows
     assert {row["scene"] for row in rows} == {"own"}
     assert all('"bodies"' in row["parameter.mechanism"] for row in rows)
-    shown = conrod("results", "--ledger", str(ledger), "--where", "scene = 'another'").stdout
-    assert len(shown.splitlines()) <= 1
     longer = catalogue_scene(PASS.stem)
     name = next(name for name in longer.parameters if name.endswith("mass"))
     other = longer.with_parameters(**{name: 1.01 * longer.parameters[name]})

@@ -76,10 +76,10 @@ def test_killed_in_the_middle_and_continued_the_results_are_those_of_an_undistur
     assert said == f"runs: {count - kept} to do, {kept} in the ledger"
     assert continued == undisturbed
     # The results are rows of the table of all results.
-    where = f"study = '{kind}' AND preset = 'tuned'"
-    done = conrod("results", "--where", where, "--json", "rows.json", ledger=ledger, cwd=tmp_path)
+    done = conrod("results", "--json", "rows.json", ledger=ledger, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    rows = json.loads((tmp_path / "rows.json").read_text())
+    every = json.loads((tmp_path / "rows.json").read_text())
+    rows = [row for row in every if (row["study"], row["preset"]) == (kind, "tuned")]
     assert {row["engine"]: row[COLUMNS[kind]] > 0.0 for row in rows} == {"mujoco": True, "pymunk": True}
 
 

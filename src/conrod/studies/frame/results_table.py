@@ -1,18 +1,13 @@
-"""The ledger as a tidy table: a row a run (and machine that timed it), chosen by an expression, in three formats."""
+"""The ledger as a tidy table: a row a run, and machine that timed it."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-import re
-import sqlite3
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from conrod.errors import InvalidInput, unknown_choice
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.studies.frame.measurement import MEASURES, QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
@@ -96,90 +91,15 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
     }
 
 
-Row = Mapping[str, Any]
-# A text, or a name in double quotes, which SQLite would take for a text where there is no such column.
-QUOTED = re.compile(r"""('[^']*')|"([^"]*)\"""")
-NO_COLUMN = "no such column: "
-
-
-@dataclass(frozen=True)
-class ResultsTable:
-    """Columns by name, in order; every row has all of them, None where it has no value."""
-
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Any, ...], ...]
-
-    def written(self, form: str) -> str | bytes:
-        """The table as csv (an empty cell where there is no value), json (a list of objects, one a line) or parquet.
-
-        Raises:
-            InvalidInput: pyarrow is not installed.
-        """
-        if form == "parquet":
-            return self._parquet()
-        if form == "json":
-            lines = [json.dumps(dict(zip(self.columns, row, strict=True)), allow_nan=False) for row in self.rows]
-            return "[\n" + ",\n".join(lines) + "\n]\n"
-        stream = io.StringIO()
-        if self.columns:
-            csv.writer(stream, lineterminator="\n").writerows([self.columns, *self.rows])
-        return stream.getvalue()
-
-    def _parquet(self) -> bytes:
-        try:
-            import pyarrow
-            import pyarrow.parquet
-        except ImportError:
-            raise InvalidInput("--parquet needs pyarrow: pip install pyarrow") from None
-        values = {name: [row[i] for row in self.rows] for i, name in enumerate(self.columns)}
-        stream = io.BytesIO()
-        pyarrow.parquet.write_table(pyarrow.table(values), stream)
-        return stream.getvalue()
-
-
-def results_table(rows: Iterable[Row], where: Sequence[str] = ()) -> ResultsTable:
-    """The rows for which all expressions hold, with the union of their columns.
-
-    Args:
-        where: SQL expressions on the columns, such as `engine = 'mujoco' and position_max < 1e-6`; names with a point
-            are put in double quotes.
-
-    Raises:
-        InvalidInput: an expression that SQLite does not understand; says what it stumbled on.
-    """
-    kept = list(rows)
-    columns = tuple(dict.fromkeys(name for row in kept for name in row))
-    if not columns:
-        return ResultsTable((), ())
-    names = ", ".join(_quoted(name) for name in columns)
-    with closing(sqlite3.connect(":memory:", isolation_level=None)) as memory:
-        memory.execute(f"CREATE TABLE results ({names})")
-        marks = ", ".join("?" * len(columns))
-        memory.executemany(f"INSERT INTO results VALUES ({marks})", ([row.get(c) for c in columns] for row in kept))
-        # Only what reads is allowed from here on: an expression is a user's, and may come from anywhere.
-        memory.set_authorizer(_reading_only)
-        asked = [QUOTED.sub(lambda found: found[1] or f"[{found[2]}]", expression) for expression in where]
-        for expression in asked:
-            # Without parentheses around it: what only they would balance is not an expression.
-            _selected(memory, f"{expression}\n", columns, most=0)
-        condition = " AND ".join(f"({expression})" for expression in asked) or "1"
-        return ResultsTable(columns, tuple(_selected(memory, condition, columns)))
-
-
-def _selected(memory: sqlite3.Connection, condition: str, columns: Sequence[str], most: int = -1) -> list[Any]:
-    try:
-        return memory.execute(f"SELECT * FROM results WHERE {condition} ORDER BY rowid LIMIT {most}").fetchall()
-    except (sqlite3.Error, sqlite3.Warning) as error:
-        text = str(error)
-        if text.startswith(NO_COLUMN):
-            text = str(unknown_choice("column", text.removeprefix(NO_COLUMN), columns))
-        raise InvalidInput(f"--where, SQL on the columns with texts in single quotes: {text}") from None
-
-
-def _reading_only(action: int, *_: Any) -> int:
-    reading = (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION)
-    return sqlite3.SQLITE_OK if action in reading else sqlite3.SQLITE_DENY
-
-
-def _quoted(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"'
+def table_text(rows: Sequence[Mapping[str, Any]], form: str) -> str:
+    """Rows with the union of their columns: csv (an empty cell where there is no value) or json (an object a line)."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    if form == "json":
+        lines = [json.dumps({name: row.get(name) for name in columns}, allow_nan=False) for row in rows]
+        return "[\n" + ",\n".join(lines) + "\n]\n"
+    stream = io.StringIO()
+    if rows:
+        table = csv.DictWriter(stream, columns, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    return stream.getvalue()
