@@ -182,12 +182,3 @@ def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     done = conrod("export", "saw-40rpm", "--format", "csv", "-o", "table.csv", cwd=tmp_path)
     refused(done, "No space left on device", "table.csv")
     assert files_in(tmp_path) == []
-
-
-def test_a_command_has_one_thread_of_linear_algebra_unless_the_user_asks_for_others(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
-    monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    conrod("--version")
-    assert (os.environ["OPENBLAS_NUM_THREADS"], os.environ["OMP_NUM_THREADS"]) == ("1", "2")

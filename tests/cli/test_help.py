@@ -9,7 +9,7 @@ import pytest
 from command_line import conrod
 
 from conrod.cli import VERBS, cli
-from conrod.cli.options import HEADING, SHARED
+from conrod.cli.options import SHARED
 
 LINES, COLUMNS = 24, 80
 CONTEXT = click.Context(cli)
@@ -40,20 +40,6 @@ def fits_one_screen(text: str) -> bool:
 @pytest.mark.parametrize("arguments", [(), *((name,) for name in VERBS)])
 def test_help_is_one_screen(arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     assert fits_one_screen(help_of(*arguments, "--help", monkeypatch=monkeypatch))
-
-
-@pytest.mark.parametrize("name", VERBS)
-def test_all_help_has_every_option_once_under_its_heading(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole, short = (help_of(name, asked, monkeypatch=monkeypatch) for asked in ("--help-all", "--help"))
-    for option in options_of(verb(name)):
-        heading = getattr(option, "heading", HEADING)
-        assert heading + ":" in whole
-        listed = [
-            line for line in whole.partition(HEADING + ":")[2].splitlines() if line.split()[:1] == option.opts[:1]
-        ]
-        listed += [line for line in whole.splitlines() if line.strip().startswith(f"{option.opts[0]}, ")]
-        assert len(listed) == 1, option.opts
-        assert option.opts[-1] in short
 
 
 @pytest.mark.parametrize("option", SHARED)

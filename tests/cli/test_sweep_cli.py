@@ -89,14 +89,6 @@ def quick(folder: Path) -> dict[str, Any]:
     return found["answers"]["mujoco"]
 
 
-def test_a_quick_recommendation_takes_few_runs_and_says_so(folder: Path, quick: dict[str, Any]) -> None:
-    text = (folder / "quick.txt").read_text()
-    assert "found from the shipped sweeps of saw-500rpm, by " in text
-    assert "as pasted position" in text
-    assert text.startswith(f"mujoco: {quick['rule']}, {quick['steps']} steps per revolution")
-    assert (folder / "report" / "README.md").read_text().count(quick["paste"].splitlines()[0]) == 1
-
-
 def test_the_model_and_what_is_pasted_keep_the_promise_in_plain_mujoco(folder: Path, quick: dict[str, Any]) -> None:
     model = mujoco.MjModel.from_xml_path(str(folder / "saw.xml"))
     elements, _, statements = quick["paste"].partition("# after compiling")

@@ -32,22 +32,11 @@ from conrod.report.saved import restored
 from conrod.report.table import Table, Toned, table
 
 ROOT = Path(__file__).parents[2]
-WIDTHS = (60, 80, 100, 120)
+WIDTHS = (60, 100)
 VERDICTS = ("within tolerance", "measured, not judged", "out of tolerance", "unsupported")
-# Headings that a record does without: of its name, of what stands above it, of its verdict.
-UNTITLED = {
-    "scene",
-    "engine",
-    "preset",
-    "axis",
-    "verdict",
-    "name",
-    "parameter",
-    "point",
-    "link",
-    "driven",
-    "ingredient",
-}
+# Headings that a record does without.
+NAMES = ("scene", "engine", "preset", "axis", "name", "parameter", "point", "link", "driven", "ingredient")
+UNTITLED = {*NAMES, "verdict"}
 NUMBER = re.compile(r"[<>-]?\d[\d.]*(e-?\d+)?")
 Print = Callable[[], object]
 
@@ -129,7 +118,7 @@ def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.Capt
     piped = lines_of(what, None, capsys)
     assert [line for line in piped if line != line.rstrip()] == []
     code = found_in_model()[0].lines.splitlines() if verb == "harden" else []
-    for width in (60, 100) if verb == "show SCENE" else WIDTHS:
+    for width in WIDTHS:
         narrow = [line for line in lines_of(what, width, capsys) if line not in code]
         if verb == "results":
             assert narrow == piped  # comma-separated values, for programs

@@ -24,8 +24,8 @@ from conrod.report.html.page import document, sections_of
 from conrod.report.html.spots import with_spots
 from conrod.report.kind import kind_named
 from conrod.report.saved import restored
-from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.report import _diagram, _spots
+from conrod.report.sweep.tables import timed_points
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names
 from conrod.studies.frame.writing import Batch

@@ -7,7 +7,6 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -24,13 +23,11 @@ from conrod.report.sweep.tables import (
     cheapest_table,
     findings,
     front_table,
-    orders_table,
 )
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.measurement import QUANTITIES
-from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
@@ -46,12 +43,6 @@ def study() -> SweepStudy:
 def figure(study: SweepStudy) -> Figure:
     """The work-precision diagram."""
     return drawn(study)
-
-
-@pytest.fixture(scope="module")
-def batch(study: SweepStudy, tmp_path_factory: pytest.TempPathFactory) -> Batch:
-    """The whole report, rendered once."""
-    return report_batch(KIND, {study.name: study}, tmp_path_factory.mktemp("sweep"), COMMAND)
 
 
 def drawn(study: SweepStudy) -> Figure:
@@ -126,12 +117,6 @@ def test_without_timings_there_is_no_diagram_and_no_sentence_about_cost(study: S
 # -- findings ----------------------------------------------------------------------------------------------------------
 
 
-def row(table: Table, *first: str) -> dict[str, str]:
-    """The cells, by heading, of the row that begins so."""
-    (found,) = [cells for cells in table.rows if cells[: len(first)] == first]
-    return dict(zip(table.headings, map(str, found), strict=True))
-
-
 def test_the_cheapest_settings_come_first_and_what_does_not_reach_them(study: SweepStudy) -> None:
     mujoco, pymunk = findings(study)
     assert "RK4, solref T/10, hardened 1e-9 (`hardened`), at 100 steps per revolution (M6): 800 µs" in mujoco
@@ -143,35 +128,6 @@ def test_the_cheapest_settings_come_first_and_what_does_not_reach_them(study: Sw
     for point in (p for p in study.points if p.preset == "stock" and p.completed):
         good = changed(good, point.label, errors=errors_of(1e-7))
     assert not [text for text in findings(good) if "never" in text]
-
-
-# -- tables ------------------------------------------------------------------------------------------------------------
-
-
-def test_every_preset_has_its_order_or_plateau(study: SweepStudy) -> None:
-    found = orders_table(study)
-    assert len(found.rows) == 4
-    assert all(cells[1].endswith("`)") for cells in found.rows)
-    assert found.rows[0][2] == "plateau 0.040"
-    assert row(found, "pymunk", "error_bias 0, 10 iterations (`tuned`)")["position"] == "2.0"
-
-
-# -- the files ---------------------------------------------------------------------------------------------------------
-
-
-def test_the_report_is_whole_and_small(batch: Batch) -> None:
-    for name in ("README.md", "saw-500rpm.md"):
-        links = re.findall(r"\]\(([^)]+)\)", str(batch.files[name]))
-        assert links
-        assert not [link for link in links if link not in batch.files and link != "data/"]
-    drawings = [str(text) for name, text in batch.files.items() if name.startswith("figures/")]
-    assert len(drawings) == 2
-    for text in drawings:
-        ElementTree.fromstring(text)
-    page = " ".join(str(batch.files["saw-500rpm.md"]).split())
-    assert "taken on a machine" in page
-    assert "The grid `coarse`, 20 runs: 18 completed, 2 opened." in page
-    assert "newcomer is unsupported: newcomer has no grid of settings." in page
 
 
 # -- the page that explains --------------------------------------------------------------------------------------------

@@ -26,7 +26,6 @@ from synthetic import (
 from conrod import Comparison, Outcome, compare
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import ExactMotions, track_errors
 from conrod.runs.outcome import judge
@@ -358,18 +357,3 @@ def test_errors_are_taken_at_the_angle_rate_and_acceleration_that_the_crank_had(
             np.testing.assert_allclose(ExactMotions(SAW).error(moved, name, quantity), [[1.0, -2.0]] * 50, atol=1e-9)
         late = np.linalg.norm(motion.point(name).position - steady.point(name).position, axis=1) / SAW.lengths[name]
         np.testing.assert_allclose(errors.total.error, late, atol=ROUNDING)
-
-
-def test_what_a_comparison_has_not_is_refused_with_the_choices() -> None:
-    made = synthetic_trajectory(SAW, revolutions=0.1)
-    found = compare(made, SAW)
-    for asked, line in (
-        (("positon",), "unknown quantity 'positon': did you mean 'position'"),
-        (("position", "maxx"), "unknown measure 'maxx': did you mean 'max'"),
-    ):
-        with pytest.raises(InvalidInput, match=f"^{line}"):
-            found.worst(*asked)
-    with pytest.raises(InvalidInput, match=r"^unknown observed point 'Z'"):
-        found.points["Z"]
-    with pytest.raises(InvalidInput, match=r"^compare takes a scene, not its name"):
-        compare(made, "saw-500rpm")  # type: ignore[arg-type]

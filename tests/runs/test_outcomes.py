@@ -64,18 +64,6 @@ def with_rate(ratio: float, first: int) -> Change:
     return change
 
 
-# -- the list --------------------------------------------------------------------------------------------------------
-
-
-def test_the_list_of_outcomes_is_closed_and_reads_back() -> None:
-    slugs = {
-        "completed", "diverged", "exploded", "reset", "flipped", "locked", "opened", "lost-contact", "tunnelled",
-        "stalled", "crashed", "timed-out", "out-of-memory", "unsupported",
-    }  # fmt: skip
-    assert {outcome.slug for outcome in Outcome} == slugs
-    assert all(Outcome.of(outcome.slug) is outcome and outcome.meaning for outcome in Outcome)
-
-
 # -- told from motion: one rule each ---------------------------------------------------------------------------------
 
 
@@ -229,6 +217,3 @@ def test_a_small_defect_is_an_error_and_not_an_outcome(name: str) -> None:
     tracks = BodyTracks(states, states, states)
     assert judge(scene.kinematics, tracks, scene.speed).outcome is Outcome.COMPLETED
     assert compare(synthetic_trajectory(scene, longer_rod(scene), stamps=TOGETHER), scene).worst("position") > 1e-5
-
-
-# -- told from real runs ---------------------------------------------------------------------------------------------

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import subprocess
 import sys
 from dataclasses import fields, replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,7 +17,7 @@ from conrod.engines.engine import Engine
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import size_of
 from conrod.runs.plain import plain
-from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors, RunningSize
+from conrod.runs.run_errors import RunningSize
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
@@ -43,39 +41,6 @@ def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(cou
     for first in range(0, count, piece):
         running.add(values[first : first + piece], max(0, count - first - piece))
     assert running.size == size_of(values)
-
-
-def stretch(errors: float, closure: Any, phase: list[float], left: int = 0) -> Any:
-    one = SimpleNamespace(**dict.fromkeys(("position", "velocity", "acceleration", "total"), SimpleNamespace()))
-    for series in vars(one).values():
-        series.error = np.array([errors])
-    return SimpleNamespace(
-        points={"C": one}, closure={"position": np.array(closure)}, drive={}, phase=[np.array(phase)] * 2, left=left
-    )
-
-
-def test_the_largest_of_all_stretches_is_kept_and_the_last_phase() -> None:
-    assert PointSizes().worst("position") is None
-    found = RunErrors()
-    for one in (stretch(2.0, [], [0.1, 0.5], 1), stretch(1.0, [3.0, 0.5], [0.2]), stretch(0.5, [1.0], [0.3])):
-        found.add(one)
-    assert found.worst("velocity") == 2.0
-    every = found.found()
-    assert (every["closure"], every["phase"]) == ({"position": 3.0}, {"max": 0.5, "final": 0.3})
-    assert found._largest["phase"] == {"0": 0.5, "1": 0.5}
-
-
-@pytest.mark.parametrize(("count", "piece"), [(1001, 1001), (1001, 7), (100, 33)])
-def test_a_curve_is_drawn_of_the_largest_error_in_equal_spans(count: int, piece: int) -> None:
-    angles, errors = np.arange(count) / 8.0, NOISE[:count]
-    curve = DrawnCurve()
-    for k in range(0, count, piece):
-        curve.add(angles[k : k + piece], errors[k : k + piece], max(0, count - k - piece))
-    middles, largest = curve.arrays
-    edges = np.linspace(0, count, min(180, count) + 1).astype(int)
-    spans = [slice(a, b) for a, b in itertools.pairwise(edges)]
-    np.testing.assert_array_equal(middles, [angles[span].mean() for span in spans])
-    np.testing.assert_array_equal(largest, [errors[span].max() for span in spans])
 
 
 def test_added_up_piece_by_piece_it_would_not_be() -> None:

@@ -51,8 +51,8 @@ class FakeEngine:
         return advance
 
 
-def timed(engine: Any, steps: int, **options: Any) -> Any:
-    return time_run(engine, SAW, MuJoCoSettings.stock(SAW, steps), clock=engine.clock, **options)
+def timed(engine: Any, steps: int) -> Any:
+    return time_run(engine, SAW, MuJoCoSettings.stock(SAW, steps), clock=engine.clock)
 
 
 def test_the_least_of_the_repeats_counts() -> None:
@@ -61,7 +61,6 @@ def test_the_least_of_the_repeats_counts() -> None:
     found = timed(engine, 1000)
     assert found.seconds_per_revolution == pytest.approx(1000 * 6e-6, rel=1e-15)
     assert (found.steps, found.repeats) == (1000, 3)
-    assert timed(FakeEngine([9000, 7000, 8000, 7500, 5100, 6000]), 1000, repeats=5).repeats == 5
 
 
 def test_the_ratio_is_to_a_step_of_the_reference_loop() -> None:
@@ -84,15 +83,6 @@ def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
     assert max(engine.advanced) == BLOCK
     # A clock too coarse to see a turn does not ask for endlessly many.
     assert timed(FakeEngine([1, 1, 1]), 20).steps == 20 * MOST_REVOLUTIONS
-
-
-def test_what_takes_too_long_is_given_up() -> None:
-    engine = FakeEngine([MILLISECOND])
-    assert timed(engine, 20000, limit=1.0) is None
-    assert sum(engine.advanced) < 20000
-    # Warm-up and one repeat of 2 s each fit into 5 s, a second repeat does not.
-    assert timed(FakeEngine([MILLISECOND]), 2000, limit=5.0).repeats == 1
-    assert timed(FakeEngine([MILLISECOND]), 2000, limit=3.0) is None
 
 
 # -- the engines' own steppers ---------------------------------------------------------------------------------------

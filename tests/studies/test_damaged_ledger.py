@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
 import random
 import shutil
@@ -13,14 +11,10 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from damaged_ledgers import CELLS, KEYS, SAW, Replayed, kept_whole, overwrite_place, overwrite_value, resumed
+from damaged_ledgers import CELLS, KEYS, kept_whole, overwrite_place, overwrite_value, resumed
 
 from conrod import InvalidInput
 from conrod.cli import cli
-from conrod.runs.plain import plain
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.forces.results import ForceErrors
-from conrod.studies.forces.study import ForceCase, ForcePlan, started
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
 
@@ -56,26 +50,6 @@ def test_sixty_overwritten_places_of_the_file_end_in_no_traceback(whole: Path, t
             refused.append(str(error))
     assert all("the ledger" in message and "\n" not in message for message in refused)
     assert len(refused) < 20  # what holds the rows together is a small part of the file
-
-
-def test_a_force_result_of_an_older_conrod_is_not_run(tmp_path: Path) -> None:
-    case = ForceCase("saw-500rpm", SAW, "mujoco", "hardened", ForcePlan())
-    result = dataclasses.replace(
-        started("saw-500rpm", SAW, case.made_by, "hardened", case.plan),
-        errors={"drive torque": ForceErrors(0.1, 0.1, None, 1.0, True)},
-    )
-    new = Measurement(
-        "completed", beside={"sizes": {}, "passed": None, "result": json.loads(json.dumps(plain(result)))}
-    )
-    old = Measurement.__new__(Measurement)
-    old.__dict__.update(json.loads(json.dumps(vars(new)).replace('"own_peak"', '"own"')))
-    assert case.understands(new)
-    assert not case.understands(old)
-    with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-        ledger.keep(case, old)
-        seen = Replayed({case.key: new})
-        assert run_cases([case], ledger, seen, watcher=seen) == {case.key: new}  # type: ignore[arg-type]
-    assert (seen.ran, seen.lost) == ([case.key], 1)
 
 
 def test_numbers_that_json_has_not_come_back(tmp_path: Path) -> None:

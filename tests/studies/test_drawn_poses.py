@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.running import followed
-from conrod.runs.comparison import Stretch
 from conrod.scenes import SCENES
-from conrod.studies.validation.plan import POSES, DrawnPoses, Plan, validate_dynamic
+from conrod.studies.validation.plan import POSES, Plan, validate_dynamic
 from conrod.studies.validation.results import ValidationResult
 
 SCENE = SCENES["saw-500rpm"]
@@ -35,25 +33,3 @@ def test_errors_of_poses_are_those_of_the_points_and_a_planted_one_is_not() -> N
     assert off(run) == pytest.approx(run.errors["C"]["position"]["max"], rel=0.02)
     planted = replace(run.poses, values=1.1 * run.poses.values)
     assert off(replace(run, poses=planted)) != pytest.approx(run.errors["C"]["position"]["max"], rel=0.02)
-
-
-def test_they_do_not_depend_on_how_a_run_is_cut() -> None:
-    engine, whole, found = engine_named("pymunk"), DrawnPoses(SCENE, 240), []
-
-    class Kept:
-        def add(self, stretch: Stretch) -> None:
-            found.append(stretch)
-
-    followed(engine, SCENE, engine.presets["stock"](SCENE, 240), 2.0, 0.0, whole, Kept())
-    one = found[0]
-    assert len(found) == 1
-    cut = DrawnPoses(SCENE, 240)
-    states, count = one.bodies.position, len(one.bodies.position.poses)
-    for first, last in ((0, 7), (7, 300), (300, count)):
-        part = replace(
-            states, instants=states.instants[first:last], poses=states.poses[first:last],
-        )  # fmt: skip
-        trajectory = replace(one.trajectory, bodies=replace(one.bodies, position=part))
-        cut.add(replace(one, trajectory=trajectory, left=count - last))
-    np.testing.assert_array_equal(cut.errors.angle, whole.errors.angle)
-    np.testing.assert_array_equal(cut.errors.values, whole.errors.values)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import os
 import time
 from collections.abc import Callable
@@ -15,15 +13,10 @@ import pymunk
 import pytest
 from planted_faults import MEMORY
 
-from conrod import InvalidInput, MuJoCoSettings, Outcome, PymunkSettings, Saw, Trajectory, run
-from conrod.runs.plain import plain
-from conrod.studies.execution.dispatch import run_cases
+from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, run
 from conrod.studies.execution.isolation import Ended, isolated
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.execution.worker import perform
-from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.limits.case import Declaration, LimitCase
 
 SAW = Saw()
 SETTINGS = PymunkSettings.tuned(SAW, 100)
@@ -98,31 +91,7 @@ def test_mistakes_are_raised_with_their_traceback_and_those_that_cannot_be_sent_
         isolated(run, SAW.with_parameters(speed=1.0), SETTINGS, 1.0)
 
 
-@pytest.mark.parametrize("change", [{"iterations": 0}, {"error_bias": -0.1}, {"collision_bias": float("nan")}])
-def test_settings_that_abort_pymunk_are_refused(change: dict[str, float]) -> None:
-    with pytest.raises(InvalidInput, match=next(iter(change))):
-        dataclasses.replace(SETTINGS, **change)
-
-
 # -- runs and engines in workers; many faults among many runs are in tests/attack --------------------------------------
-
-
-def test_a_run_at_an_engines_limits_is_the_same_in_a_worker_process(ledger: Ledger) -> None:
-    mechanism, tuned = SAW.mechanism(), MuJoCoSettings.tuned(SAW, 100)
-    turned = Declaration(
-        tuple(body.name for body in reversed(mechanism.bodies)), tuple(joint.name for joint in mechanism.joints)
-    )
-    cells = [
-        LimitCase("saw", SAW, PymunkSettings.tuned(SAW, 20)),
-        LimitCase("saw", SAW, tuned, declaration=turned),
-        LimitCase("saw", SAW, MuJoCoSettings.tuned(SAW, 5)),
-    ]
-    with LocalProcesses(1, cell_memory=MEMORY) as executor:
-        table = run_cases(cells, ledger, executor)
-    # As a file gives it back: tuples are lists.
-    kept = {cell.key: Measurement(**json.loads(json.dumps(plain(perform(cell))))) for cell in cells}
-    assert table == kept
-    assert [found.outcome for found in table.values()] == ["completed", "completed", "opened"]
 
 
 # With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).

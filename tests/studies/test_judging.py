@@ -19,9 +19,9 @@ from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.frame.case import key_of, pursue
+from conrod.studies.frame.case import key_of
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, results_of
+from conrod.studies.frame.result import AS_ASKED, refine, refinement_path
 from conrod.studies.frame.run import RunCase
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import Tolerance, ValidationResult
@@ -288,44 +288,6 @@ def test_a_measurement_of_another_form_is_not_understood() -> None:
     broken = {"outcome": "gone"}, {"beside": {}}, {"beside": {**measurement.beside, "result": {"scene": 1}}}
     for change in broken:
         assert case.understands(replace(measurement, **change)) is False  # type: ignore[arg-type]
-
-
-def test_results_come_by_scene_in_the_order_of_the_cases() -> None:
-    case, measurement = kept()
-    cases = [replace(case, name="b"), case, replace(case, name="b", plan=replace(case.plan, tolerance={"total": 1.0}))]
-    batches: list[list[ValidationCase]] = []
-
-    def run(batch: list[ValidationCase]) -> dict[str, Measurement]:
-        batches.append(batch)
-        return {one.key: measurement for one in batch}
-
-    first, second = pursue([results_of(cases), results_of([case])], run)
-    assert [[one.key for one in batch] for batch in batches] == [[case.key]]  # equal runs are one
-    assert {name: [one.scene for one in found] for name, found in first.items()} == {"b": ["b", "b"], "saw": ["saw"]}
-    assert first["b"][1].limits == {"total": 1.0}
-    assert list(second) == ["saw"]
-
-
-def test_studies_advance_together_until_the_last_one_ends() -> None:
-    case, measurement = kept()
-    other = replace(case, plan=Plan(50, 1.0))
-
-    def study(rounds: list[list[ValidationCase]]) -> Any:
-        found = []
-        for batch in rounds:
-            results = yield batch
-            found.append(sorted(results))
-        return found
-
-    asked: list[list[str]] = []
-
-    def run(batch: list[ValidationCase]) -> dict[str, Measurement]:
-        asked.append([one.key for one in batch])
-        return {one.key: measurement for one in batch}
-
-    found = pursue([study([]), study([[case], [other]]), study([[other]])], run)
-    assert found == [[], [[case.key], [other.key]], [[other.key]]]
-    assert asked == [[case.key, other.key], [other.key]]
 
 
 def test_a_refinement_runs_all_steps_over_one_stretch_and_the_judged_run_not_again() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,6 @@ from pathlib import Path
 import pytest
 from command_line import conrod
 
-from conrod.studies.execution.isolation import isolated
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.writing import PLANNED, STAGING, staging_in
 
@@ -115,9 +113,3 @@ def test_a_refused_command_makes_no_ledger(refused: tuple[str, ...], tmp_path: P
     done = conrod("validate", "saw-500rpm", *refused, "--ledger", "new/l.sqlite", cwd=tmp_path)
     assert done.returncode == 2
     assert list(tmp_path.iterdir()) == []
-
-
-def test_what_an_interpreter_prints_as_it_starts_is_no_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "sitecustomize.py").write_text("import os; os.write(1, b'9' * 1000); print('8' * 1000, flush=True)\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    assert isolated(os.path.basename, "a/b") == "b"

@@ -7,19 +7,16 @@ import os
 import sqlite3
 import subprocess
 import sys
-import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from conrod import InvalidInput, PymunkSettings, Saw
-from conrod.studies.frame import ledger as ledger_module
 from conrod.studies.frame import ledger_file
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.measurement import Measurement
-from conrod.studies.frame.results_table import study_of
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.timing import Timing
 
@@ -48,19 +45,6 @@ def test_a_measurement_comes_back_to_the_last_bit(ledger: Ledger, path: Path) ->
     with Ledger.open(path) as again:
         assert again.measurements(KEYS).get(KEYS[0]) == MEASURED
         assert again.measurements(KEYS).get(KEYS[1]) is None
-
-
-def test_more_keys_than_one_statement_takes(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ledger_module, "AT_ONCE", 7)
-    for k in range(0, 50, 2):
-        ledger.keep(CELLS[k], Measurement("completed", str(k)))
-        ledger.keep_timing(CELLS[k], dataclasses.replace(TIMING, steps=k))
-    even = set(KEYS[::2])
-    assert ledger.finished(iter(KEYS)) == even
-    assert {key: int(m.reason) for key, m in ledger.measurements(KEYS).items()} == {KEYS[k]: k for k in range(0, 50, 2)}
-    assert {key: t.steps for key, t in ledger.timings(KEYS, "one machine").items()} == {
-        KEYS[k]: k for k in range(0, 50, 2)
-    }
 
 
 def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(ledger: Ledger) -> None:
@@ -99,13 +83,6 @@ def test_a_row_says_what_was_run_and_what_came_of_it(ledger: Ledger) -> None:
     assert (row["study"], row["preset"]) == ("sweep", "tuned")
     assert row["predicted_position"] == MEASURED.prediction["position"]["predicted"]
     assert (row["ratio"], row["machine"]) == (2000.0, "one machine")
-
-
-def test_what_only_one_study_asks_for_is_known_by_its_identity() -> None:
-    assert study_of({"watched": 1}) == "limits"
-    assert study_of({"cost": 1, "against": {}}) == "ablate"
-    assert study_of({"study": "forces"}) == "forces"
-    assert study_of({"scene": "saw"}) == "sweep"
 
 
 # -- several processes, and killed ones ------------------------------------------------------------------------------
@@ -228,31 +205,6 @@ def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> No
     assert "\n" not in str(told.value)
     assert kept
     assert ledger.finished(KEYS) == set(kept)
-
-
-@pytest.fixture
-def powerless() -> Iterator[Path]:
-    """A folder in which nobody may write, and this process without the power to write there all the same."""
-    with tempfile.TemporaryDirectory() as name:
-        folder, user = Path(name), os.geteuid()
-        with Ledger.open(folder / "made.sqlite") as made:
-            made.keep(CELLS[0], MEASURED)
-        folder.chmod(0o555)
-        (folder / "made.sqlite").chmod(0o444)
-        if user == 0:
-            os.seteuid(65534)
-        try:
-            yield folder
-        finally:
-            os.seteuid(user)
-            folder.chmod(0o755)
-
-
-@pytest.mark.skipif(os.name != "posix", reason="permissions are POSIX")
-@pytest.mark.parametrize("name", ["made.sqlite", "new.sqlite", "folder/new.sqlite"])
-def test_a_read_only_place_is_said_to_be(powerless: Path, name: str) -> None:
-    message = refusal(powerless / name)
-    assert any(words in message for words in ("readonly", "unable to open", "Permission denied"))
 
 
 def test_an_error_of_conrod_itself_is_not_dressed_as_one_of_the_file(ledger: Ledger) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
 from conrod.engines.running import run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
@@ -96,15 +95,6 @@ def test_signed_errors_are_those_at_equal_angles_of_the_last_turn_or_of_the_midd
     assert whole.signed_of("C", "position").dtype == np.float64
     with pytest.raises(ValueError, match="'exploded' has no errors"):
         Measurement("exploded").signed_of("C", "position")
-
-
-def test_of_an_input_that_makes_a_pass_the_pass_is_run_whatever_is_asked() -> None:
-    asked = case_of(GENEVA, "pymunk", revolutions=7.0, start_angle=3.0)
-    made = as_run(asked)
-    assert (made.start_angle, made.revolutions) == run_of(GENEVA, STEPS, 7.0)
-    assert replace(made, start_angle=3.0, revolutions=7.0) == asked
-    turning = case_of(SAW, "pymunk", revolutions=7.0, start_angle=3.0)
-    assert as_run(turning) is turning
 
 
 def test_a_pass_of_two_steps_is_not_run_and_one_of_three_is() -> None:

@@ -16,20 +16,7 @@ from conrod.studies.execution.isolation import isolated
 from conrod.studies.execution.worker_process import HOME, import_path
 
 # Of Python's library, which is searched last, and of what conrod needs; some are loaded by every interpreter.
-NAMES = (
-    "queue",
-    "pickle",
-    "numpy",
-    "csv",
-    "re",
-    "typing",
-    "__future__",
-    "subprocess",
-    "runpy",
-    "mujoco",
-    "pymunk",
-    "ctypes",
-)
+NAMES = ("queue", "pickle", "numpy", "csv", "re", "typing", "__future__", "subprocess", "runpy", "mujoco", "ctypes")
 PLANTED = "open(__file__ + '.executed', 'w').close()"
 SAW = ("saw-500rpm", "--engine", "pymunk")
 MODEL = ("my.xml", "--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--revolutions", "1")

@@ -48,13 +48,6 @@ def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: 
     assert all(n % SIGNED_ANGLES == 0 for n in steps)
 
 
-def test_grids_contain_one_another() -> None:
-    for scene in SCENES.values():
-        for engine in map(engine_named, ENGINES):
-            coarse, default = (set(engine.grid(scene, grid)) for grid in GRIDS)
-            assert coarse < default
-
-
 def test_the_order_is_that_of_the_runs_that_completed() -> None:
     cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
     runs = {c.key: errors_by_step(SAW, lambda h: h**2, c.settings.steps_per_revolution) for c in cases}

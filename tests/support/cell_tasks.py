@@ -121,11 +121,6 @@ def refuse(cell: RunCase) -> Measurement:
     return echo(cell)
 
 
-def sleep_half(cell: RunCase) -> Measurement:
-    time.sleep(0.5)
-    return echo(cell)
-
-
 def kill_dask_worker(cell: RunCase) -> Measurement:
     """One cell kills the Dask worker that its process belongs to, as a batch system does that sees too much memory."""
     if number(cell) == CRASHES:

@@ -12,7 +12,6 @@ from conrod.report.figure import Figure
 from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.points import timed_points
 from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import table
 from conrod.report.template import rendered
@@ -32,14 +31,14 @@ def _page(part: Part[SweepStudy]) -> Page:
         tables=tables,
         command=part.command,
         one_pass=study.one_pass,
-        untimed=len([p for p in study.points if p.completed]) - len(timed_points(study)),
+        untimed=len([p for p in study.points if p.completed]) - len(tables.timed_points(study)),
     )
     return Page(text, (diagram,) if diagram else ())
 
 
 def _diagram(study: SweepStudy) -> Figure | None:
     """Error against cost; None where nothing was timed."""
-    if not timed_points(study):
+    if not tables.timed_points(study):
         return None
     alt = f"Error against cost of every run, {study.name}"
     return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study))
@@ -50,7 +49,7 @@ def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
     diagram = _diagram(study)
     if diagram is None:
         return {}
-    figure, points = work_precision_figure(study), timed_points(study)
+    figure, points = work_precision_figure(study), tables.timed_points(study)
     found = []
     for axes, quantity in zip(figure.axes, QUANTITIES, strict=True):
         places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(study, p)) for p in points]
@@ -93,7 +92,7 @@ def _index(index: Index[SweepStudy]) -> Page:
 
 def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
     """The diagram of one quantity, of the study with most points; None where none was timed."""
-    study = max((study for study in studies if timed_points(study)), key=lambda s: len(s.points), default=None)
+    study = max((study for study in studies if tables.timed_points(study)), key=lambda s: len(s.points), default=None)
     if study is None:
         return None
     alt = f"Position error against cost of every run, {study.name}"

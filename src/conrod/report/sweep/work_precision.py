@@ -14,7 +14,7 @@ from conrod.engines.registry import look_of
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
-from conrod.report.sweep.points import preset_curves, timed_engines, timed_points
+from conrod.report.sweep.tables import preset_curves, timed_engines, timed_points
 from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 

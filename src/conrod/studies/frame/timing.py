@@ -26,9 +26,7 @@ REFERENCE_STEPS = 1000
 # A repeat is at least this long [s], in whole revolutions: far above what the clock and the calls cost.
 LEAST_TIME = 5e-3
 MOST_REVOLUTIONS = 1000
-# Steps in one call of the engine, after which the limit is looked at.
-BLOCK = 2000
-LIMIT = 600.0  # [s]
+BLOCK = 2000  # steps in one call of the engine
 
 # CPU time of the process [ns]: an engine may step in threads of its own, as MJX does.
 Clock = Callable[[], int]
@@ -39,24 +37,19 @@ def time_run(
     machine: Machine,
     settings: Settings,
     *,
-    repeats: int = REPEATS,
-    limit: float = LIMIT,
     clock: Clock = time.process_time_ns,
 ) -> Timing | None:
-    """The least CPU time of a revolution in so many repeats, after a warm-up of one revolution, or of its first steps.
+    """The least CPU time of a revolution in some repeats, after a warm-up of one revolution, or of its first steps.
 
     An input that makes one pass makes it as often as a repeat is long, and each time a new machine.
 
     Args:
         settings: of this engine, such that a run with them completes: what a step costs after a run has diverged is
             of no use, and may be fifty times as much (MuJoCo, cam).
-        repeats: how often; fewer (at least one) where the limit is reached.
-        limit: longest CPU time [s] that this may take.
 
     Returns:
-        The timing; None where the limit does not allow the warm-up and one repeat, or the engine cannot be timed.
+        The timing; None where the engine cannot be timed.
     """
-    end = clock() + round(1e9 * limit)
     made = capability(engine, Timed)
     if isinstance(made, Lacking):
         return None
@@ -65,36 +58,26 @@ def time_run(
     length = max(1, round(turn * run_of(machine, turn, 1.0)[1]))  # a revolution, or the pass
     reference(REFERENCE_STEPS)
     first = min(length, BLOCK)
-    warm_up = _spent([(advance, first)], clock, end)
-    if warm_up is None:
-        return None
+    warm_up = _spent([(advance, first)], clock)
     runs = max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1.0, warm_up * length / first))))
     steps = runs * length
     references, spent = list[int](), list[int]()
-    for _ in range(repeats):
+    for _ in range(REPEATS):
         # In turns, so that whatever else the machine is doing then slows both alike.
         timed = [(advance, steps)] if turns else [(made.stepper(machine, settings), length) for _ in range(runs)]
-        one, other = _spent([(reference, REFERENCE_STEPS)], clock, end), _spent(timed, clock, end)
-        if one is None or other is None:
-            break
-        references.append(one)
-        spent.append(other)
-    if not spent:
-        return None
+        references.append(_spent([(reference, REFERENCE_STEPS)], clock))
+        spent.append(_spent(timed, clock))
     seconds, reference_seconds = 1e-9 * min(spent) * turn / steps, 1e-9 * min(references) / REFERENCE_STEPS
     return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), fingerprint())
 
 
-def _spent(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock, end: float) -> int | None:
-    """CPU time [ns] of so many steps of each; None where it is not over by the `end` of the clock."""
+def _spent(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock) -> int:
+    """CPU time [ns] of so many steps of each."""
     begin = clock()
     for advance, steps in timed:
         for done in range(0, steps, BLOCK):
-            if done and clock() > end:
-                return None
             advance(min(BLOCK, steps - done))
-    now = clock()
-    return None if now > end else now - begin
+    return clock() - begin
 
 
 @cache
