@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import os
 import subprocess
 from pathlib import Path
@@ -14,11 +13,6 @@ import pytest
 from command_line import conrod, conrod_process, said
 
 from conrod.scenes import SCENES
-
-ENTRY_KEYS = {
-    "scene", "parameters", "engine", "engine_version", "preset", "settings", "mode", "steps_per_revolution",
-    "revolutions", "outcome", "errors", "closure", "phase", "drive", "order", "tolerance", "passed",
-}  # fmt: skip
 
 # A run of a tenth of a second.
 QUICK = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "100")
@@ -35,37 +29,6 @@ def test_a_python_of_its_own_prints_the_same_and_ends_with_the_same_status() -> 
     assert alone.returncode == here.returncode == 1
     assert (alone.stdout, said(alone)) == (here.stdout, said(here))
     assert alone.stdout or alone.stderr
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_show_tells_and_draws_a_scene(name: str, tmp_path: Path) -> None:
-    done = conrod("show", name, "--svg", "scene.svg", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    for word in ("mobility: 1", "stroke", "turns back", "kg", "closed form", "generic"):
-        assert word in done.stdout
-    assert (tmp_path / "scene.svg").read_text().rstrip().endswith("</svg>")
-
-
-def test_validate_writes_one_json_entry_per_engine_preset_and_mode(tmp_path: Path) -> None:
-    done = conrod("validate", "saw-40rpm", "--steps-per-rev", "200", "--json", "out.json", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr + done.stdout
-    document = json.loads((tmp_path / "out.json").read_text())
-    assert document["kind"] == "validation"
-    assert {"schema", "conrod", "environment", "parts"} <= set(document)
-    entries = document["parts"]["saw-40rpm"]["findings"]["results"]
-    assert all(set(entry) >= ENTRY_KEYS for entry in entries)
-    combinations = {(e["engine"], e["mode"], e["preset"]) for e in entries}
-    assert combinations == {
-        ("mujoco", "kinematic", None),
-        ("pymunk", "kinematic", None),
-        *(("mujoco", "dynamic", p) for p in ("stock", "tuned", "hardened")),
-        *(("pymunk", "dynamic", p) for p in ("stock", "tuned")),
-    }
-    for entry in entries:
-        assert set(entry["errors"]) == {"C", "M"}
-        assert set(entry["errors"]["C"]["position"]) == {"max", "rms", "final"}
-        judged = entry["mode"] == "kinematic" or entry["preset"] != "stock"
-        assert entry["passed"] is (True if judged else None)
 
 
 def test_stock_is_judged_only_where_asked_for_and_exit_status_is_1_out_of_tolerance() -> None:

@@ -126,13 +126,6 @@ def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path)
     assert not (folder / "x.out").exists()
 
 
-def test_finished_runs_are_not_run_again(folder: Path) -> None:
-    again = conrod(*RECOMMEND, "--position", "1e-3", cwd=folder)
-    assert again.returncode == 0
-    assert again.stdout == (folder / "first.txt").read_text()
-    assert {int(n) for n in re.findall(r"(\d+) (?:more )?to do", again.stderr)} == {0}
-
-
 def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path) -> None:
     done = conrod(*RECOMMEND, "--position", "1e-12", cwd=folder)
     assert done.returncode == 1

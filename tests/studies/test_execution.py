@@ -64,15 +64,6 @@ def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
     assert again.ran == [4]
 
 
-def test_fresh_runs_all_and_the_new_results_count(ledger: Ledger) -> None:
-    run_cases(tasks.assigned(CELLS[:3], tasks.echo), ledger, Here())
-    here = Here()
-    table = run_cases(tasks.assigned(CELLS[:3], lambda cell: Measurement("exploded")), ledger, here, fresh=True)
-    assert sorted(here.ran) == [0, 1, 2]
-    assert {m.outcome for m in table.values()} == {"exploded"}
-    assert ledger.measurements(table) == table
-
-
 @pytest.mark.parametrize(("error", "outcome"), [(TimeoutError, "timed-out"), (MemoryError, "out-of-memory")])
 def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
     ledger: Ledger, error: type[Exception], outcome: str
@@ -252,6 +243,3 @@ def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(t
     while any(Path(f"/proc/{worker}").exists() for worker in workers) and time.monotonic() < give_up:
         time.sleep(0.05)
     assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
-
-
-# -- progress --------------------------------------------------------------------------------------------------------

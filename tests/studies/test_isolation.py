@@ -64,29 +64,10 @@ def test_a_fault_ends_as_its_outcome(
     assert isolated(*task, **limits) == Ended(outcome, reason)
 
 
-class Unportable(Exception):
-    """It cannot be made again from what a pickle keeps of it."""
-
-    def __init__(self, one: str, other: str) -> None:
-        super().__init__(f"{one} {other}")
-
-
-def mistake_that_cannot_travel() -> None:
-    raise Unportable("a mistake", "in the task")
-
-
-def result_that_cannot_travel() -> Any:
-    return lambda: None
-
-
-def test_mistakes_are_raised_with_their_traceback_and_those_that_cannot_be_sent_by_their_name() -> None:
+def test_mistakes_are_raised_with_their_traceback() -> None:
     with pytest.raises(ZeroDivisionError, match="a mistake") as raised:
         isolated(mistake)
     assert Path(__file__).name in raised.value.__notes__[0]
-    with pytest.raises(RuntimeError, match="Unportable: a mistake in the task"):
-        isolated(mistake_that_cannot_travel)
-    with pytest.raises(Exception, match="lambda"):
-        isolated(result_that_cannot_travel)
     with pytest.raises(InvalidInput, match="timestep"):
         isolated(run, SAW.with_parameters(speed=1.0), SETTINGS, 1.0)
 

@@ -253,23 +253,6 @@ def kept() -> tuple[ValidationCase, Measurement]:
     return case, case.perform()
 
 
-def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
-    case, measurement = kept()
-    assert measurement.beside is not None
-    assert set(measurement.beside) == {"sizes", "passed", "result"}
-    found = case.result(measurement)
-    assert (measurement.outcome, measurement.reason, measurement.beside["passed"]) == ("completed", "", found.passed)
-    again = case.run()
-    assert replace(found, curves=None, poses=None) == replace(again, curves=None, poses=None)
-    for quantity, sizes in measurement.beside["sizes"].items():
-        assert sizes == {m: found.largest(quantity, m) for m in ("max", "rms", "final")}
-    assert set(measurement.beside["sizes"]) == {"position", "velocity", "acceleration", "total"}
-    assert measurement.phase == found.phase
-    assert measurement.closure == found.closure
-    assert measurement.drive == found.drive
-    assert measurement.prediction == found.prediction
-
-
 def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
     case, measurement = kept()
     asked = replace(case, name="mine", plan=replace(case.plan, tolerance={"position": 1e-9}))

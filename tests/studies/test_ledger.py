@@ -58,33 +58,6 @@ def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(le
     assert ledger.measurements(KEYS).get(KEYS[0]) == STOPPED
 
 
-# -- rows ------------------------------------------------------------------------------------------------------------
-
-
-def test_a_row_says_what_was_run_and_what_came_of_it(ledger: Ledger) -> None:
-    ledger.keep(CELLS[20], MEASURED)
-    ledger.keep_timing(CELLS[20], TIMING)
-    (row,) = ledger.rows()
-    assert row["key"] == KEYS[20]
-    assert (row["scene"], row["kind"], row["engine"]) == ("saw-500rpm", Saw.kind, "pymunk")
-    assert {n.removeprefix("parameter."): v for n, v in row.items() if n.startswith("parameter.")} == dict(
-        SAW.parameters
-    )
-    assert (row["setting.iterations"], row["steps_per_revolution"], row["revolutions"]) == (21, 20, 1.0)
-    assert (
-        row["position_rms"]
-        == MEASURED.largest("position", "rms")
-        == max(p["position"]["rms"] for p in MEASURED.errors.values())
-    )
-    assert row["total_final"] == MEASURED.largest("total", "final")
-    assert row["closure_velocity"] == MEASURED.closure["velocity"]
-    assert row["phase_max"] == MEASURED.phase["max"]
-    assert row["drive_speed"] == MEASURED.drive["speed"]
-    assert (row["study"], row["preset"]) == ("sweep", "tuned")
-    assert row["predicted_position"] == MEASURED.prediction["position"]["predicted"]
-    assert (row["ratio"], row["machine"]) == (2000.0, "one machine")
-
-
 # -- several processes, and killed ones ------------------------------------------------------------------------------
 
 WRITER = f"""

@@ -262,18 +262,6 @@ def of_rules(count: int, order: int = 2, machines: tuple[str, ...] = ("shear-pre
     return {name: {"steps": [20, 200, 2000], "pymunk": dict.fromkeys(rules, row)} for name in machines}
 
 
-@pytest.mark.parametrize(
-    "error",
-    [lambda c: 1e-3, lambda c: math.nan, lambda c: second_order(c) * (1e9 if elsewhere(c) else 1.0)],
-    ids=["a plateau", "nothing completes", "elsewhere nothing holds"],
-)
-def test_where_nothing_near_does_the_search_ends(error: Any) -> None:
-    runs = PretendedRuns(error, per_step)
-    answer = recommended(runs, position=1e-4)
-    assert isinstance(answer, Refusal)
-    assert len(runs.ran) < len(grid_of_saw().cases)
-
-
 def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> None:
     tuned, driver = engine_named("mujoco").presets["tuned"], SimpleNamespace(span=(0.0, 1.0))
     one_pass: Any = SimpleNamespace(kinematics=SimpleNamespace(mechanism=SimpleNamespace(driver=driver)))
