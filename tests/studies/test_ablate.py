@@ -223,6 +223,12 @@ def without(error: float | None, cost: float = 1.0) -> Evidence:
     return evidence_of(reduced, MINIMAL, LEVEL)
 
 
+def of_rough(role: Role, error: float, change: float, cost: float = 1.0) -> Evidence:
+    """What an ingredient shows beside a minimal model whose motion is rough."""
+    rough = variant(Role.MINIMAL, error=1e-4)
+    return evidence_of(variant(role, "it", error, change, cost), rough, levels(rough))
+
+
 def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evidence:
     """What an ingredient shows beside all others."""
     taken, full = variant(Role.TAKEN, "it", before, cost_in_full=timing(1.0 / cost)), variant(Role.FULL, "", after)
@@ -248,20 +254,15 @@ def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evi
         # Twenty times the minimal model's own error, and yet nothing that anybody asks for.
         (alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0), (Verdict.FREE, "")),
         (alone(MINIMAL_ERROR, 0.0, None), (Verdict.UNDECIDED, "it could not be timed")),
+        # A part without which a rough motion is better is harmful; what only improves it is not required.
+        (of_rough(Role.REDUCED, 1e-6, 1e-4), (Verdict.HARMFUL, "position, better without it")),
+        (of_rough(Role.ADDED, 1e-6, 1e-4, 3.0), (Verdict.COSTLY, "")),
+        # A change below the minimal model's own error is none.
+        (of_rough(Role.ADDED, 1.5e-4, 0.9e-4), (Verdict.FREE, "")),
     ],
 )
 def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[Verdict, str]) -> None:
     assert verdict([evidence]) == expected
-
-
-def test_a_part_without_which_the_motion_is_better_is_harmful() -> None:
-    rough = variant(Role.MINIMAL, error=1e-4)
-    better = variant(Role.REDUCED, "it", 1e-6, 1e-4)
-    found = evidence_of(better, rough, levels(rough))
-    assert verdict([found]) == (Verdict.HARMFUL, "position, better without it")
-    # What only improves a motion that is as good as was asked for is not required.
-    finer = variant(Role.ADDED, "it", 1e-6, 1e-4, 3.0)
-    assert verdict([evidence_of(finer, rough, levels(rough))])[0] is Verdict.COSTLY
 
 
 @pytest.mark.parametrize("quantity", JUDGED)
@@ -270,12 +271,6 @@ def test_every_quantity_can_show_harm(quantity: str) -> None:
     added = replace(variant(Role.ADDED, "it"), errors=errors)
     found = evidence_of(added, MINIMAL, LEVEL)
     assert verdict([found]) == (Verdict.HARMFUL, quantity)
-
-
-def test_a_change_below_the_minimal_models_own_error_is_no_change() -> None:
-    rough = variant(Role.MINIMAL, error=1e-4)
-    added = variant(Role.ADDED, "it", 1.5e-4, 0.9e-4)
-    assert verdict([evidence_of(added, rough, levels(rough))])[0] is Verdict.FREE
 
 
 @pytest.mark.parametrize(

@@ -62,15 +62,7 @@ def answered(law: Law, cells: list[LimitCase]) -> Results:
     for cell in cells:
         length, start = law(cell), CAM.joint_angles[1]
         flights = (Flight(start, start + length),) if length > 0.0 else ()
-        watched = Extremes(
-            samples=1,
-            finite=True,
-            warnings={},
-            torque=None,
-            penetration=PENETRATION,
-            flights=flights,
-            fingerprint="",
-        )
+        watched = Extremes(1, True, {}, None, PENETRATION, flights, "")
         shown[cell.key] = Measurement("completed", extremes=plain(watched))
     return shown
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Hashable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Generator, Hashable, Sequence
 from itertools import pairwise, product
 
 import numpy as np
@@ -110,68 +108,42 @@ def on_grid(kind: Kind, size: int) -> dict[Node, Hashable]:
     return {(i, j): kind(i / (size - 1), j / (size - 1)) for i, j in product(range(size), repeat=2)}
 
 
-@dataclass(frozen=True)
-class Refined:
-    """A whole map: the nodes that were run, and of every node the class that it has or inherits."""
-
-    shape: tuple[int, int]
-    found: dict[Node, Hashable]
-
-    def class_of(self, node: Node) -> Hashable:
-        i, j = self._nearest[:, *node].tolist()
-        return self.found[i, j]
-
-    @cached_property
-    def _nearest(self) -> np.ndarray:
-        return nearest_runs(codes(self.shape, self.found))
-
-    @property
-    def share(self) -> float:
-        return len(self.found) / (self.shape[0] * self.shape[1])
+Classes = dict[Node, Hashable]
 
 
-def refined(full: dict[Node, Hashable], stride: int = STRIDE, **others: object) -> Refined:
-    """What is found of a map; no node may be asked for twice."""
+def refined(full: Classes, stride: int = STRIDE) -> tuple[set[Node], Classes]:
+    """The nodes that were run, none of them twice, and the class that every node has or inherits."""
     shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
     asked: list[Node] = []
+    found: Classes = {}
 
-    def ask(nodes: Sequence[Node]) -> Generator[None, None, Mapping[Node, Hashable]]:
+    def ask(nodes: Sequence[Node]) -> Generator[None, None, Classes]:
         asked.extend(nodes)
         yield
         return {node: full[node] for node in nodes}
 
-    found = ended(refine(shape, ask, stride, **others))  # type: ignore[arg-type]  # arguments are a test's own
+    def search() -> Generator[None, None, None]:
+        found.update((yield from refine(shape, ask, stride)))
+
+    list(search())
     assert sorted(asked) == sorted(found)
-    return Refined(shape, found)
-
-
-def ended(search: Generator[None, None, dict[Node, Hashable]]) -> dict[Node, Hashable]:
-    while True:
-        try:
-            next(search)
-        except StopIteration as end:
-            found: dict[Node, Hashable] = end.value
-            return found
-
-
-def wrong(found: Refined, full: dict[Node, Hashable]) -> list[Node]:
-    return [node for node, kind in full.items() if found.class_of(node) != kind]
+    nearest = nearest_runs(codes(shape, found))
+    return set(found), {node: found[tuple(nearest[:, *node].tolist())] for node in full}
 
 
 @pytest.mark.parametrize(("name", "size"), [*product(ONE_BOUNDARY, (33, 65)), *product(SEVERAL, (33, 49, 65))], ids=str)
 def test_the_map_is_that_of_the_full_grid_for_at_most_a_quarter_of_its_runs(name: str, size: int) -> None:
     full = on_grid((ONE_BOUNDARY | SEVERAL)[name], size)
-    found = refined(full)
-    assert wrong(found, full) == []
-    assert found.share > 0.0
-    assert found.share <= QUARTER or (name in SEVERAL and size == 33)
+    run, found = refined(full)
+    assert found == full
+    assert 0 < len(run) <= QUARTER * len(full) or (name in SEVERAL and size == 33)
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.0, 40.0), st.floats(0.0, 40.0), st.floats(STRIDE, 60.0))
 def test_a_disc_as_wide_as_the_stride_is_found_wherever_it_lies(x: float, y: float, radius: float) -> None:
     full: dict[Node, Hashable] = {(i, j): math.hypot(i - x, j - y) < radius for i, j in product(range(41), repeat=2)}
-    assert wrong(refined(full), full) == []
+    assert refined(full)[1] == full
 
 
 @settings(max_examples=25, deadline=None)
@@ -180,12 +152,12 @@ def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: i
     # Not even where classes are strewn at random is a node given a class that one of its neighbours contradicts.
     random = np.random.default_rng(seed)
     strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
-    full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}  # type: ignore[misc]
-    found = refined(full)
+    full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}
+    run, found = refined(full)
     for i, j in full:
         for beside in ((i + 1, j), (i, j + 1)):
-            if beside in full and found.class_of((i, j)) != found.class_of(beside):
-                assert {(i, j), beside} <= set(found.found)
+            if beside in full and found[i, j] != found[beside]:
+                assert {(i, j), beside} <= run
 
 
 # -- what it cannot see ------------------------------------------------------------------------------------------------
@@ -199,5 +171,6 @@ def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: i
 def test_what_slips_between_the_coarse_lines_is_missed(kind: Kind) -> None:
     # Negative control: the comparison with the full grid does see a wrong map.
     full = on_grid(kind, 33)
-    assert len(wrong(refined(full), full)) == sum(map(bool, full.values())) > 0
-    assert wrong(refined(full, stride=4), full) == []
+    found = refined(full)[1]
+    assert sum(found[node] != kind for node, kind in full.items()) == sum(map(bool, full.values())) > 0
+    assert refined(full, stride=4)[1] == full
