@@ -18,8 +18,8 @@ from linkages import (
 )
 
 from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage import Output, outputs
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
-from conrod.exact.linkage.outputs import Output, outputs
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import SCENES

@@ -9,9 +9,8 @@ from importlib.metadata import version
 from rich.console import Console
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage import InstantQuantities, TurnQuantities
+from conrod.exact.linkage import InstantQuantities, Output, TurnQuantities
 from conrod.exact.linkage.course import CrankRange
-from conrod.exact.linkage.outputs import Output
 from conrod.report import numbers
 from conrod.report.saved import json_text
 from conrod.report.scene_words import described

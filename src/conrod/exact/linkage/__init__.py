@@ -2,15 +2,160 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.course import CrankRange, course_of, crank_range
-from conrod.exact.linkage.outputs import Output, outputs
+from conrod.exact.linkage.course import TURN, Course, CrankRange, bisect, course_of, crank_range
 from conrod.exact.linkage.transmission import TransmissionAngle, transmission_angles
 from conrod.exact.motion import Array, Motion
+from conrod.mechanism.mechanism import GROUND, LowerPair, Prismatic
+
+# A rate this much smaller than its largest is that of a link at rest.
+AT_REST = 1e-11
+# So small a share of a link's way is rounding of a way that leads back.
+RETURNED = 1e-9
+ROUNDED = 1e-9  # [rad]
+
+
+@dataclass(frozen=True)
+class DeadCentre:
+    """The place where a driven link turns back."""
+
+    angle: float  # crank angle [rad] at which the link comes to rest; in [0, 2 pi) where the crank turns fully
+    until: float  # crank angle [rad] at which it leaves again, `angle` unless it dwells; may pass 2 pi
+    value: float  # where the link is then, [m] along its slide or its turn phi [rad]
+    greatest: bool  # whether the link turns back from a greatest value, or from a least one
+
+
+@dataclass(frozen=True)
+class Output:
+    """Motion of a link that a slide or a pin guides in the ground.
+
+    Attributes:
+        gain: what every turn of the crank adds to the link's way or turn [m] or [rad]; 0 for a link that comes back.
+        forward: crank angle [rad] between least and greatest value, at rest not counted; None without one stroke to and
+            one fro in a turn.
+    """
+
+    link: str  # its name
+    joint: str  # name of the joint that guides it
+    unit: str  # "m" of a slide, "rad" of a pin
+    dead_centres: tuple[DeadCentre, ...]  # in the order of the crank angle
+    gain: float
+    stroke: float | None  # greatest less least value [m] or [rad]; None for a link that does not come back
+    forward: float | None
+    backward: float | None  # the same from greatest to least
+
+    @property
+    def time_ratio(self) -> float | None:
+        """Time of the slow stroke through that of the quick one, at constant crank speed; 1 without a quick return."""
+        if self.forward is None or self.backward is None:
+            return None
+        return max(self.forward, self.backward) / min(self.forward, self.backward)
+
+
+def outputs(course: Course) -> tuple[Output, ...]:
+    """Every driven link that is guided in the ground, by name."""
+    mechanism = course.kinematics.mechanism
+    links = sorted(name for name in mechanism.body_index if name != mechanism.crank)
+    return tuple(_output(course, link, guide) for link in links if (guide := mechanism.guide(link)))
+
+
+def _output(course: Course, link: str, joint: LowerPair) -> Output:
+    weights = _weights(course, link, joint)
+    parameter = course.parameter
+    values, rates = course.samples @ weights, course.tangents @ weights
+    full = course.periodic
+    gain = float(values[-1] - values[0]) if full else _steady_gain(course, weights, values)
+    unit = "m" if isinstance(joint, Prismatic) else "rad"
+    signs = _signs(rates)
+    if full:
+        # Twice round, so that a rest across angle 0 is seen whole.
+        parameter = np.concatenate([parameter[:-1], parameter[:-1] + TURN])
+        signs = np.concatenate([signs[:-1], signs[:-1]])
+    limit = AT_REST * float(np.abs(rates).max())
+    centres = [
+        _dead_centre(course, weights, limit, (parameter, signs), before, after)
+        for before, after in _turns(signs, len(course.parameter) - 1 if full else len(signs))
+    ]
+    centres.sort(key=lambda centre: centre.angle)
+    if abs(gain) > RETURNED * float(np.ptp(values)):
+        return Output(link, joint.name, unit, tuple(centres), gain, None, None, None)
+    reached = [*values, *(centre.value for centre in centres)]
+    stroke = float(max(reached) - min(reached))
+    ways = _ways(centres) if full and len(centres) == 2 else (None, None)
+    return Output(link, joint.name, unit, tuple(centres), 0.0, stroke, *ways)
+
+
+def _steady_gain(course: Course, weights: Array, values: Array) -> float:
+    """Gain of a first turn, if the next one adds the same, as to a wheel in a train of gears; 0 otherwise."""
+    if not course.kinematics.turns_fully:
+        return 0.0
+    gain = float(values[-1] - values[0])
+    after_next = float((course.poses(np.array([2.0 * TURN])) @ weights)[0])
+    return gain if abs(after_next - values[-1] - gain) <= RETURNED * float(np.ptp(values)) else 0.0
+
+
+def _weights(course: Course, link: str, joint: LowerPair) -> Array:
+    """Weights of the stacked poses that give the link's way along its slide, or its turn; (3 n,)."""
+    mechanism = course.kinematics.mechanism
+    weights = np.zeros(3 * len(mechanism.bodies))
+    first = 3 * mechanism.body_index[link]
+    if isinstance(joint, Prismatic):
+        # A slide declared the other way round has its line in the link, which does not turn.
+        turn = 0.0 if joint.a == GROUND else float(course.samples[0, first + 2])
+        weights[first : first + 2] = math.cos(turn + joint.direction), math.sin(turn + joint.direction)
+    else:
+        weights[first + 2] = 1.0
+    return weights
+
+
+def _signs(rates: Array) -> Array:
+    return np.where(np.abs(rates) <= AT_REST * np.abs(rates).max(), 0.0, np.sign(rates))
+
+
+def _turns(signs: Array, count: int) -> list[tuple[int, int]]:
+    """Places of the last sample before and the first after each change of sign, of those that begin before `count`."""
+    moving = np.flatnonzero(signs)
+    return [(int(i), int(j)) for i, j in pairwise(moving) if signs[i] != signs[j] and i < count]
+
+
+def _dead_centre(
+    course: Course, weights: Array, limit: float, grid: tuple[Array, Array], before: int, after: int
+) -> DeadCentre:
+    parameter, signs = grid
+
+    def rate(at: float) -> float:
+        return float((course.rates(np.array([at])) @ weights)[0])
+
+    first, last = float(parameter[before]), float(parameter[after])
+    if after > before + 3:
+        # At rest over several samples: a dwell.
+        stops = bisect(first, last, lambda at: abs(rate(at)) > limit)
+        leaves = bisect(last, stops, lambda at: abs(rate(at)) > limit)
+    else:
+        stops = leaves = bisect(first, last, lambda at: rate(at) * signs[before] > 0.0)
+    poses = course.poses(np.array([stops, leaves]))
+    angle, until = (float(a) for a in course.crank_angle(poses))
+    greatest = bool(signs[before] > 0.0)
+    value = float((poses @ weights)[0])
+    if course.periodic:
+        # Rounding just below angle 0 is angle 0.
+        once = angle % TURN if TURN - angle % TURN > ROUNDED else 0.0
+        angle, until = once, once + (until - angle)
+    return DeadCentre(angle, until, value, greatest)
+
+
+def _ways(centres: list[DeadCentre]) -> tuple[float | None, float | None]:
+    """Crank angles from the least to the greatest value, and back."""
+    least, greatest = sorted(centres, key=lambda centre: centre.greatest)
+    if least.greatest == greatest.greatest:
+        return None, None
+    return (greatest.angle - least.until) % TURN, (least.angle - greatest.until) % TURN
 
 
 @dataclass(frozen=True)

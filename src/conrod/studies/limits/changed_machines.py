@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from conrod.errors import InvalidInput
+from conrod.exact.linkage import outputs
 from conrod.exact.linkage.course import course_of
-from conrod.exact.linkage.outputs import outputs
 from conrod.mechanism.mechanism import GROUND, Revolute
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
