@@ -27,8 +27,7 @@ from conrod.mjcf.harden.recipe import (
     to_know,
 )
 from conrod.mjcf.harden.results import HardenedModel, Request
-from conrod.mjcf.harden.runs import Pace, start_of, swing
-from conrod.mjcf.harden.study import harden_file
+from conrod.mjcf.harden.study import Pace, harden_file, start_of, swing
 from conrod.mjcf.runs import STATE
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"

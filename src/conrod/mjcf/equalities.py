@@ -72,18 +72,12 @@ def ties_bodies(model: mujoco.MjModel, index: int) -> bool:
     return kind_of(model, index) in ("connect", "weld")
 
 
-def bodies_of(model: mujoco.MjModel, index: int) -> tuple[int, int]:
-    """The bodies that a connect or weld ties together."""
-    one, other = older.bodies_of(model, index)
-    return one, other
-
-
 def ties(model: mujoco.MjModel) -> list[tuple[int, tuple[int, int]]]:
     """Active connects and welds, with the moving parts that they tie together: bodies, those without joints apart."""
     found = []
     for index in range(model.neq):
         if ties_bodies(model, index) and model.eq_active0[index]:
-            one, other = bodies_of(model, index)
+            one, other = older.bodies_of(model, index)
             found.append((index, (int(model.body_weldid[one]), int(model.body_weldid[other]))))
     return found
 
@@ -94,6 +88,6 @@ def closure_name(model: mujoco.MjModel, index: int) -> str:
     if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not kind:
         return name
     bodies = ties_bodies(model, index)
-    ends = bodies_of(model, index) if bodies else (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
+    ends = older.bodies_of(model, index) if bodies else (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
     named = [name_or_number(model, "body" if bodies else kind, end) for end in ends if end >= 0]
     return f"{name} ({' to '.join(named)})"

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from conrod.mjcf.loops.differences import Comparison
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, ShippedRun
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.numbers import measured, order, quantity
@@ -43,7 +42,9 @@ def _judgement(study: LoopStudy) -> str:
     own = study.own
     if not study.is_machine and (other := study.compared) is not None:
         off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
-        return f"It is not {other.machine} as it stands: {_differences_words(other)}{off}."
+        named = ("it is assembled on another branch",) if other.other_branch else other.differences[:TOLD]
+        words = "; ".join(named) or "no length, axis, anchor or loop differs"
+        return f"It is not {other.machine} as it stands: {words}{off}."
     if not study.agrees:
         worst = max(study.kinematic, key=lambda name: study.kinematic[name])
         return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
@@ -59,19 +60,8 @@ def _judgement(study: LoopStudy) -> str:
         for name, allowed in study.question.tolerance.items()
         if own.errors[name] > allowed
     ]
-    return f"With its own settings {gap}: {_tolerance_words(over)}."
-
-
-def _differences_words(other: Comparison) -> str:
-    """The differences."""
-    named = list(other.differences)
-    if other.other_branch:
-        named = ["it is assembled on another branch"]
-    return "; ".join(named[:TOLD]) or "no length, axis, anchor or loop differs"
-
-
-def _tolerance_words(over: list[str]) -> str:
-    return f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
+    verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
+    return f"With its own settings {gap}: {verdict}."
 
 
 def shipped_words(shipped: ShippedRun) -> str:

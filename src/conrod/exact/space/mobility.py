@@ -113,8 +113,9 @@ def mobility(machine: DrivenTree) -> Mobility:
         found = poses(machine.tree, machine.knots[k].coordinates)
         loose = _loose(_matrix(machine, found)[0][:, len(machine.laws) :])
         idle |= dict.fromkeys(machine.joints_of(loose)) if loose.shape[1] else {}
-        points = machine.tree.points.items() if loose.shape[1] else ()
-        undetermined |= dict.fromkeys(name for name, point in points if _moves(machine, found, point, loose))
+        for name, point in machine.tree.points.items() if loose.shape[1] else ():
+            if np.abs(_movement(machine, found, point, loose)).max() > MOVES:
+                undetermined[name] = None
     rank = start.rows.shape[1]
     margins = [knot.values[rank - 1] / knot.values[0] if rank else 1.0 for knot in machine.knots]
     least = int(np.argmin(margins))
@@ -141,11 +142,6 @@ def _loose(matrix: Array) -> Array:
     if not matrix.size:
         return np.eye(matrix.shape[1])
     return np.asarray(np.linalg.svd(matrix)[2][_rank(matrix) :].T)
-
-
-def _moves(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> bool:
-    """True if directions (free, k) move a point."""
-    return bool(np.abs(_movement(machine, found, point, loose)).max() > MOVES)
 
 
 def _movement(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> Array:

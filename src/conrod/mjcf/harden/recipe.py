@@ -11,9 +11,10 @@ from typing import Literal
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import older
 from conrod.engines.mujoco.settings import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import bodies_of, kind_of, ties_bodies
+from conrod.mjcf.equalities import kind_of, ties_bodies
 from conrod.own.models.loading import listed, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
@@ -59,7 +60,7 @@ def closure(model: mujoco.MjModel, index: int) -> Closure:
     """An equality as a closure."""
     name, kind = name_or_number(model, "equality", index), kind_of(model, index)
     if ties_bodies(model, index):
-        return Closure(index, name, kind, "body", bodies_of(model, index))
+        return Closure(index, name, kind, "body", tuple(older.bodies_of(model, index)))
     ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
     bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
     if kind == "joint":

@@ -1,17 +1,23 @@
-"""Hardening of the model of a file, phase by phase."""
+"""Hardening of the model of a file, and its runs as it is and hardened against the machine with its loops closed."""
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import older
+from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
 from conrod.mjcf.harden.recipe import (
+    Closure,
     active_closures,
     edited,
     nothing_to_do,
@@ -21,10 +27,13 @@ from conrod.mjcf.harden.recipe import (
     to_know,
 )
 from conrod.mjcf.harden.results import HardenedModel, Request, Variant
-from conrod.mjcf.harden.runs import Pace, Reference, cost, start_of
-from conrod.own.models.loading import check_finite, load_model
+from conrod.mjcf.runs import looks, looping_stepper, run, state_of
+from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
+from conrod.studies.frame.paired_timing import paired_cost
 
-AS_IT_IS, HARDENED = "as it is", "hardened"
+CLOSED = 1e-12  # of the model's size
+# Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
+REFERENCE, CHECK = 16, 8
 SAMPLES = 500
 LEAST_STEPS, MOST_STEPS = 20, 200_000
 # A machine whose bodies move by less than this share of its size stands.
@@ -68,10 +77,17 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
         return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
     recipe, start = recipe_for(model, closures), start_of(model, request)
     hard = edited(model, recipe)
-    reference = Reference.of(hard, start.state, pace, closures)
-    before, after = (
-        reference.variant(name, one, start.state, pace, closures) for name, one in ((AS_IT_IS, model), (HARDENED, hard))
-    )
+    reference, known_to = reference_of(hard, start.state, pace, closures)
+
+    def variant(name: str, model: mujoco.MjModel) -> Variant:
+        made = swing(model, start.state, pace, closures)
+        if made.broke:
+            return Variant(name, made.steps, made.broke)
+        drift = None if known_to is None else made.drift(reference.points)
+        return Variant(name, made.steps, "", tuple(made.openings.max(axis=0).tolist()), drift)
+
+    before, after = variant("as it is", model), variant("hardened", hard)
+    steppers = (looping_stepper(paced(one, pace), start.state, pace.samples * pace.stride) for one in (hard, model))
     found = replace(
         found,
         size=float(model.stat.extent),
@@ -84,8 +100,8 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
         factor=recipe.factor,
         lines=python_lines(model, recipe, path.absolute()),
         variants=(before, after),
-        travel=reference.travel,
-        reference_known_to=reference.known_to,
+        travel=None if reference.broke else reference.drift(reference.points[0]),
+        reference_known_to=known_to,
     )
     harm = _harm(found, before, after)
     refused = bool(harm) and not request.force
@@ -94,26 +110,16 @@ def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedMo
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
         warnings=(*soft, *told, *_doubts(found), *notes),
-        cost=None if before.broke or after.broke else cost(model, hard, start.state, pace),
-        content=None if refused or not request.content else binary(hard),
+        cost=None if before.broke or after.broke else paired_cost(*steppers),
+        content=None if refused or not request.content else _binary(hard),
     )
 
 
-def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
-    """Steps of a run.
-
-    Raises:
-        InvalidInput: they are too few or too many.
-    """
-    timestep = float(model.opt.timestep)
-    least, most = LEAST_STEPS * timestep, MOST_STEPS * timestep
-    if not least <= seconds <= most:
-        raise InvalidInput(
-            f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
-        )
-    steps = math.ceil(seconds / timestep - 1e-9)
-    stride = math.ceil(steps / SAMPLES)
-    return Pace(math.ceil(steps / stride), stride, timestep)
+def _binary(model: mujoco.MjModel) -> bytes:
+    """The model as MuJoCo saves it (mj_saveModel)."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
 
 
 def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
@@ -140,8 +146,107 @@ def _doubts(found: HardenedModel) -> Iterator[str]:
         )
 
 
-def binary(model: mujoco.MjModel) -> bytes:
-    """The model as MuJoCo saves it (mj_saveModel)."""
-    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return buffer.tobytes()
+# -- runs -------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Start:
+    """State from which runs start."""
+
+    state: Array
+    name: str  # what a user calls it
+    given: float  # largest opening of the pose as given [m]
+    closed: bool  # whether the loops could be closed; the state is as given where they could not
+
+
+def start_of(model: mujoco.MjModel, request: Request) -> Start:
+    """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
+
+    So are its rates: the nearest that open no loop.
+
+    Raises:
+        InvalidInput: the model has no such keyframe or actuator.
+    """
+    data, index = data_at_start(model, request.keyframe, request.controls)
+    mujoco.mj_fwdPosition(model, data)
+    given = float(openings(model, data, float(model.stat.extent)).max(initial=0.0))
+    before, name = state_of(model, data), start_words(model, index, data.ctrl)
+    if not close_loops(model, data, CLOSED * float(model.stat.extent)):
+        return Start(before, name, given, closed=False)
+    jacobian = equality_jacobian(model, data)
+    data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
+    return Start(state_of(model, data), name, given, closed=True)
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Steps and samples of a run."""
+
+    samples: int  # that it is looked at after the start
+    stride: int  # steps from one to the next
+    timestep: float  # [s]
+
+    def finer(self, times: int) -> Pace:
+        """Pace with the same samples, and so many times as many steps."""
+        return Pace(self.samples, self.stride * times, self.timestep / times)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A run at its S + 1 samples, the start among them."""
+
+    points: Array  # (S + 1, bodies, 3) centres of gravity of all that can move [m]
+    openings: Array  # (S + 1, closures) [m]
+    steps: int  # that were completed
+    broke: str  # the engine's warning that ended it, empty where it completed; the samples end before it
+
+    def drift(self, others: Array) -> float:
+        """The largest distance of a body from other points [m]."""
+        return float(np.linalg.norm(self.points - others, axis=2).max(initial=0.0))
+
+
+def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:
+    """Run a model from a state; it ends at the first warning of numbers that are none."""
+    made = run(paced(model, pace), state, pace.samples * pace.stride, pace.stride)
+    moving, chosen, size = model.body_weldid > 0, [one.index for one in closures], float(model.stat.extent)
+    seen = [(look.xipos[moving].copy(), openings(model, look, size)[chosen]) for look in looks(model, made.states)]
+    points, gaps = (np.array(column) for column in zip(*seen, strict=True))
+    return Swing(points, gaps, pace.stride * (len(seen) - 1), made.broke)
+
+
+def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
+    """Steps of a run.
+
+    Raises:
+        InvalidInput: they are too few or too many.
+    """
+    timestep = float(model.opt.timestep)
+    least, most = LEAST_STEPS * timestep, MOST_STEPS * timestep
+    if not least <= seconds <= most:
+        raise InvalidInput(
+            f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
+        )
+    steps = math.ceil(seconds / timestep - 1e-9)
+    stride = math.ceil(steps / SAMPLES)
+    return Pace(math.ceil(steps / stride), stride, timestep)
+
+
+def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
+    """A copy that steps at the pace and does not begin again by itself where it breaks."""
+    made = copy.copy(model)
+    made.opt.timestep = pace.timestep
+    made.opt.disableflags |= older.flag("AUTORESET")
+    return made
+
+
+def reference_of(
+    hard: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]
+) -> tuple[Swing, float | None]:
+    """The machine with its loops closed, and how far it is from itself at an eighth [m]; None where one of them broke.
+
+    It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
+    as it is for the user.
+    """
+    fine, check = (swing(hard, state, pace.finer(times), closures) for times in (REFERENCE, CHECK))
+    rounding = float(np.finfo(float).eps) * float(hard.stat.extent)
+    return fine, None if fine.broke or check.broke else max(fine.drift(check.points), rounding)
