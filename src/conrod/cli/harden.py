@@ -25,7 +25,6 @@ from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import naming, single, write_together
 
 BINARY = ".mjb"
-MODELS = (".xml", ".mjcf", ".urdf", BINARY)
 SECONDS = 1.0
 MM = 1e3
 ALWAYS = (
@@ -70,7 +69,9 @@ def harden(model: str, asked: Asked) -> None:
     """
     path = Path(model)
     check_readable(path)
-    files = _outputs(path, asked.output, asked.document)
+    files = files_to_write({"-o": asked.output, "--json": asked.document}, as_outputs_must_not_be(path))
+    if (file := files.get("-o")) and file.suffix.lower() != BINARY:
+        raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
     request = Request(asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls))
@@ -89,17 +90,6 @@ def harden(model: str, asked: Asked) -> None:
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
         sys.exit(FAILED)
-
-
-def _outputs(path: Path, output: str | None, document: str | None) -> dict[str, Path]:
-    """The files to write by their options, refused before any work where one would be lost by another."""
-    files = files_to_write({"-o": output, "--json": document}, as_outputs_must_not_be(path))
-    file, results = files.get("-o"), files.get("--json")
-    if file and file.suffix.lower() != BINARY:
-        raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
-    if results and results.suffix.lower() in MODELS:
-        raise InvalidInput(f"--json {results}: this is the name of a model, e.g. {results.with_suffix('.json')}")
-    return files
 
 
 # -- printing ----------------------------------------------------------------------------------------------------------
@@ -144,8 +134,6 @@ def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
     for k, loop in enumerate(found.loops):
         values = (None if v.openings is None else MM * v.openings[k] for v in variants)
         yield [f"opening of {loop} [mm]", *map(_figure, values)]
-    widest = (None if v.openings is None else max(v.openings) / found.size for v in variants)
-    yield ["largest opening over size", *map(_figure, widest)]
     yield ["drift from the reference [mm]", *(_drift(found, v.drift) for v in variants)]
 
 

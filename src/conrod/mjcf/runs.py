@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet, warnings_of
+from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
 from conrod.exact.motion import Array
 
 KINDS = mujoco.mjtState
@@ -80,7 +80,6 @@ class Run:
     points: Array  # (S, p, 3) [m]: origins and centres of gravity of all bodies that can move
     steps: int  # that were made before anything broke
     touched: dict[tuple[int, int], int]  # how many steps a pair of geoms was in contact
-    warnings: tuple[str, ...]  # of the engine
     broke: str  # why the engine gave up, or should have; empty where it did not
 
     @property
@@ -113,10 +112,10 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
                 acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
                 for pair in {(min(geoms), max(geoms)) for geoms in acting}:
                     touched[pair] = touched.get(pair, 0) + 1
-        warnings, moving = tuple(warnings_of(data)), model.body_weldid > 0
+        moving = model.body_weldid > 0
         points = np.array([np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in looks(model, states)])
     broke = broken(data) or ("" if np.isfinite(points).all() else "not finite")
-    return Run(np.reshape(states, (len(states), len(start))), points, done, touched, warnings, broke)
+    return Run(np.reshape(states, (len(states), len(start))), points, done, touched, broke)
 
 
 def looks(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:

@@ -35,7 +35,7 @@ def step_too_long(bench: Bench) -> Iterator[Finding]:
             "step [s]": step,
             "longest stable step [s]": longest.step if longest else f"none down to {step / 2**HALVINGS:.4g}",
             "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
-            "warnings": ", ".join(bench.run.warnings) or "none",
+            "the run ended by": bench.run.broke or "nothing",
         },
         why="the motion is the integrator's, not the machine's",
         fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
