@@ -28,7 +28,6 @@ AXIS = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
 TURNED = (math.cos(0.5), *(math.sin(0.5) * AXIS).tolist())  # by one radian about no axis of the world
 SIMILARITIES = {
     "masses doubled": Similarity(mass=2.0),
-    "lengths doubled": Similarity(length=2.0),
     "world turned": Similarity(turn=TURNED),
 }
 PYRAMID = 'the edges of a friction pyramid follow the world\'s axes; it holds with cone="elliptic"'

@@ -1,6 +1,6 @@
-"""The same machine in other units, or turned: a compiled model, its states and its accelerations.
+"""The same machine with masses in another unit, or turned: a compiled model, its states and its accelerations.
 
-Powers of two change no bit of a product, so units are changed by them.
+A power of two changes no bit of a product, so the unit is changed by one.
 """
 
 from __future__ import annotations
@@ -15,23 +15,15 @@ import numpy as np
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 
-FREE, SLIDE, HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("FREE", "SLIDE", "HINGE"))
+FREE, SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 CONNECT, WELD = (int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD"))
 WORLD, NO_SAME_FRAME = 0, 0  # the latter is mjSAMEFRAME_NONE, a name that 3.2.2 does not have yet
-# Fields by the powers of mass and length in their unit; what counts by coordinate is in `_by_coordinate`.
-LENGTHS = (
-    "body_pos", "body_ipos", "jnt_pos", "geom_pos", "geom_size", "geom_rbound", "geom_aabb", "geom_margin", "geom_gap",
-    "site_pos", "site_size", "mesh_vert", "mesh_pos", "bvh_aabb", "pair_margin", "pair_gap", "body_margin",
+MASSES = (  # fields in proportion to the unit of mass, and in inverse proportion
+    "body_mass", "body_subtreemass", "body_inertia", "dof_armature", "dof_damping", "dof_M0", "dof_frictionloss",
+    "jnt_stiffness", "jnt_actfrcrange", "tendon_stiffness", "tendon_damping", "tendon_frictionloss", "tendon_armature",
+    "actuator_gainprm", "actuator_biasprm", "actuator_forcerange", "actuator_damping", "actuator_armature",
 )  # fmt: skip
-MASSES = (
-    "body_mass",
-    "body_subtreemass",
-    "tendon_stiffness",
-    "tendon_damping",
-    "tendon_frictionloss",
-    "tendon_armature",
-)
-WIDTHS = ("eq_solimp", "geom_solimp", "pair_solimp")  # their third number is a length
+INVERSE_MASSES = ("body_invweight0", "dof_invweight0", "tendon_invweight0")
 # Which a model may have and a similarity does not know: counts, or fields that must be 0.
 NEVER = ("nflex", "nplugin", "nmocap", "nhfield", "na")
 ZERO = ("dof_dampingpoly", "jnt_stiffnesspoly", "tendon_dampingpoly", "tendon_stiffnesspoly", "actuator_dampingpoly")
@@ -39,15 +31,9 @@ ZERO = ("dof_dampingpoly", "jnt_stiffnesspoly", "tendon_dampingpoly", "tendon_st
 
 @dataclass(frozen=True)
 class Similarity:
-    """A similarity of space, times a unit of mass.
-
-    Attributes:
-        mass, length: factors of the numbers.
-        turn: rotation of the world, a unit quaternion.
-    """
+    """A rotation of the world, a unit quaternion, and a factor of all numbers of mass."""
 
     mass: float = 1.0
-    length: float = 1.0
     turn: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     @property
@@ -63,60 +49,22 @@ class Similarity:
         yield from ((f"the model has {name} > 0", bool(getattr(model, name, 0))) for name in NEVER)
         yield from ((f"the model has {name}", bool(np.any(getattr(model, name, 0.0)))) for name in ZERO)
         yield "the model has a fluid", bool(model.opt.density or model.opt.viscosity)
-        scaled, of_joints = self.length != 1.0, model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
-        moved = model.jnt_type[model.actuator_trnid[of_joints, 0]]
-        right = moved == HINGE if scaled else moved >= SLIDE
-        yield "an actuator acts on something else than a hinge", not (of_joints.all() and right.all())
-        mixed = model.ntendon > 0 or bool(np.any(model.eq_type != CONNECT))
-        yield "tendons, couplings and welds mix lengths and angles", scaled and mixed
+        of_joints = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
+        right = model.jnt_type[model.actuator_trnid[of_joints, 0]] >= SLIDE
+        yield "an actuator acts on something else than a hinge or a slide", not (of_joints.all() and right.all())
         to_world = (model.eq_obj1id == WORLD) | (model.eq_obj2id == WORLD)
         yield "a weld to the world", self.turned and bool(np.any((model.eq_type == WELD) & to_world))
 
     def applied(self, model: mujoco.MjModel) -> mujoco.MjModel:
         """A copy of a model as this similarity makes it."""
         made = copy.copy(model)
-        self._rescale(made)
-        if self.turned:
-            self._turn(made)
-        return made
-
-    def _rescale(self, made: mujoco.MjModel) -> None:
-        for names, factor in ((LENGTHS, self.length), (MASSES, self.mass)):
+        for names, factor in ((MASSES, self.mass), (INVERSE_MASSES, 1.0 / self.mass)):
             for name in names:
                 if hasattr(made, name):
                     getattr(made, name)[:] *= factor
-        for name in WIDTHS:
-            getattr(made, name)[:, 2] *= self.length
-        angular = self.length**2
-        made.body_inertia[:] *= self.mass * angular
-        made.body_invweight0[:] /= self.mass * np.array([1.0, angular])
-        made.tendon_invweight0[:] /= self.mass
-        made.geom_friction[:, 1:] *= self.length
-        made.opt.gravity[:] *= self.length
-        made.eq_data[made.eq_type == CONNECT, :6] *= self.length
-        if made.nu:
-            for name in ("gainprm", "biasprm", "forcerange", "damping", "armature"):
-                getattr(made, f"actuator_{name}", made.actuator_biasprm[:0])[:] *= self.mass * angular
-        self._by_coordinate(made)
-
-    def _by_coordinate(self, made: mujoco.MjModel) -> None:
-        """Fields whose unit depends on whether the coordinate is a length or an angle."""
-        kind = made.jnt_type[made.dof_jntid]
-        linear = (kind == SLIDE) | ((kind == FREE) & (np.arange(made.nv) - made.jnt_dofadr[made.dof_jntid] < 3))
-        inertia = self.mass * np.where(linear, 1.0, self.length**2)
-        for name in ("dof_armature", "dof_damping", "dof_M0"):
-            getattr(made, name)[:] *= inertia
-        made.dof_invweight0[:] /= inertia
-        made.dof_frictionloss[:] *= inertia * np.where(linear, self.length, 1.0)
-        of_joint = linear[made.jnt_dofadr]
-        made.jnt_stiffness[:] *= self.mass * np.where(of_joint, 1.0, self.length**2)
-        made.jnt_actfrcrange[:] *= (self.mass * np.where(of_joint, self.length, self.length**2))[:, None]
-        reach = np.where(of_joint, self.length, 1.0)
-        made.jnt_range[:] *= reach[:, None]
-        made.jnt_margin[:] *= reach
-        made.jnt_solimp[:, 2] *= reach
-        for name in ("qpos0", "qpos_spring"):
-            getattr(made, name)[:] = self.positions(made, getattr(made, name))
+        if self.turned:
+            self._turn(made)
+        return made
 
     def _turn(self, made: mujoco.MjModel) -> None:
         turn = np.array(self.turn)
@@ -134,6 +82,8 @@ class Similarity:
             for index in np.flatnonzero(of_bodies & (objects == WORLD)):
                 made.eq_data[index, columns] = _rotated(turn, made.eq_data[index, columns])
         made.opt.gravity[:] = _rotated(turn, made.opt.gravity)
+        for name in ("qpos0", "qpos_spring"):
+            getattr(made, name)[:] = self.positions(made, getattr(made, name))
 
     # -- states --------------------------------------------------------------------------------------------------------
 
@@ -141,10 +91,8 @@ class Similarity:
         """Coordinates (nq,) of a model as they are in its image."""
         made = np.array(coordinates)
         for kind, at in zip(model.jnt_type, model.jnt_qposadr, strict=True):
-            if kind == SLIDE:
-                made[at] *= self.length
             if kind == FREE:
-                made[at : at + 3] = self.length * _rotated(np.array(self.turn), made[at : at + 3])
+                made[at : at + 3] = _rotated(np.array(self.turn), made[at : at + 3])
                 made[at + 3 : at + 7] = _product(np.array(self.turn), made[at + 3 : at + 7])
         return made
 
@@ -152,11 +100,9 @@ class Similarity:
         """Matrix (nv, nv) from rates, or accelerations, to those of the image."""
         made = np.eye(model.nv)
         for kind, at in zip(model.jnt_type, model.jnt_dofadr, strict=True):
-            if kind == SLIDE:
-                made[at, at] = self.length
             if kind == FREE:
                 axes = [_rotated(np.array(self.turn), axis) for axis in np.eye(3)]
-                made[at : at + 3, at : at + 3] = self.length * np.column_stack(axes)
+                made[at : at + 3, at : at + 3] = np.column_stack(axes)
         return made
 
 
