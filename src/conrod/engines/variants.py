@@ -114,24 +114,17 @@ class Ingredient(Generic[AnyFields]):
     minimal: bool = False
 
 
-def edited(*names: str) -> Change[Any]:
-    """Settings with these edits of the model."""
-    return lambda settings: with_fields(settings, dressing=(*settings.dressing, *names))
-
-
-def unedited(*names: str) -> Change[Any]:
-    """Settings without these edits of the model."""
-    return lambda settings: with_fields(settings, dressing=tuple(one for one in settings.dressing if one not in names))
-
-
-def valued(**values: Any) -> Change[Any]:
-    """Settings with these values of their fields."""
-    return lambda settings: with_fields(settings, **values)
-
-
 def edit(name: str, meaning: str, *needed_by: Quantity, absence: str = "", minimal: bool = False) -> Ingredient[Any]:
     """An ingredient that is an edit of the model, of the same name, or whose absence is an edit."""
-    added, removed = (unedited(absence), edited(absence)) if absence else (edited(name), unedited(name))
+    one = absence or name
+
+    def edited(settings: Any) -> Any:
+        return with_fields(settings, dressing=(*settings.dressing, one))
+
+    def unedited(settings: Any) -> Any:
+        return with_fields(settings, dressing=tuple(other for other in settings.dressing if other != one))
+
+    added, removed = (unedited, edited) if absence else (edited, unedited)
     return Ingredient(name, meaning, added, removed, needed_by, minimal)
 
 
@@ -139,6 +132,13 @@ def fields(
     model: Any, name: str, meaning: str, *needed_by: Quantity, minimal: bool = False, **values: Any
 ) -> Ingredient[Any]:
     """Values of the settings' fields instead of those of the minimal model; of a part of that, values without it."""
-    other, own = valued(**values), valued(**{name: getattr(model, name) for name in values})
-    added, removed = (own, other) if minimal else (other, own)
-    return Ingredient(name, meaning, added, removed, needed_by, minimal)
+    own = {name: getattr(model, name) for name in values}
+    added, removed = (own, values) if minimal else (values, own)
+    return Ingredient(
+        name,
+        meaning,
+        lambda settings: with_fields(settings, **added),
+        lambda settings: with_fields(settings, **removed),
+        needed_by,
+        minimal,
+    )

@@ -11,12 +11,10 @@ The driven crank is kinematic: nothing acts on it in the engine, and its equatio
 that turns as it does.
 
 Contact pushes and cannot pull. Where the cam's curve falls away, a follower that goes straight ahead uses up the
-overlap that it may keep, and then is free for a step and caught by the next one with twice the force. Neither a smaller
-step nor more vertices change how often: on the shipped cam one step in 450 carries nothing, and the force of single
-steps scatters by 5.3 % rms of the peak between the arcs' joints. What is caught is what was missing, so that the mean
-of some steps is right: 1.4 % of 4, 0.34 % of 16. With contact all forces are reported as means of so many steps. (The
-arbiter's own `total_impulse` agrees, but for steps in which contact begins anew: it then counts the impulse of the last
-contact once more, which is not given again.)
+overlap that it may keep, and then is free for a step and caught by the next one with twice the force, at any step: the
+force of single steps scatters by 5.3 % rms of the peak. What is caught is what was missing, so that the mean of some
+steps is right, 1.4 % of 4, 0.34 % of 16: with contact all forces are means of so many. (The arbiter's own
+`total_impulse` agrees, but where contact begins anew, where it counts the last contact's impulse once more.)
 """
 
 from __future__ import annotations

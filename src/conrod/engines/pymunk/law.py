@@ -1,16 +1,11 @@
 """Bounds on pymunk's errors by its own scheme, from the step and the exact motion.
 
-With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fits the joints' equations linearised at x_n.
-Expanding both gives a position that runs behind the exact one by h^2 x'' / 2 (primes: by the crank angle, h the step
-in crank angle). The velocity, the difference of two positions, belongs to the middle of the step:
-h^2 x''' (1/24 - 1/2); the acceleration, the difference of two velocities: h^2 x'''' (1/12 - 1/2). This holds of the
-engine's own coordinates, from which that of points elsewhere on a link follows.
-
-What the scheme lags in are its own coordinates, the centres of gravity c and the turns phi of the bodies: by h^2 q'' /
-2 in position, and in velocity, the difference of two positions, by h^2 q''' (1/2 - 1/24) in the middle of the step. The
-turn there is extrapolated straight ahead with that velocity, and is behind by h^2 phi'' (1/2 - 1/4 + 1/8). A point at r
-from the centre of gravity has the velocity c' + phi' r_perp, so that all of it enters. The acceleration is the
-difference of two velocities.
+With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fits the joints' equations linearised at x_n, in
+the engine's own coordinates q, the centres of gravity c and the turns phi of the bodies (primes: by the crank angle, h
+the step in crank angle). So positions run behind the exact ones by h^2 q''/2; the velocity, the difference of two
+positions, in the middle of the step by h^2 q''' (1/2 - 1/24); the acceleration, the difference of two velocities, by
+h^2 q'''' (1/2 - 1/12). A point at r from the centre of gravity has the velocity c' + phi' r_perp, so that all of it
+enters: the turn, extrapolated straight ahead to the middle, is behind there by h^2 phi'' (1/2 - 1/4 + 1/8).
 
 To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the joint equations' Jacobian
 J and their second derivatives H. The first step goes straight ahead from an exact state, so that the first reported

@@ -1,13 +1,10 @@
 """Springs, dampers, forces and torques of a mechanism as forces that a pymunk `Space` is given before every step.
 
-Chipmunk has springs of its own, `DampedSpring` and `DampedRotarySpring`. Their stiffness is taken where the step has
-moved the bodies to, which has order 2. Their damping is not: it is an impulse of (1 - exp(-damping h / mass)) of the
-velocity that the iteration has reached, that of the step's end, half a step after the instant that the step's impulses
-belong to, and the motion has order 1; and other laws they cannot have. A force that is given before the step, of the
-state as it is then, has order 1 with a spring, for positions belong to the step's beginning. Of the state at the
-right instant it has order 2 with every law, and with a spring gives what `DampedSpring` gives. Measured on a
-slider-crank that swings for a second on a spring and a damper, largest error of a pose at h = 0.5 ms: 1.8e-5 (order
-1.98), against 9.8e-5 (1.26, falling) with `DampedSpring` and 3.6e-3 (1.01) with forces of the step's beginning.
+Chipmunk's own springs (`DampedSpring`, `DampedRotarySpring`) have order 2, but their dampers act half a step late, with
+order 1, and other laws they cannot have. A force of the state before the step has order 1, that of the state at the
+right instant order 2 with every law; with a spring it gives what `DampedSpring` gives. A slider-crank that swings for a
+second on a spring and a damper, largest error of a pose at h = 0.5 ms: 1.8e-5, 9.8e-5 with `DampedSpring`, 3.6e-3 with
+forces of the step's beginning.
 
 The right instant is the one to which the difference of two velocities belongs: the step's end for joints, its middle
 for contact (see `Staggered`). Positions are extrapolated to it by the step's own rule, rates by their last difference.
