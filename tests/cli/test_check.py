@@ -95,8 +95,6 @@ def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
 
 BASELINES = {
     "other words": (("--preset", "stock", "--baseline", "saw.json"), "the baseline is of something else: "),
-    "no baseline": (("--baseline", "text"), "text is no baseline of conrod"),
-    "none named": (("--accept",), "--accept: it is for a baseline"),
     "the same file": (("--baseline", "new.json", "--json", "new.json"), "it is the same file as the baseline"),
 }
 

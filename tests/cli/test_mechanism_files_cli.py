@@ -77,13 +77,6 @@ def test_a_name_that_reports_could_not_use_is_refused(tmp_path: Path, name: str,
     assert expected in done.stderr
 
 
-def test_a_file_that_cannot_be_read_is_told_in_one_line(tmp_path: Path) -> None:
-    for command in (["show"], ["validate"], ["export", "--format", "csv"]):
-        done = conrod(*command, str(tmp_path / "none.toml"))
-        assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-        assert "none.toml: there is no such file" in done.stderr
-
-
 # -- slips ------------------------------------------------------------------------------------------------------------
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -27,32 +26,7 @@ def told(*arguments: str, folder: Path) -> dict[str, Any]:
     return document
 
 
-def numbers_after(word: str, text: str) -> list[float]:
-    line = next(line for line in text.splitlines() if line.startswith(word))
-    return [float(number) for number in re.findall(r"-?\d+\.?\d*", line.removeprefix(word))]
-
-
 # -- a turn ---------------------------------------------------------------------------------------------------------
-
-
-def test_the_saws_stroke_dead_centres_time_ratio_and_transmission_are_those_of_an_offset_slider_crank() -> None:
-    out = conrod("show", "saw-40rpm").stdout
-    far, near = math.asin(OFFSET / (ROD + CRANK)), math.asin(OFFSET / (ROD - CRANK))
-    slow = math.pi + near - far
-    stroke = math.sqrt((ROD + CRANK) ** 2 - OFFSET**2) - math.sqrt((ROD - CRANK) ** 2 - OFFSET**2)
-    found = numbers_after("slider       slide", out)
-    # The saw's slide is above its shaft, and its blade on the left.
-    dead = sorted(math.degrees(angle) for angle in (math.pi - far, 2.0 * math.pi - near))
-    ways = sorted(math.degrees(angle) for angle in (slow, 2.0 * math.pi - slow))
-    wanted = [1e3 * stroke, *dead, *ways, slow / (2.0 * math.pi - slow)]
-    assert found == pytest.approx(wanted, rel=1e-5)
-    pressure = math.degrees(math.asin((CRANK + OFFSET) / ROD))
-    least = math.degrees(math.acos((CRANK - OFFSET) / ROD))
-    found = numbers_after("slider       rod", out)
-    assert found == pytest.approx(
-        [least, 90.0, 90.0 + pressure, 270.0, 90.0 - pressure, 270.0, pressure, 270.0], abs=1e-4
-    )
-    assert "crank: turns fully" in out
 
 
 def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) -> None:

@@ -45,7 +45,6 @@ def output(name: str) -> Output:
         "crank-rocker": four_bar(*CRANK_ROCKER),
         "in-line": slider_crank(0.1, 0.3),
         "offset": slider_crank(0.1, 0.3, 0.09),
-        "crank-shaper": inverted_slider_crank(0.1, 0.25),
         "Whitworth": inverted_slider_crank(0.25, 0.1),
     }
     (only,) = outputs(course(machines[name]))
@@ -158,13 +157,6 @@ def test_a_crank_rockers_dead_centres_are_where_crank_and_coupler_lie_in_one_lin
     ways = sorted((crank(b + a), math.pi + crank(b - a)))
     slow = max(ways[1] - ways[0], TURN - ways[1] + ways[0])
     assert found.time_ratio == pytest.approx(slow / (TURN - slow), rel=1e-11)
-
-
-def test_the_crank_shapers_time_ratio_is_that_of_its_tangents() -> None:
-    found = output("crank-shaper")
-    swing = 2.0 * math.asin(0.1 / 0.25)
-    assert found.stroke == pytest.approx(swing, rel=1e-12)
-    assert found.time_ratio == pytest.approx((math.pi + swing) / (math.pi - swing), rel=1e-11)
 
 
 def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:

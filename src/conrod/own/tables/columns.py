@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from conrod.errors import InvalidInput, named_values, unknown_choice
-from conrod.exact.motion import Array
 from conrod.own.tables.headings import DIMENSIONS, TIME, Target, factor, is_unit, meant_by, parted, targets
 
 LISTED = 20  # headings of a table that an error names
@@ -49,21 +45,6 @@ class Column:
     unit: str
     factor: float
     unit_from: str
-
-
-@dataclass(frozen=True)
-class Source:
-    """A file of columns, of which those that are used are read.
-
-    Attributes:
-        form: how it is written, in words.
-        headings: of all columns, with their units where they have any.
-        read: gives values (T, columns) of some columns and the number of each row (T,); at most so many rows.
-    """
-
-    form: str
-    headings: tuple[str, ...]
-    read: Callable[[Sequence[Column], int], tuple[Array, NDArray[np.int64]]]
 
 
 def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:

@@ -7,9 +7,10 @@ import re
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.files import check_readable, of_file
-from conrod.own.tables.columns import Column, Request, Source, choose
+from conrod.own.tables.columns import Column, Request, choose
 from conrod.own.tables.headings import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME, bare_unit, with_unit
 from conrod.own.tables.samples import QUANTITIES, Observed, Samples
 
@@ -26,6 +27,11 @@ MOST_ROWS = 2_000_000
 # Of the largest value of a column: rows of one time that differ by less say the same.
 SAME = 1e-12
 LARGEST = 1e30  # SI: squares of it are still numbers
+
+
+# How a file is written, in words; headings of all columns; and what gives values (T, columns) of some columns and the
+# number of each row (T,), of at most so many rows.
+Opened: TypeAlias = tuple[str, tuple[str, ...], Callable[[Sequence[Column], int], tuple[Array, NDArray[np.int64]]]]
 
 
 @dataclass(frozen=True)
@@ -60,12 +66,12 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     with of_file(path):
         if path.stat().st_size == 0:
             raise InvalidInput("it is empty")
-        source = _open_npz(path) if path.suffix.lower() == ".npz" else open_text(path)
-        columns = choose(source.headings, points, asked)
-        values, numbers = source.read(columns, MOST_ROWS)
+        form, headings, read = _open_npz(path) if path.suffix.lower() == ".npz" else _open_text(path)
+        columns = choose(headings, points, asked)
+        values, numbers = read(columns, MOST_ROWS)
         used = {column.index for column in columns}
-        unused = tuple(heading for k, heading in enumerate(source.headings) if k not in used)
-        return reading_of(columns, values, numbers, unused, source.form)
+        unused = tuple(heading for k, heading in enumerate(headings) if k not in used)
+        return reading_of(columns, values, numbers, unused, form)
 
 
 def reading_of(
@@ -124,7 +130,7 @@ def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:
 # -- archives ----------------------------------------------------------------------------------------------------------
 
 
-def _open_npz(path: Path) -> Source:
+def _open_npz(path: Path) -> Opened:
     """A numpy archive: an array (T,) a column, (T, 2) for x and y.
 
     Raises:
@@ -152,7 +158,7 @@ def _open_npz(path: Path) -> Source:
             raise InvalidInput(f"it has {rows} rows: at most {most} are kept: thin it out")
         return np.column_stack(list(found.values())), np.arange(1, rows + 1)
 
-    return Source("numpy archive", names, read)
+    return "numpy archive", names, read
 
 
 # -- text, whatever its separator and decimal mark ---------------------------------------------------------------------
@@ -172,7 +178,7 @@ LEAST = 2  # numbers in a row of them: there may be columns of text between
 Line = tuple[int, str]  # its number in the file from 1, its text
 
 
-def open_text(path: Path) -> Source:
+def _open_text(path: Path) -> Opened:
     """A table of text, with the layout that its beginning shows.
 
     Raises:
@@ -194,7 +200,7 @@ def open_text(path: Path) -> Source:
         return _numbers(rows, columns, (separator, decimal), width, most)
 
     marks = {".": "decimal points", ",": "decimal commas"}
-    return Source(f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, read)
+    return f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, read
 
 
 def _lines(path: Path) -> list[Line]:
