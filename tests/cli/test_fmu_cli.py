@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import platform
+import shutil
+import subprocess
 import sys
+import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from command_line import conrod, said
-from slider_crank_fmu import BINARY, compiled, description, write_fmu
 
 from conrod.errors import InvalidInput
 from conrod.own import fmu
@@ -18,6 +22,68 @@ from conrod.own.fmu import Order, read_fmu, simulate
 from conrod.studies.execution import isolation
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
+
+# -- a slider-crank in C, with a planted fault -----------------------------------------------------------------------
+
+OUTPUT, LOCAL = 'causality="output" initial="calculated"', 'causality="local"'
+VARIABLES = {
+    "slider.r[1]": (0, OUTPUT, '<Real unit="mm"/>'),
+    "slider.r[2]": (1, OUTPUT, '<Real unit="m"/>'),
+    "slider.v": (2, LOCAL, '<Real unit="m/s"/>'),
+    "crank.phi": (3, LOCAL, '<Real declaredType="Angle"/>'),
+    "slider.s": (4, LOCAL, "<Real/>"),
+    "der(slider.s)": (2, LOCAL, '<Real derivative="5"/>'),
+}
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="saw" guid="{fault}" generationTool="hand">
+  {interfaces}
+  <UnitDefinitions><Unit name="mm"/><Unit name="m"/><Unit name="m/s"/><Unit name="deg"/></UnitDefinitions>
+  <TypeDefinitions><SimpleType name="Angle"><Real unit="deg"/></SimpleType></TypeDefinitions>
+  <ModelVariables>{variables}</ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="1"/><Unknown index="2"/></Outputs>
+    <Derivatives><Unknown index="6"/></Derivatives>
+    <InitialUnknowns><Unknown index="1"/><Unknown index="2"/><Unknown index="6"/></InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+BOTH = ("ModelExchange", "CoSimulation")  # as the standard orders them
+SOURCE = Path(__file__).parents[1] / "support" / "slider_crank_fmu.c"
+BINARY = "binaries/linux64/saw.so"
+
+
+def compiled(folder: Path) -> Path | None:
+    """The machine as a shared library; None without a compiler, or where `BINARY` is of another platform."""
+    compiler = shutil.which("cc")
+    if compiler is None or (platform.system(), platform.machine()) != ("Linux", "x86_64"):
+        return None
+    library = folder / "saw.so"
+    subprocess.run([compiler, "-O1", "-w", "-fPIC", "-shared", "-o", library, SOURCE, "-lm"], check=True)
+    return library
+
+
+def description(fault: str = "none") -> str:
+    """The model description; what it calls its token is the fault."""
+    interfaces = "".join(f'<{mode} modelIdentifier="saw"/>' for mode in BOTH)
+    variables = "".join(
+        f'<ScalarVariable name="{name}" valueReference="{reference}" {attributes}>{kind}</ScalarVariable>'
+        for name, (reference, attributes, kind) in VARIABLES.items()
+    )
+    return DESCRIPTION.format(fault=fault, interfaces=interfaces, variables=variables)
+
+
+def write_fmu(path: Path, library: Path | None, files: Mapping[str, str], binary: str = BINARY) -> Path:
+    """An FMU of some files, and the library where there is one."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        if library is not None:
+            archive.write(library, binary)
+        for name, text in files.items():
+            archive.writestr(name, text)
+    return path
+
+
+# -- judged ------------------------------------------------------------------------------------------------------------
+
 VALIDATE = ("validate", "saw.fmu", "--scene", "saw-500rpm")
 POINT = ("--column", "C.x=slider.r[1]", "--column", "C.y=slider.r[2]", "--column", "crank_angle=crank.phi")
 JUDGED = ("--tolerance", "position=1e-4")
