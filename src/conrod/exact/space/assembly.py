@@ -157,5 +157,5 @@ class Assembly:
     def joints_of(self, directions: Array) -> list[str]:
         """Names of the joints that directions (free, k) move, those that move most first, six at most."""
         share = np.abs(directions).max(axis=1)
-        by_size = (int(i) for i in np.argsort(-share) if share[i] > 1e-3)
-        return list(dict.fromkeys(self.tree.joint_of_rate(int(self.free[i])).name for i in by_size))[:6]
+        names = [joint.name for joint in self.tree.joints for _ in range(RATES[joint.kind])]
+        return list(dict.fromkeys(names[self.free[i]] for i in np.argsort(-share) if share[i] > 1e-3))[:6]

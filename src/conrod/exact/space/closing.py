@@ -35,9 +35,7 @@ def _residual(found: Poses, closure: Closure, order: int) -> list[Series]:
     first, second = (found.point(point) for point in closure.points)
     made = [added(first, [-one for one in second])]
     if closure.turn is not None:
-        made.append(
-            [found.tree.extent * _antisymmetric(one) for one in _left_turn(found, closure, closure.turn, order)]
-        )
+        made.append([found.tree.extent * antisymmetric(one) for one in _left_turn(found, closure, closure.turn, order)])
     return made
 
 
@@ -48,7 +46,7 @@ def _left_turn(found: Poses, closure: Closure, turn: Array, order: int) -> Serie
     return product([np.swapaxes(part, 0, 1) for part in two], placed, order)
 
 
-def _antisymmetric(matrix: Array) -> Array:
+def antisymmetric(matrix: Array) -> Array:
     """The vector (3, T) whose cross product the antisymmetric part of a matrix makes."""
     return 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
-from conrod.exact.space.closing import jacobian, point_jacobian
+from conrod.exact.space.closing import antisymmetric, jacobian, point_jacobian
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import Poses, Series, poses
 from conrod.exact.space.tree import SpatialBody, SpatialPoint
@@ -98,4 +98,4 @@ def _spin(turn: Series, order: int) -> Array:
     if len(turn) <= order:
         return np.zeros((3, turn[0].shape[2]))
     matrix = order * np.einsum("ijt,kjt->ikt", turn[order], turn[0])
-    return 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
+    return antisymmetric(matrix)

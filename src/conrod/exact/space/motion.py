@@ -94,7 +94,9 @@ class DrivenTree(Assembly):
             if following is None:
                 step *= 0.5
                 if step < LEAST_STEP * duration:
-                    raise InvalidInput(self._stuck(here))
+                    place = f"{self.where(here.time)} ({here.time:.6g} s)"
+                    reason = "a dead centre, or its loops reach no further"
+                    raise InvalidInput(f"it goes no further than {place}: {reason}")
                 continue
             here = following
             self.knots.append(here)
@@ -119,11 +121,6 @@ class DrivenTree(Assembly):
             return None
         self.misfit = max(self.misfit, gap)
         return knot
-
-    def _stuck(self, here: Knot) -> str:
-        """Why it goes no further."""
-        place = f"{self.where(here.time)} ({here.time:.6g} s)"
-        return f"it goes no further than {place}: a dead centre, or its loops reach no further"
 
     # -- at samples --------------------------------------------------------------------------------------------------
 

@@ -7,6 +7,8 @@ turn (3, 3, T). What does not move has one sample. Turns of balls follow R' = R 
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -37,11 +39,11 @@ def _times(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("ij...,jk...->ik...", a, b))
 
 
-def product(a: Series, b: Series, order: int) -> Series:
-    """Coefficients up to an order of the product of two series of turns."""
+def product(a: Series, b: Series, order: int, times: Callable[[Array, Array], Array] = _times) -> Series:
+    """Coefficients up to an order of the product of two series, of turns unless another product is given."""
     made = []
     for k in range(min(order, len(a) + len(b) - 2) + 1):
-        terms = [_times(a[i], b[k - i]) for i in range(len(a)) if 0 <= k - i < len(b)]
+        terms = [times(a[i], b[k - i]) for i in range(len(a)) if 0 <= k - i < len(b)]
         made.append(sum(terms[1:], terms[0]))
     return made
 
@@ -59,11 +61,7 @@ def added(*terms: Series) -> Series:
 
 def scaled(series: Series, by: Series, order: int) -> Series:
     """Product of a series of vectors or numbers with one of numbers, each (T,), up to an order."""
-    made = []
-    for k in range(min(order, len(series) + len(by) - 2) + 1):
-        terms = [series[i] * by[k - i] for i in range(len(series)) if 0 <= k - i < len(by)]
-        made.append(sum(terms[1:], terms[0]))
-    return made
+    return product(series, by, order, operator.mul)
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,10 +182,6 @@ class SpatialTree:
             rates |= set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
         return tuple(joint for joint in self.joints if joint.rate in rates)
 
-    def joint_of_rate(self, rate: int) -> SpatialJoint:
-        """The joint that a rate belongs to."""
-        return next(j for j in self.joints if j.rates.start <= rate < j.rates.stop)
-
 
 # -- coordinates, and movements by joint rates -------------------------------------------------------------------------
 
