@@ -17,9 +17,8 @@ from conrod.exact.motion import Array
 from conrod.exact.space.forces import forces
 from conrod.mjcf.loops.driving import Recording, driven_run
 from conrod.mjcf.loops.results import KINEMATIC, OWN, LoopRun, Question
-from conrod.mjcf.loops.runs import errors_of, with_settings
+from conrod.mjcf.loops.runs import errors_of, kinematic_mode, with_settings
 from conrod.mjcf.loops.study import _Bench
-from conrod.mjcf.loops.undriven import kinematic_mode
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES

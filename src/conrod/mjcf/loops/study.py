@@ -20,8 +20,7 @@ from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
-from conrod.mjcf.loops.runs import errors_of, pasted, with_settings
-from conrod.mjcf.loops.undriven import kinematic_mode, shipped_run
+from conrod.mjcf.loops.runs import errors_of, kinematic_mode, pasted, shipped_run, with_settings
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
     OWN_POSE,
