@@ -127,9 +127,10 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
     refuse(asked, "a model: it is for a table", *(() if asked.measured else (TableOptions,)))
     machine = select_scene(scene, asked.assignments)[1]
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
-    question, given, one = question_of(asked, machine), given_frame(asked), (scene_text(scene), machine)
-    judged = question, given, _turns(asked), tolerance, asked.report is not None
-    return isolation.confined(study, path, one, *judged)
+    angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
+    rotation, zero = (None if text is None else parse_quantity(name, text, "rad") for name, text in angles.items())
+    judged = question_of(asked, machine), GivenFrame(asked.plane, rotation, zero), _turns(asked), tolerance
+    return isolation.confined(study, path, (scene_text(scene), machine), *judged, asked.report is not None)
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:
@@ -147,15 +148,6 @@ def question_of(options: ModelOptions, scene: Scene) -> Question:
     places, contacts = places_of(options.points, observed), len(mechanism.cam_contacts)
     controls = controls_of(options.controls)
     return Question(options.crank, places, mechanism.mobility, contacts, options.keyframe, controls)
-
-
-def given_frame(options: ModelOptions) -> GivenFrame:
-    """Frame that the options give; raises InvalidInput for an angle that is none."""
-    return GivenFrame(
-        plane=options.plane,
-        rotation=None if options.rotation is None else parse_quantity("--rotation", options.rotation, "rad"),
-        zero=None if options.crank_zero is None else parse_quantity("--crank-zero", options.crank_zero, "rad"),
-    )
 
 
 def print_model_study(found: ModelStudy) -> None:
