@@ -24,26 +24,22 @@ class ObservedOrder:
 
     Attributes:
         claimed: slope over the finest points, clear of the floor, whose pairs agree; None where there are not two.
-        pairs: order between neighbouring points, None where an error is zero.
         plateau: error of the finest point where it has stopped falling: the orders of the last two pairs have no size.
             None where it falls, or grows, to the end.
-        floor: fitted floor, None where the fit is not determined.
     """
 
     claimed: float | None
-    pairs: tuple[float | None, ...]
     plateau: float | None
-    floor: float | None
 
 
 def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrder:
     """Order from errors at increasing numbers of steps per revolution."""
-    pairs = tuple(_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1))
+    pairs = [_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1)]
     still = len(pairs) > 1 and all(order is not None and abs(order) <= PAIRS_AGREE for order in pairs[-2:])
     plateau, known = errors[-1] if still else None, [p for p in pairs if p is not None]
     if len(known) < 2 or len(known) < len(pairs):
-        return ObservedOrder(None, pairs, plateau, None)
-    floor = _fitted_floor(np.asarray(steps), np.asarray(errors))
+        return ObservedOrder(None, plateau)
+    floor = fitted_floor(np.asarray(steps), np.asarray(errors))
     clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
     # The points clear of the floor are the coarse ones: a leading run.
     count = next((k for k, i in enumerate(clear) if i != k), len(clear))
@@ -52,11 +48,11 @@ def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrd
     while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
         first -= 1
     if len(run) - first < 2:
-        return ObservedOrder(None, pairs, plateau, floor)
+        return ObservedOrder(None, plateau)
     points = slice(first, count)
     slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
     # An error that does not fall with the step is a plateau, and a plateau is a floor.
-    return ObservedOrder(slope if slope > PAIRS_AGREE else None, pairs, plateau, floor)
+    return ObservedOrder(slope if slope > PAIRS_AGREE else None, plateau)
 
 
 def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:
@@ -71,7 +67,7 @@ def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
     return math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0])
 
 
-def _fitted_floor(steps: Array, errors: Array) -> float:
+def fitted_floor(steps: Array, errors: Array) -> float:
     """Floor >= 0 of the best fit in relative least squares, over a fine grid of orders."""
     shapes = (steps / steps[0]) ** -ORDERS[:, None]
     columns = np.stack([shapes, np.ones_like(shapes)], axis=2) / errors[:, None]

@@ -131,7 +131,7 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
 
 
 def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, ObservedOrder]:
-    """Order, plateau and floor of each quantity along a refinement; runs that did not complete are left out.
+    """Order or plateau of each quantity along a refinement; runs that did not complete are left out.
 
     Raises:
         KeyError: a case has not been measured.
