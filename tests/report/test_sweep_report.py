@@ -18,13 +18,12 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.kind import Reproduction
 from conrod.report.saved import restored
-from conrod.report.sweep.report import KIND
+from conrod.report.sweep.report import KIND, work_precision_figure
 from conrod.report.sweep.tables import (
     cheapest_table,
     findings,
     front_table,
 )
-from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.measurement import QUANTITIES

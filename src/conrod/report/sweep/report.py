@@ -1,4 +1,4 @@
-"""The report of a sweep: a page for each machine, and an index of the cheapest settings."""
+"""The report of a sweep: a page for each machine with its work-precision diagram, and an index of the cheapest."""
 
 from __future__ import annotations
 
@@ -6,13 +6,19 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Drawing
+from matplotlib.lines import Line2D
+
+from conrod.engines.registry import look_of
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
+from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.figure import Figure
 from conrod.report.html.spots import Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
-from conrod.report.sweep.work_precision import work_precision_figure
 from conrod.report.table import table
 from conrod.report.template import rendered
 from conrod.studies.frame.measurement import QUANTITIES
@@ -97,6 +103,98 @@ def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
         return None
     alt = f"Position error against cost of every run, {study.name}"
     return Figure("position", alt, partial(work_precision_figure, study, ("position",)))
+
+
+# -- the work-precision diagram: error against cost, every timed run of the grid in it ---------------------------------
+
+FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
+
+WIDTH, PANEL_HEIGHT = 10.5, 4.9  # [inch]
+LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 0.5  # margins [inch]
+PANEL_WIDTH = WIDTH - LEFT - RIGHT
+
+
+def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Drawing:
+    """Error against CPU time for each quantity.
+
+    Args:
+        study: with timings.
+    """
+    points = tables.timed_points(study)
+    height = TOP + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
+    layout = Layout(WIDTH, height)
+    costs = on_log_grid(np.array([p.cost or 0.0 for p in points]))
+    limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
+    for k, quantity in enumerate(quantities):
+        top = height - TOP - k * (PANEL_HEIGHT + GAP)
+        axes = layout.axes(LEFT, top - PANEL_HEIGHT, PANEL_WIDTH, PANEL_HEIGHT)
+        _cost_axis(axes, limits)
+        _draw_panel(axes, study, points, quantity)
+        if quantity == quantities[-1]:
+            axes.set_xlabel("CPU time of a simulated revolution", labelpad=2.0)
+        else:
+            axes.tick_params(axis="x", labelbottom=False)
+    layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
+    return layout.figure
+
+
+def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
+    """A logarithmic axis of CPU time, with its decades in words."""
+    first, last = np.ceil(np.log10(limits[0])), np.floor(np.log10(limits[1]))
+    decades = [10.0**k for k in range(int(first), int(last) + 1)]
+    log_axis(axes, limits, decades, [numbers.duration(x).replace(".0", "") for x in decades])
+
+
+def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], quantity: str) -> None:
+    whole_decades(axes, [_errors(points, quantity)])
+    axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
+    _plot(axes, study.front(quantity), quantity, FRONT_OF_ALL)
+    for engine in study.engines:
+        _plot(axes, _others(points, engine), quantity, _dot_style(engine))
+        _plot(axes, study.front(quantity, engine), quantity, _front_style(engine))
+    for curve in tables.preset_curves(study):
+        of_preset = [p for p in curve.points if p in points]
+        _plot(axes, of_preset, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
+
+
+def _plot(axes: Axes, points: Sequence[SweptPoint], quantity: str, style: dict[str, Any]) -> None:
+    axes.plot(on_log_grid(np.array([p.cost or 0.0 for p in points])), _errors(points, quantity), **style)
+
+
+def _others(points: Sequence[SweptPoint], engine: str) -> list[SweptPoint]:
+    """Points of an engine that are no preset's."""
+    return [p for p in points if p.engine == engine and p.preset is None]
+
+
+def _errors(points: Sequence[SweptPoint], quantity: str) -> Any:
+    return on_log_grid(np.array([p.error(quantity) or 0.0 for p in points]))
+
+
+def _dot_style(engine: str) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for runs that are nothing in particular."""
+    dots = {"linestyle": "none", "marker": look_of(engine).dot, "markersize": 2.6, "markeredgewidth": 0.0}
+    return {**dots, "color": colour(engine), "alpha": 0.35, "zorder": 2}
+
+
+def _front_style(engine: str) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for the front of an engine."""
+    line = {"color": colour(engine), "linewidth": 2.2, "alpha": 0.9, "zorder": 6, "linestyle": "-"}
+    dots = {"marker": look_of(engine).dot, "markersize": 4.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
+    return {**line, **dots}
+
+
+def _legend(study: SweepStudy) -> list[Line2D]:
+    drawn = [curve for curve in tables.preset_curves(study) if any(p.completed and p.cost for p in curve.points)]
+    handles = preset_handles((curve.engine, curve.preset) for curve in drawn)
+    engines = tables.timed_engines(study)
+    for engine in (one for one in engines if _others(tables.timed_points(study), one)):
+        style = _dot_style(engine) | {"alpha": 0.5, "markersize": 4.0}
+        handles.append(Line2D([], [], label=f"{engine_title(engine)}, other settings", **style))
+    for engine in engines:
+        label = f"best of {engine_title(engine)} (Pareto front)"
+        handles.append(Line2D([], [], label=label, **_front_style(engine)))
+    handles.append(Line2D([], [], label="best of all engines", **FRONT_OF_ALL))
+    return handles
 
 
 KIND = Kind(
