@@ -12,15 +12,17 @@ import pickle
 import random
 import resource
 import shutil
+import sqlite3
 import subprocess
 import sys
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import attacks
 import model_mutants as models
 import planted_faults as faulty
 import pytest
@@ -40,12 +42,63 @@ MECHANISMS, MODELS, LEDGERS, KILLS, FAULTS, OUTSIDE_KILLS = 5000, 1000, 60, 20, 
 PATIENCE, MEMORY = 600.0, 6_000_000_000  # [s] of wall time, [bytes]: of a worker that has many of them
 
 
+# Modules of Python's own library and of others, which a user's file may be called as.
+MODULES = ("queue", "pickle", "json", "numpy", "mujoco", "random", "csv", "signal", "sitecustomize", "click")
+SWEEP = ("sweep", "saw-500rpm", "--engine", "pymunk", "--grid", "coarse", "--jobs", "2", "--ledger", "l.sqlite")
+REPORT = "report"
+
+
+class Payload:
+    """An object that leaves a mark where its pickle is read."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[str, int]]:
+        return os.mkdir, (str(self.mark), 0o700)
+
+
+def planted(folder: Path, mark: Path) -> Path:
+    """A folder with files of which each leaves a mark where it is executed."""
+    for name in MODULES:
+        (folder / f"{name}.py").write_text(f"import os\nos.makedirs({str(mark)!r}, exist_ok=True)\n", encoding="utf-8")
+    (folder / "payload.pickle").write_bytes(pickle.dumps(Payload(mark)))
+    return folder
+
+
+def begun(*arguments: str) -> subprocess.Popen[str]:
+    """A command under way, in the working folder."""
+    with Path("errors.txt").open("a", encoding="utf-8") as errors:
+        command = [sys.executable, "-m", "conrod", *arguments]
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, text=True)
+
+
+def kept(ledger: Path) -> int:
+    """Number of results in a ledger, which may not be there yet."""
+    if not ledger.exists():
+        return 0
+    with closing(sqlite3.connect(ledger, timeout=60.0)) as connection:
+        if not connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'runs'").fetchone():
+            return 0
+        return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
+
+
+def killed(process: subprocess.Popen[str], now: Callable[[], bool]) -> bool:
+    """Kill a process once something is so; False where it has ended before."""
+    while process.poll() is None:
+        if now():
+            process.kill()
+            return process.wait() == -9
+        time.sleep(0.002)
+    return False
+
+
 @pytest.fixture
 def arena(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A working folder with files that nothing may execute, and which is left as it was."""
     folder, mark = tmp_path / "arena", tmp_path / "executed"
     folder.mkdir()
-    monkeypatch.chdir(attacks.planted(folder, mark))
+    monkeypatch.chdir(planted(folder, mark))
     yield folder
     assert not mark.exists()
 
@@ -71,7 +124,7 @@ def cpu(whose: int) -> float:
 def test_what_is_planted_is_executed_by_who_looks_for_it(tmp_path: Path) -> None:
     # Negative control.
     mark = tmp_path / "executed"
-    attacks.planted(tmp_path, mark)
+    planted(tmp_path, mark)
     subprocess.run([sys.executable, "-c", "import queue"], cwd=tmp_path, check=True)
     assert mark.exists()
     mark.rmdir()
@@ -113,25 +166,25 @@ def ended(future: Future[models.End], case: Any) -> models.End:
 
 
 def test_kills_of_a_sweep(arena: Path, report: Callable[[str], None]) -> None:
-    chance, ledger, out = random.Random(f"kills {SEED}"), arena / "l.sqlite", arena / attacks.REPORT
-    assert attacks.begun(*attacks.SWEEP[:-1], "undisturbed.sqlite").wait() == 0
-    wanted, kills = attacks.kept(arena / "undisturbed.sqlite"), 0
+    chance, ledger, out = random.Random(f"kills {SEED}"), arena / "l.sqlite", arena / REPORT
+    assert begun(*SWEEP[:-1], "undisturbed.sqlite").wait() == 0
+    wanted, kills = kept(arena / "undisturbed.sqlite"), 0
     while kills < KILLS:
-        before = attacks.kept(ledger)
+        before = kept(ledger)
         goal = before + min(chance.randint(1, 4), (wanted - before) // (KILLS - kills))
-        kills += attacks.killed(attacks.begun(*attacks.SWEEP), lambda goal=goal: attacks.kept(ledger) >= goal)
-        assert attacks.kept(ledger) >= before
-    command = (*attacks.SWEEP, "--out", attacks.REPORT)
-    assert attacks.begun(*command).wait() == 0
+        kills += killed(begun(*SWEEP), lambda goal=goal: kept(ledger) >= goal)
+        assert kept(ledger) >= before
+    command = (*SWEEP, "--out", REPORT)
+    assert begun(*command).wait() == 0
     assert rows(ledger) == rows(arena / "undisturbed.sqlite")
     whole = files(out)
     # At any step of writing: tests/studies/test_killed_writers.py. Here whatever a few kills hit, or come too late for.
     for _ in range(4):
         shutil.rmtree(out)
-        attacks.killed(attacks.begun(*command), lambda: any(out.glob(f"{STAGING}*/0")))
+        killed(begun(*command), lambda: any(out.glob(f"{STAGING}*/0")))
         check_writable_folder(out)
         assert files(out) in ({}, whole)
-    assert attacks.begun(*command).wait() == 0
+    assert begun(*command).wait() == 0
     assert files(out) == whole
     assert rows(ledger) == rows(arena / "undisturbed.sqlite")
     assert "Traceback" not in (arena / "errors.txt").read_text(encoding="utf-8")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import signal
-import struct
 import subprocess
 import sys
 from collections.abc import Callable
@@ -89,42 +87,16 @@ def test_an_include_without_end_is_refused_before_anything_is_compiled(verb: str
 # -- tables and documents ----------------------------------------------------------------------------------------------
 
 
-def packed(how: Callable[..., None] = np.savez) -> bytearray:
-    file, times = io.BytesIO(), np.linspace(0.0, 1.0, 100)
-    how(file, time=times, C_x=times, C_y=times)
-    return bytearray(file.getvalue())
-
-
-def marked(content: bytearray, local: int, central: int, value: int) -> bytearray:
-    """An archive with a field of all its entries changed."""
-    for start, offset in ((b"PK\x03\x04", local), (b"PK\x01\x02", central)):
-        place = -1
-        while (place := content.find(start, place + 1)) >= 0:
-            struct.pack_into("<H", content, place + offset, value)
-    return content
-
-
-def damaged(content: bytearray) -> bytearray:
-    for k in range(60, 120):
-        content[k] ^= 0x55
-    return content
-
-
-@pytest.mark.parametrize(
-    ("content", "why"),
-    [
-        (marked(packed(), 6, 8, 1), "it is no numpy archive"),
-        (marked(packed(), 8, 10, 99), "it is no numpy archive"),
-        (damaged(packed(np.savez_compressed)), "it is no numpy archive"),
-        (damaged(packed()), "it is no numpy archive"),
-    ],
-    ids=["encrypted", "method 99", "damaged, compressed", "damaged"],
-)
-def test_an_archive_that_cannot_be_unpacked_is_refused(content: bytearray, why: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", [np.savez, np.savez_compressed])
+def test_an_archive_that_is_damaged_is_refused(how: Callable[..., None], tmp_path: Path) -> None:
+    times = np.linspace(0.0, 1.0, 100)
+    how(tmp_path / "t.npz", time=times, C_x=times, C_y=times)
+    content = bytearray((tmp_path / "t.npz").read_bytes())
+    content[60:120] = bytes(byte ^ 0x55 for byte in content[60:120])
     (tmp_path / "t.npz").write_bytes(content)
-    assert why in refused("validate", "t.npz", "--scene", "saw-40rpm", cwd=tmp_path)
+    assert "it is no numpy archive" in refused("validate", "t.npz", "--scene", "saw-40rpm", cwd=tmp_path)
 
 
-@pytest.mark.parametrize("size", ["1e400GB", "nanGB", "-1GB", "1e300 GB"])
+@pytest.mark.parametrize("size", ["nanGB", "-1GB"])
 def test_a_memory_that_is_none_is_refused(size: str, tmp_path: Path) -> None:
     assert "--cell-memory" in refused("validate", "saw-40rpm", "--cell-memory", size, cwd=tmp_path)
