@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
+from four_bars import driven
 
 from conrod.exact.motion import Array
 from conrod.exact.space.laws import law_of
 from conrod.exact.space.mobility import mobility
-from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.loops.reading import tree_of
+from conrod.exact.space.motion import SpatialMotion
 from conrod.scenes.space import MACHINES, SpatialMachine
 
 DEGREE = math.pi / 180.0
@@ -75,16 +74,6 @@ DURATION = 0.2
 SAMPLES = np.linspace(0.0, DURATION, 7)
 # Of travel, per period^k: of position, velocity, acceleration and jerk.
 BARS = (1e-12, 1e-12, 1e-12, 1e-9)
-Solved = tuple[DrivenTree, SpatialMotion]
-
-
-def solved(machine: SpatialMachine) -> Solved:
-    model = mujoco.MjModel.from_xml_string(machine.mjcf)
-    tree = tree_of(model, model.qpos0)
-    units = {joint.name: joint.unit for joint in tree.joints}
-    made = DrivenTree(tree, {joint: law_of(law, units[joint], 0.0, joint) for joint, law in machine.drives.items()})
-    made.go(made.closed(tree.start[:, None], 0.0)[0], DURATION)
-    return made, made.motion(SAMPLES)
 
 
 def errors(machine: SpatialMachine, motion: SpatialMotion) -> Array:
@@ -102,7 +91,8 @@ def errors(machine: SpatialMachine, motion: SpatialMotion) -> Array:
 def test_the_solver_moves_a_model_as_its_closed_form_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.exact.space.motion.POSES", 12)  # a fifth of a period needs no more
     machine, (freedoms, change) = MACHINES[name](), KNOWN[name]
-    tree, motion = solved(machine)
+    tree = driven(machine.mjcf, dict(machine.drives), DURATION)
+    motion = tree.motion(SAMPLES)
     assert (errors(machine, motion) < BARS).all()
     counted = mobility(tree)
     assert counted.left == freedoms

@@ -1,12 +1,17 @@
-"""Four-bars in space as small MuJoCo models, by their lengths, and where their pins are."""
+"""Four-bars in space as small MuJoCo models, by their lengths, and where their pins are; any model driven by laws."""
 
 from __future__ import annotations
 
 import math
 
+import mujoco
 import numpy as np
 
 from conrod.exact.motion import Array
+from conrod.exact.space.laws import law_of
+from conrod.exact.space.mobility import check_drives
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loops.reading import tree_of
 
 # Where the frame stands, and how it is turned.
 FRAME = 'pos="0.3 -0.2 0.5" quat="0.8 -0.4 0.2 0.4"'
@@ -67,3 +72,17 @@ def key(name: str, lengths: tuple[float, float, float, float], crank: float, bra
 def _about_z(angle: str) -> str:
     half = 0.5 * float(angle)
     return f"{math.cos(half)!r} 0 0 {math.sin(half)!r}"
+
+
+def driven(model: mujoco.MjModel | str, drives: dict[str, str], seconds: float = 1.0) -> DrivenTree:
+    """A model's machine after it went along its motion, from its reference pose."""
+    if isinstance(model, str):
+        model = mujoco.MjModel.from_xml_string(model)
+    tree = tree_of(model, model.qpos0)
+    joints = {joint.name: joint for joint in tree.joints if joint.name in drives}
+    laws = {j: law_of(law, joints[j].unit, tree.start[joints[j].coordinate], j) for j, law in drives.items()}
+    made = DrivenTree(tree, laws)
+    start = made.assembled()
+    check_drives(made, start)
+    made.go(start, seconds)
+    return made

@@ -7,12 +7,11 @@ import xml.etree.ElementTree as ET
 import mujoco
 import numpy as np
 import pytest
-from four_bars import four_bar
+from four_bars import driven, four_bar
 
 from conrod.exact.motion import Array
 from conrod.exact.space.forces import forces
-from conrod.exact.space.laws import law_of
-from conrod.exact.space.motion import DrivenTree
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.reading import tree_of
 from conrod.scenes.space import MACHINES
 
@@ -20,17 +19,14 @@ from conrod.scenes.space import MACHINES
 @pytest.mark.parametrize(("name", "open_ones"), [("stewart", set()), ("cardan", {"cross_1", "cross_2"})])
 def test_reactions_are_open_where_closures_are_redundant_and_nowhere_else(name: str, open_ones: set[str]) -> None:
     machine = MACHINES[name]()
-    model = mujoco.MjModel.from_xml_string(machine.mjcf)
-    found, motion = moved(model, dict(machine.drives), 0.2)
+    found, motion = moved(machine.mjcf, dict(machine.drives), 0.2)
     assert set(forces(found, motion).ambiguous) == open_ones
 
 
-def moved(model: mujoco.MjModel, drives: dict[str, str], seconds: float, samples: int = 9):
-    tree = tree_of(model, model.qpos0)
-    units = {joint.name: joint.unit for joint in tree.joints}
-    starts = {joint.name: tree.start[joint.coordinate] for joint in tree.joints}
-    machine = DrivenTree(tree, {name: law_of(law, units[name], starts[name], name) for name, law in drives.items()})
-    machine.go(machine.assembled(), seconds)
+def moved(
+    model: mujoco.MjModel | str, drives: dict[str, str], seconds: float, samples: int = 9
+) -> tuple[DrivenTree, SpatialMotion]:
+    machine = driven(model, drives, seconds)
     return machine, machine.motion(np.linspace(0.0, seconds, samples))
 
 
@@ -90,7 +86,7 @@ def test_a_spring_that_is_switched_off_asks_for_nothing() -> None:
 
 
 def drive_torque(text: str) -> Array:
-    machine, motion = moved(mujoco.MjModel.from_xml_string(text), {"crank": "60rpm"}, 1.0)
+    machine, motion = moved(text, {"crank": "60rpm"}, 1.0)
     assert machine.tree.unmodelled == ()
     return forces(machine, motion).drives["crank"]
 

@@ -7,31 +7,16 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from four_bars import FRAME, GRASHOF, four_bar, rocker_pin, start_angles
+from four_bars import FRAME, GRASHOF, driven, four_bar, rocker_pin, start_angles
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import motion as motion_module
-from conrod.exact.space.laws import law_of
-from conrod.exact.space.mobility import check_drives
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.results import LoopStudy, Question
 from conrod.mjcf.loops.study import _Bench
 
 LAW = {"crank": "60rpm"}
-
-
-def machine(text: str, law: str = "60rpm", start: Array | None = None) -> DrivenTree:
-    """After it went along its motion."""
-    model = mujoco.MjModel.from_xml_string(text)
-    tree = tree_of(model, model.qpos0 if start is None else start)
-    by_name = {joint.name: joint for joint in tree.joints}
-    made = DrivenTree(tree, {"crank": law_of(law, "rad", tree.start[by_name["crank"].coordinate], "crank")})
-    there = made.assembled()
-    check_drives(made, there)
-    made.go(there, 1.0)
-    return made
 
 
 def branch_error(found: DrivenTree, lengths: tuple[float, ...], times: Array, branch: float = 1.0) -> float:
@@ -52,7 +37,7 @@ TIMES = np.linspace(0.0, 1.0, 37)
 def test_a_loop_is_followed_on_its_branch_also_to_where_a_law_begins(
     branch: float, law: str, ends: tuple[float, float]
 ) -> None:
-    found = machine(four_bar(branch=branch), law)
+    found = driven(four_bar(branch=branch), {"crank": law})
     assert branch_error(found, GRASHOF, TIMES, branch) < 1e-13
     assert branch_error(found, GRASHOF, TIMES, -branch) > 0.5  # negative control
     assert np.degrees(found.motion(TIMES).coordinates[0, [0, -1]]) == pytest.approx(ends)
@@ -65,20 +50,20 @@ def test_a_crank_that_cannot_turn_is_refused_with_the_angle_that_it_reaches() ->
     lengths = (0.2, 0.15, 0.15, 0.3)  # reaches until coupler and rocker are in line
     limit = math.degrees(math.acos((0.2**2 + 0.3**2 - 0.3**2) / (2 * 0.2 * 0.3)))
     with pytest.raises(InvalidInput, match="it goes no further than with crank at ") as refused:
-        machine(four_bar(lengths, crank=0.5))
+        driven(four_bar(lengths, crank=0.5), LAW)
     words = str(refused.value)
     assert float(words.split("crank at ")[1].split(" deg", maxsplit=1)[0]) == pytest.approx(limit, abs=0.01)
     assert "a dead centre, or its loops reach no further" in words
     # Up to there it goes.
     span = f"move:{math.degrees(0.5)!r}deg,{limit - 0.1!r}deg,1s"
-    assert branch_error(machine(four_bar(lengths, crank=0.5), law=span), lengths, TIMES) < 1e-11
+    assert branch_error(driven(four_bar(lengths, crank=0.5), {"crank": span}), lengths, TIMES) < 1e-11
 
 
 def test_a_gap_in_the_cranks_turn_is_not_leapt_over() -> None:
     # Two thirds of a degree, or a fiftieth, on both sides of 0 the coupler is too long for it.
     for longer in (1e-5, 1e-8):
         with pytest.raises(InvalidInput, match="it goes no further than with crank at 359"):
-            machine(four_bar((0.1, 0.3 + longer, 0.1, 0.3), crank=math.pi))
+            driven(four_bar((0.1, 0.3 + longer, 0.1, 0.3), crank=math.pi), LAW)
 
 
 # -- loops that contradict each other ----------------------------------------------------------------------------------
@@ -86,7 +71,7 @@ def test_a_gap_in_the_cranks_turn_is_not_leapt_over() -> None:
 
 def test_samples_that_do_not_close_are_an_error_and_no_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     # Negative control of the whole: with too few steps of Newton's method it says so.
-    found = machine(four_bar())
+    found = driven(four_bar(), LAW)
     monkeypatch.setattr(motion_module, "NEWTON_STEPS", 1)
     with pytest.raises(InvalidInput, match="its loops do not close with crank at"):
         found.motion(np.linspace(0.0, 1.0, 11))
