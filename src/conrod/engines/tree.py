@@ -280,12 +280,9 @@ def _way_row(tree: Tree, mesh: Rack) -> Array:
             row = np.zeros(len(tree.branches))
             for k in between:
                 branch = tree.branches[k]
-                row[k] = (1.0 if k in to_centre else -1.0) * math.cos(_direction(tree, branch) - line)
+                # In which its coordinate grows, in the start pose.
+                against = 0.0 if branch.sense > 0 else math.pi
+                direction = float(tree.slide_direction(branch) + tree.start_pose(branch.parent)[2] + against)
+                row[k] = (1.0 if k in to_centre else -1.0) * math.cos(direction - line)
             return row
     raise InvalidInput(f"{mesh.name}: more than slides lies between the centre of {mesh.a} and {mesh.b}")
-
-
-def _direction(tree: Tree, branch: Branch) -> float:
-    """Direction [rad] in which a slide's coordinate grows, in the start pose."""
-    turned = 0.0 if branch.sense > 0 else math.pi
-    return float(tree.slide_direction(branch) + tree.start_pose(branch.parent)[2] + turned)

@@ -59,7 +59,9 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed
         if not contacts:
-            _close_rates(made, data, machine.speed)
+            free, jacobian = _free(made), constraint_jacobian(made.model, data)
+            turning = -jacobian[:, made.crank_dof] * machine.speed
+            data.qvel[free] = np.linalg.lstsq(jacobian[:, free], turning, rcond=None)[0]
             mujoco.mj_forward(made.model, data)
             rows[-1] = (data.qpos.copy(), data.qvel.copy(), data.sensordata.copy())
     coordinates, rates, sensors = (np.array(column) for column in zip(*rows, strict=True))
@@ -89,13 +91,6 @@ def _close_loops(made: Build, data: mujoco.MjData) -> None:
         data.qpos[free] -= step
         if np.abs(step).max(initial=0.0) < 1e-15:  # nothing to close where the crank is all there is
             break
-
-
-def _close_rates(made: Build, data: mujoco.MjData, speed: float) -> None:
-    """Rates that the engine's constraint Jacobian leaves at the crank's speed."""
-    free = _free(made)
-    jacobian = constraint_jacobian(made.model, data)
-    data.qvel[free] = np.linalg.lstsq(jacobian[:, free], -jacobian[:, made.crank_dof] * speed, rcond=None)[0]
 
 
 def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> None:

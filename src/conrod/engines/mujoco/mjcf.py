@@ -26,7 +26,7 @@ from conrod.engines.mujoco.loads import (
 from conrod.engines.mujoco.model_edits import add_camera, add_link_geoms, add_looks, dress_up
 from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Branch, Tree
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic, Revolute
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,9 @@ def _depth_first(tree: Tree, body: str) -> list[Branch]:
 
 def _add_children(element: ET.Element, body: str, tree: Tree, settings: MuJoCoSettings, dressed: bool) -> None:
     """Sites and looks of a body, then its children."""
-    _add_sites(element, body, tree)
+    sites = [(observed.name, observed.point) for observed in tree.mechanism.observed if observed.body == body]
+    for name, point in (*sites, *load_points(body, tree), *closure_points(body, tree)):
+        add(element, "site", name=name, pos=numbers([*point, 0.0]))
     if dressed:
         add_link_geoms(element, body, tree)
     _add_contact_geoms(element, body, tree, dressed)
@@ -155,18 +157,6 @@ def _add_joint(body: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoSet
             turn = tree.start_pose(branch.parent)[2] - tree.start_pose(branch.child)[2]
             angle = tree.slide_direction(branch) + turn
             joint.set("axis", numbers([math.cos(angle), math.sin(angle), 0.0]))
-
-
-def _add_sites(element: ET.Element, body: str, tree: Tree) -> None:
-    for observed in tree.mechanism.observed:
-        if observed.body == body:
-            _add_site(element, observed.name, observed.point)
-    for site, point in (*load_points(body, tree), *closure_points(body, tree)):
-        _add_site(element, site, point)
-
-
-def _add_site(element: ET.Element, name: str, point: Point) -> None:
-    add(element, "site", name=name, pos=numbers([*point, 0.0]))
 
 
 # -- contact ----------------------------------------------------------------------------------------------------------
