@@ -20,9 +20,7 @@ from conrod.report.kind import Reproduction
 from conrod.report.saved import restored
 from conrod.report.sweep.report import KIND, work_precision_figure
 from conrod.report.sweep.tables import (
-    cheapest_table,
     findings,
-    front_table,
 )
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
@@ -87,14 +85,6 @@ def test_the_front_in_the_figure_is_the_front_of_the_data(study: SweepStudy, fig
 def beats(one: SweptPoint, other: SweptPoint, quantity: str) -> bool:
     costs = [(p.cost or 0.0, p.error(quantity) or 0.0) for p in (one, other)]
     return costs[0] != costs[1] and all(a <= b for a, b in zip(*costs, strict=True))
-
-
-def test_the_cheapest_points_are_on_fronts_and_these_in_their_table(study: SweepStudy, figure: Figure) -> None:
-    named = {found for text in column(cheapest_table(study), "cheapest settings") for found in LABEL.findall(text)}
-    fronts = {q: {p.label for e in study.engines for p in study.front(q, e)} for q in QUANTITIES}
-    assert named <= set().union(*fronts.values())
-    assert set(column(front_table(study), "point")) == fronts["position"]
-    assert not [text for axes in figure.axes for text in texts(axes) if LABEL.fullmatch(text)]
 
 
 def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, figure: Figure) -> None:

@@ -36,17 +36,6 @@ def test_a_front_has_the_completed_and_timed_points_of_an_engine_that_nothing_be
         assert made in replace(study, points=others).front("position")
 
 
-def test_points_belong_to_the_rule_of_their_name_and_engine_at_increasing_steps() -> None:
-    study = handmade_sweep()
-    mixed = replace(study, points=study.points[::-1])
-    for rule in study.rules:
-        own = mixed.points_of(rule)
-        assert [(p.engine, p.rule) for p in own] == [(rule.engine, rule.name)] * 4
-        assert [p.steps_per_revolution for p in own] == sorted(p.steps_per_revolution for p in own)
-    failed = next(p for p in study.points if not p.completed)
-    assert failed.error("position") is None
-
-
 @pytest.mark.parametrize(
     ("errors", "claimed", "plateau"),
     [

@@ -11,13 +11,7 @@ from conrod.report import numbers
 from conrod.report.kind import Kind, Page, Part
 from conrod.report.template import rendered
 from conrod.scenes import Scene
-from conrod.studies.sweep.recommend import (
-    Answer,
-    Confirmation,
-    Recommendation,
-    Refusal,
-    Rejected,
-)
+from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
 from conrod.studies.sweep.step_search import Choice
 
 Allowed = Mapping[str, float]  # largest error by quantity
@@ -69,7 +63,7 @@ def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
             for one in found.rejected
         ],
         "how": found.how,
-        "lines": answer_lines(found, allowed),
+        "lines": list(_recommended(found, allowed) if isinstance(found, Recommendation) else _refused(found, allowed)),
     }
 
 
@@ -86,11 +80,6 @@ KIND = Kind(
     summary=lambda found: {name: one["qualifies"] for name, one in found.answers.items()},
     page=_page,
 )
-
-
-def answer_lines(found: Answer, allowed: Allowed) -> list[str]:
-    """Lines on the answer for one engine."""
-    return list(_recommended(found, allowed) if isinstance(found, Recommendation) else _refused(found, allowed))
 
 
 def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
