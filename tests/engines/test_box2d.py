@@ -93,16 +93,10 @@ def test_a_velocity_belongs_to_the_instant_a_step_before_it_is_read(box2d: Any) 
     assert wrong > 1e-2
 
 
-def test_stock_is_of_order_two_in_positions_and_starts_without_impulses() -> None:
+def test_stock_is_of_order_two_in_positions() -> None:
     errors = np.array([worst(SAW, "stock", n) for n in (200, 400, 800)])
     orders = -np.polyfit(np.log([200, 400, 800]), np.log(errors), 1)[0]
     assert orders == pytest.approx([2.0, 1.0, 0.0], abs=0.1)
-    tracks = next(iter(ran(SAW, PRESETS["stock"](SAW, 800)).trajectory.points.items()))
-    track = tracks[1].acceleration
-    exact = SAW.motion(track.instants.angle, SAW.speed).point(tracks[0]).acceleration
-    errors_in_time = np.linalg.norm(track.values - exact, axis=1)
-    assert errors_in_time.argmax() < 3
-    assert errors_in_time[400:].max() < 1e-2 * errors_in_time.max()
 
 
 def test_after_many_turns_the_crank_has_all_its_digits() -> None:
