@@ -15,9 +15,8 @@ from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.case import Case
+from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 
 SAW = Saw(speed=52.36)

@@ -22,4 +22,4 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Users' files are looked at in this process: to begin another takes longer than the look."""
-    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given, **_: task(*given))
+    monkeypatch.setattr("conrod.studies.execution.local.confined", lambda task, *given, **_: task(*given))

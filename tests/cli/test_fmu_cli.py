@@ -19,7 +19,7 @@ from command_line import conrod, said
 from conrod.errors import InvalidInput
 from conrod.own import fmu
 from conrod.own.fmu import Order, read_fmu, simulate
-from conrod.studies.execution import isolation
+from conrod.studies.execution import local
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
 
@@ -159,7 +159,7 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
     place = read_fmu(path, folder).variables[:1]
     order, limit = Order("co-simulation", 100, None, 0.0, 0.24, 200), 0.5 if fault == "hang" else 60.0
     with pytest.raises(InvalidInput) as caught:
-        isolation.confined(simulate, path, folder, order, place, timeout=limit)
+        local.confined(simulate, path, folder, order, place, timeout=limit)
     assert words in str(caught.value)
 
 

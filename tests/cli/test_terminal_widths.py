@@ -27,8 +27,8 @@ from conrod.mjcf.harden.study import harden_file
 from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.report import terminal
+from conrod.report.folder import restored
 from conrod.report.kind import kind_named
-from conrod.report.saved import restored
 from conrod.report.table import Table, Toned, table
 
 ROOT = Path(__file__).parents[2]

@@ -17,7 +17,7 @@ from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Question
 from conrod.own.models.study import study
 from conrod.scenes import SCENES
-from conrod.studies.execution.isolation import confined
+from conrod.studies.execution.local import confined
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
 ASKED = ("--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--point", "M=geom:rod")

@@ -12,7 +12,7 @@ from described import SHIPPED
 
 from conrod.errors import InvalidInput
 from conrod.scenes.described_scene import read_scene
-from conrod.studies.execution.isolation import isolated
+from conrod.studies.execution.local import isolated
 
 FEW, MANY = 2, 100  # of each file
 

@@ -345,7 +345,7 @@ def test_sarif_gives_each_finding_its_line_and_no_text_breaks_out(
     assert {unquote(one["artifactLocation"]["uri"]) for one in places} == {name}
     assert {one["ruleId"] for one in run["results"]} == {one["id"] for one in run["tool"]["driver"]["rules"]}
     assert run["results"][1]["message"]["text"].startswith(hostile)
-    monkeypatch.setattr("conrod.studies.execution.isolation.confined", lambda task, *given: report)
+    monkeypatch.setattr("conrod.studies.execution.local.confined", lambda task, *given: report)
     done = conrod("lint", name, "--format", "sarif", "--fail-on", "error")
     assert (done.returncode, done.stdout) == (1, sarif(report))
 

@@ -15,7 +15,7 @@ from committed_studies import SCENE, ablation_study
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient
 from conrod.report.ablate import ingredients_table, speed_up, verdicts_table
-from conrod.report.saved import restored
+from conrod.report.folder import restored
 from conrod.report.table import text_of
 from conrod.studies.ablate.findings import AblationStudy, Role
 

@@ -20,7 +20,7 @@ from conrod.report.sweep.tables import cheapest_table, front_table
 from conrod.report.table import Table, text_of
 from conrod.report.validation import tables
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import MEASURES, QUANTITIES
+from conrod.studies.frame.case import MEASURES, QUANTITIES
 from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import study as free_motion_study
 from tests.report.test_report import a_result

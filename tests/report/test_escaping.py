@@ -11,9 +11,8 @@ from matplotlib.figure import Figure as Canvas
 
 from conrod.cli.say import say
 from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.escaping import LONGEST, in_markdown, verbatim, visible
 from conrod.report.figure import Figure
-from conrod.report.table import Toned, table
+from conrod.report.table import LONGEST, Toned, in_markdown, table, verbatim, visible
 from conrod.report.template import _environment
 from conrod.report.terminal import console, print_lines, print_table
 

@@ -18,10 +18,9 @@ from committed_studies import ablation_study, limit_study
 from handmade import handmade_sweep
 
 from conrod.errors import InvalidInput
-from conrod.report.folder import ReportFolder
+from conrod.report.folder import ReportFolder, restored, shortened, values_of
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
-from conrod.report.saved import restored, shortened, values_of
 from conrod.report.table import Toned, table
 from conrod.report.template import table_text
 from conrod.report.writer import rendered_again, report_batch

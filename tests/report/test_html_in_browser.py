@@ -12,8 +12,8 @@ import pytest
 from browser import asked_for, browser, complaints, opened
 from command_line import conrod
 
+from conrod.report.folder import restored
 from conrod.report.html.moving import moving
-from conrod.report.saved import restored
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.validation.results import SceneStudy
 

@@ -19,11 +19,10 @@ from handmade import handmade_sweep
 from html_pages import found_in
 
 from conrod.engines import engine_named
-from conrod.report.figure import Figure
+from conrod.report.figure import Figure, with_spots
+from conrod.report.folder import restored
 from conrod.report.html.page import document, sections_of
-from conrod.report.html.spots import with_spots
 from conrod.report.kind import kind_named
-from conrod.report.saved import restored
 from conrod.report.sweep.report import _diagram, _spots
 from conrod.report.sweep.tables import timed_points
 from conrod.scenes import SCENES

@@ -17,11 +17,11 @@ from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.charts.styles import OUTCOME_MARKS
+from conrod.report.folder import restored
 from conrod.report.kind import Reproduction
 from conrod.report.limits.charts import UNDETECTED_COLOUR, error_chart
 from conrod.report.limits.report import KIND, merged
 from conrod.report.limits.tables import limits_table, repeated_words, undetected_table, undetected_words
-from conrod.report.saved import restored
 from conrod.report.writer import report_batch
 from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.limits.axes import AXES

@@ -23,8 +23,8 @@ from conrod.report.kind import Part, Reproduction
 from conrod.report.validation.report import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.files import check_writable_folder
-from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.writing import write_together
 from conrod.studies.validation.results import (
     Curve,

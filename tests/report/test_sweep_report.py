@@ -16,15 +16,15 @@ from matplotlib.figure import Figure
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
+from conrod.report.folder import restored
 from conrod.report.kind import Reproduction
-from conrod.report.saved import restored
 from conrod.report.sweep.report import KIND, work_precision_figure
 from conrod.report.sweep.tables import (
     findings,
 )
 from conrod.report.table import Table
 from conrod.report.writer import report_batch
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")

@@ -37,9 +37,8 @@ from conrod.studies.ablate.findings import (
 )
 from conrod.studies.ablate.study import CostCase, ablate_engine, change
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.frame.case import pursue
+from conrod.studies.frame.case import Measurement, pursue
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.paired_timing import PairedTiming, time_pair
 from conrod.studies.frame.run import RunCase, measure
 

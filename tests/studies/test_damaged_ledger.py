@@ -20,9 +20,8 @@ from conrod import InvalidInput, PymunkSettings, Saw
 from conrod.cli import cli
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.worker_process import Limits
-from conrod.studies.frame.case import Case
+from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.timing import Timing
 

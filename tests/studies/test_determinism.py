@@ -10,8 +10,7 @@ import pytest
 from catalogue import SAW
 
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import pursue
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, pursue
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import (
     RUNS,

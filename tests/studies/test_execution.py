@@ -20,8 +20,8 @@ from conrod import InvalidInput
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 
 CELLS = tasks.cells(30)

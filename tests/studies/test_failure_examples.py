@@ -14,8 +14,8 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, CamFollower, ShearPress
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.limits.records import Extremes, is_undetected
 
 BY_NAME = {f"{e.outcome.slug}: {e.title} in {e.engine}": e for e in EXAMPLES}

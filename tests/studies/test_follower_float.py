@@ -16,8 +16,7 @@ from conrod.report.limits.tables import onset_table
 from conrod.report.table import Toned
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower
-from conrod.studies.frame.case import Results, pursue
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, Results, pursue
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.follower_float import STEPS, WITHIN, FollowerFloat, OnsetProbe, float_search
 from conrod.studies.limits.recorders import TIMES, Flights

@@ -14,9 +14,8 @@ import pytest
 from planted_faults import MEMORY
 
 from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, run
-from conrod.studies.execution.isolation import Ended, isolated
-from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.execution.local import Ended, LocalProcesses, isolated
+from conrod.studies.frame.case import Measurement
 
 SAW = Saw()
 SETTINGS = PymunkSettings.tuned(SAW, 100)

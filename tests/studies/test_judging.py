@@ -19,8 +19,7 @@ from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, Saw
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.frame.case import key_of
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, key_of
 from conrod.studies.frame.result import AS_ASKED, refine, refinement_path
 from conrod.studies.frame.run import RunCase
 from conrod.studies.validation.plan import Plan

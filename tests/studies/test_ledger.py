@@ -15,8 +15,8 @@ import pytest
 
 from conrod import InvalidInput, PymunkSettings, Saw
 from conrod.studies.frame import ledger_file
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.timing import Timing
 

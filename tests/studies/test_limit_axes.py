@@ -17,7 +17,7 @@ from conrod.engines.mujoco.model import build
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import compare
 from conrod.scenes import CamFollower, Saw, Scene
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.limits.axes import AXES, STEP
 from conrod.studies.limits.axis import Axis, Scale, spaced

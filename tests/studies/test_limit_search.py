@@ -9,8 +9,7 @@ import pytest
 
 from conrod.runs.plain import plain
 from conrod.scenes.catalogue import scene_named
-from conrod.studies.frame.case import pursue
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, pursue
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import walk_search

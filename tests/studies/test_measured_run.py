@@ -17,7 +17,7 @@ from conrod.runs.trajectory import FieldByField, Trajectory
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
 from conrod.studies.frame import run as measuring
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.run import RunCase, as_run, measure, not_run, predicted_errors
 
 SAW: Any = SCENES["saw-40rpm"]

@@ -15,8 +15,7 @@ from outside_kills import grandchild, killing, waiting_cell, was_alone
 from conrod import PymunkSettings, Saw
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.isolation import Ended, confined, isolated
-from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.execution.local import Ended, LocalProcesses, confined, isolated
 from conrod.studies.frame.ledger import Ledger
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")

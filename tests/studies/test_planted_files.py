@@ -12,7 +12,7 @@ from own_model_edits import HACKSAW
 from table_files import csv_text, exact_table
 
 from conrod.scenes import SCENES
-from conrod.studies.execution.isolation import isolated
+from conrod.studies.execution.local import isolated
 from conrod.studies.execution.worker_process import HOME, import_path
 
 # Of Python's library, which is searched last, and of what conrod needs; some are loaded by every interpreter.

@@ -17,8 +17,7 @@ from conrod.engines import engine_named
 from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import pursue
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, pursue
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import shipped

@@ -8,7 +8,7 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.variants import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
 from conrod.studies.sweep.study import orders_along
 

@@ -18,8 +18,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
+from conrod.report.folder import shortened
 from conrod.report.free_motion import KIND
-from conrod.report.saved import shortened
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scenes

@@ -21,8 +21,8 @@ from conrod.engines.releases import numbers_of
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.scenes.catalogue import scene_named
+from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
 from conrod.studies.versions.releases import Environments, VersionCase, python_of
 from conrod.studies.versions.study import LINKAGE_STEPS, VersionStudy, change_between, plan_cases, versions_study
 

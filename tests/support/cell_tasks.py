@@ -14,8 +14,7 @@ from typing import Any
 from conrod import InvalidInput, PymunkSettings, Saw
 from conrod.studies.execution.local import RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits
-from conrod.studies.frame.case import Case
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.run import RunCase
 
 SAW = Saw()

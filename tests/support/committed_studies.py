@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from conrod.report.saved import restored
+from conrod.report.folder import restored
 from conrod.studies.ablate.findings import AblationStudy
 from conrod.studies.limits.results import LimitStudy, Walk
 

@@ -15,8 +15,8 @@ from conrod.engines import engine_named
 from conrod.engines.running import run
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
-from conrod.studies.execution.isolation import Ended, isolated
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.execution.local import Ended, isolated
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.stream_run import stream_run

@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
 STEPS = (20, 100, 500, 2500)

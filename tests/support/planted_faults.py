@@ -17,8 +17,8 @@ from conrod import MuJoCoSettings, PymunkSettings
 from conrod.scenes import SCENES
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
 

@@ -11,7 +11,7 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.runs.trajectory import Piece
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement
 from conrod.studies.limits import stream_run as watching
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.records import Extremes

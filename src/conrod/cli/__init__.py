@@ -154,7 +154,7 @@ def _drop_output() -> None:
 
 
 def _fail(message: str) -> None:
-    from conrod.report.escaping import one_line
+    from conrod.report.table import one_line
 
     click.echo(f"conrod: {one_line(message)}", err=True)
     sys.exit(USAGE)

@@ -36,9 +36,8 @@ from conrod.studies.frame.baseline import (
     read,
     write,
 )
-from conrod.studies.frame.case import key_of
+from conrod.studies.frame.case import QUANTITIES, key_of
 from conrod.studies.frame.files import check_writable_folder
-from conrod.studies.frame.measurement import QUANTITIES
 from conrod.studies.frame.resolve_arguments import TOLERANCES
 from conrod.studies.frame.result import Result, SceneResults
 

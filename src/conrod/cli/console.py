@@ -12,7 +12,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, Output, TurnQuantities
 from conrod.exact.linkage.course import CrankRange
 from conrod.report import numbers
-from conrod.report.saved import json_text
+from conrod.report.folder import json_text
 from conrod.report.scene_words import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table

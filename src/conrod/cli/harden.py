@@ -77,7 +77,7 @@ def harden(model: str, asked: Asked) -> None:
     request = Request(asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls))
 
     from conrod.mjcf.harden.study import harden_file
-    from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
+    from conrod.studies.execution.local import FILE_TIMEOUT, confined
 
     with waiting(path, FILE_TIMEOUT):
         found = confined(harden_file, path, request)

@@ -73,7 +73,7 @@ def lint(model: str, asked: Asked) -> None:
     request = Request(asked.keyframe, asked.seconds, asked.ignored, folder, controls_of(asked.controls))
 
     from conrod.mjcf.lint.linting import lint as look
-    from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
+    from conrod.studies.execution.local import FILE_TIMEOUT, confined
 
     with waiting(path, FILE_TIMEOUT):
         report = confined(look, path, request)

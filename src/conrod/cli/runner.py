@@ -19,9 +19,8 @@ from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
-from conrod.studies.frame.case import Case, Study, pursue
+from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import click
 
-from conrod.report.escaping import one_line, visible
+from conrod.report.table import one_line, visible
 
 SAID_AFTER = 5.0  # [s]
 

@@ -32,7 +32,7 @@ from conrod.report.kind import Kind
 from conrod.report.table import Table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
-from conrod.studies.execution import isolation
+from conrod.studies.execution import local
 from conrod.studies.frame.baseline import Held
 from conrod.studies.frame.resolve_arguments import (
     REVOLUTIONS,
@@ -130,7 +130,7 @@ def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
     rotation, zero = (None if text is None else parse_quantity(name, text, "rad") for name, text in angles.items())
     judged = question_of(asked, machine), GivenFrame(asked.plane, rotation, zero), _turns(asked), tolerance
-    return isolation.confined(study, path, (scene_text(scene), machine), *judged, asked.report is not None)
+    return local.confined(study, path, (scene_text(scene), machine), *judged, asked.report is not None)
 
 
 def question_of(options: ModelOptions, scene: Scene) -> Question:
@@ -186,7 +186,7 @@ def judge_table(path: Path, scene: str | Scene, asked: Request) -> TableStudy:
             steps = STEPS if asked.steps_per_rev is None else asked.steps_per_rev
             reading = run_fmu(path, machine, wanted, asked.preset, steps, _turns(asked), asked.timeout)
         else:
-            reading = isolation.confined(read_table, path, points, wanted, timeout=READING)
+            reading = local.confined(read_table, path, points, wanted, timeout=READING)
         return study_table(str(path), scene_text(scene), machine, reading, estimated, allowed)
 
 
@@ -200,7 +200,7 @@ def print_table_study(study: TableStudy) -> None:
     print_found(f"{study.file}: {trajectory.verdict_text(study)}", study.passed, parts)
 
 
-MODEL = Subject(user_model.KIND, judge_model, print_model_study, user_model.verdict, isolation.FILE_TIMEOUT)
+MODEL = Subject(user_model.KIND, judge_model, print_model_study, user_model.verdict, local.FILE_TIMEOUT)
 TABLE = Subject(trajectory.KIND, judge_table, print_table_study, trajectory.verdict_text, READING)
 
 

@@ -23,7 +23,7 @@ from conrod.own.models.request import Controls, controls_of
 from conrod.report.invariances import KIND, finding, invariances_table, notes
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes import Scene
-from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
+from conrod.studies.execution.local import FILE_TIMEOUT, confined
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.frame.writing import naming
 

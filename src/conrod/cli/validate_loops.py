@@ -24,7 +24,7 @@ from conrod.own.models.request import controls_of
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.scenes.space import MACHINES, SPATIAL
-from conrod.studies.execution.isolation import FILE_TIMEOUT, confined
+from conrod.studies.execution.local import FILE_TIMEOUT, confined
 from conrod.studies.frame.writing import naming
 
 TAKEN = (

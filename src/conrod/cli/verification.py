@@ -24,15 +24,14 @@ from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
-from conrod.report.folder import ReportFolder
+from conrod.report.folder import ReportFolder, restored, values_of
 from conrod.report.limits.report import KIND as LIMITS
-from conrod.report.saved import restored, values_of
 from conrod.report.verification import beside
 from conrod.report.verification.beside import DATA
 from conrod.report.verification.page import Change, Verification, changes, data_of, seal_of, sealed_page
 from conrod.report.verification.sections import sections
 from conrod.scenes import Scene
-from conrod.studies.execution.isolation import confined
+from conrod.studies.execution.local import confined
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.result import SceneResults
 from conrod.studies.frame.writing import single, write_together

@@ -22,7 +22,7 @@ from conrod.own.tables.columns import LISTED, Column, Request, column_of
 from conrod.own.tables.headings import TIME, bare_unit, targets
 from conrod.own.tables.reading import MOST_ROWS, Reading, reading_of
 from conrod.scenes import Scene
-from conrod.studies.execution import isolation
+from conrod.studies.execution import local
 
 FEWEST = 8  # steps of a run
 CVODE_TOLERANCE = 1e-9  # relative; FMPy's own is 1e-5
@@ -42,7 +42,7 @@ def run_fmu(
         InvalidInput: it or an option cannot be used, or its run does not complete.
     """
     with TemporaryDirectory(prefix="conrod-fmu-") as folder:
-        fmu = isolation.confined(read_fmu, path, folder)
+        fmu = local.confined(read_fmu, path, folder)
         mode = fmu.modes[0] if mode is None else mode
         if mode not in fmu.modes:
             raise unknown_choice("mode in --preset", mode, fmu.modes)
@@ -50,7 +50,7 @@ def run_fmu(
         used = [fmu.variables[column.index - 1] for column in columns[1:]]
         unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:LISTED]
         order = _order(mode, scene, steps, revolutions)
-        values = isolation.confined(simulate, path, folder, order, used, timeout=timeout)
+        values = local.confined(simulate, path, folder, order, used, timeout=timeout)
     has = "".join(f"; it has {other}, too: --preset {other}" for other in fmu.modes if other != mode)
     form = f"FMI {fmu.version} {order}{f'; {fmu.tool}' if fmu.tool else ''}{has}"
     return reading_of(columns, values, np.arange(1, len(values) + 1), unused, form)

@@ -1,10 +1,18 @@
-"""A figure as a value: a name, what it shows in words, and how it is drawn when a file of it is wanted."""
+"""A figure as a value: a name, what it shows in words, how it is drawn when a file of it is wanted; and its spots.
+
+Spots are places that say what is there: to the pointer, and by a slider to the keyboard.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import base64
+import json
+import zlib
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
 from conrod.report.charts.canvas import drawing_style, svg_text
@@ -36,3 +44,25 @@ class Figure:
         with drawing_style():
             drawn = self.draw()
             return drawn if isinstance(drawn, str) else svg_text(drawn)
+
+
+# Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
+Spot = tuple[float, float, str]
+
+
+def spots_in(figure: Canvas, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
+    """Spots from places in the units of some axes; those outside of these are left out."""
+    width, height = figure.bbox.width, figure.bbox.height
+    found = []
+    for x, y, words in places:
+        across, up = axes.transData.transform((x, y))
+        if axes.bbox.contains(across, up):
+            found.append((round(across / width, 4), round(1.0 - up / height, 4), words))
+    return found
+
+
+def with_spots(figure: str, spots: Sequence[Spot]) -> str:
+    """A figure's markup with its spots, from left to right: lists of places and of words between commas, compressed."""
+    columns = list(zip_longest(*((x, y, *words.split(", ")) for x, y, words in sorted(spots))))
+    data = base64.b64encode(zlib.compress(json.dumps(columns, separators=(",", ":")).encode(), 9)).decode()
+    return f'<span class="spots">{figure}<script type="application/octet-stream">{data}</script></span>'

@@ -138,7 +138,7 @@ class Kind(Generic[F]):
             text; empty where there is none.
         in_live: figures by the end of their names that it makes needless.
         tile: of a part on the first page in HTML, a figure by the end of its name; empty for none.
-        spots: of figures by name, places that say in HTML what is there, see `conrod.report.html.spots`.
+        spots: of figures by name, places that say in HTML what is there, see `conrod.report.figure`.
         schema: of the findings.
     """
 

@@ -14,9 +14,8 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from conrod.report import numbers
-from conrod.report.escaping import Verbatim, in_markdown, verbatim
 from conrod.report.figure import Figure
-from conrod.report.table import Cell, Table, Toned
+from conrod.report.table import Cell, Table, Toned, Verbatim, in_markdown, verbatim
 
 NO_CONTINUATION = ("|", "#", "- ", "* ", "!", "```", "<", "$$")
 

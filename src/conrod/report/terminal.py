@@ -9,8 +9,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from conrod.report.escaping import visible
-from conrod.report.table import VERDICT, Cell, Table, Toned, text_of
+from conrod.report.table import VERDICT, Cell, Table, Toned, text_of, visible
 
 UNBOUNDED = 100_000  # columns where there is no terminal to fit
 FOLDED = 24  # columns: sentences are not folded narrower, so that verdicts of two words stay on a line
@@ -19,7 +18,7 @@ STYLES = {"good": "green", "bad": "red", "odd": "yellow"}
 
 
 class _Console(Console):
-    """A console on which what is printed commands nothing: see `conrod.report.escaping`."""
+    """A console on which what is printed commands nothing: see `conrod.report.table`."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
         for one in super().render(renderable, options):

@@ -11,9 +11,8 @@ from typing import Any, TypeVar
 
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
-from conrod.report.folder import ReportFolder, document_in
+from conrod.report.folder import GIVEN, ReportFolder, document_in, json_text, restored, shortened, values_of
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named
-from conrod.report.saved import GIVEN, json_text, restored, shortened, values_of
 from conrod.studies.frame.writing import Batch, recover
 
 F = TypeVar("F")

@@ -47,7 +47,7 @@ FORCE = "--force hardens it all the same"
 def harden_file(path: Path, request: Request) -> HardenedModel:
     """Harden the model of a file, and show on its own motion what that changes. The file is only read.
 
-    To be called in a process of its own, see `conrod.studies.execution.isolation`.
+    To be called in a process of its own, see `conrod.studies.execution.local`.
 
     Raises:
         InvalidInput: the model cannot be loaded or says what is no number, has no such keyframe, or the run would be

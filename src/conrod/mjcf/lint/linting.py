@@ -37,7 +37,7 @@ MOST_STEPS = 1_000_000
 def lint(path: Path, request: Request) -> Report:
     """Search a model for what its motion does not need, and for what will cause trouble.
 
-    To be called in a process of its own, see `conrod.studies.execution.isolation`.
+    To be called in a process of its own, see `conrod.studies.execution.local`.
 
     Args:
         path: an MJCF file.

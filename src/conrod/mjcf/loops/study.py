@@ -42,7 +42,7 @@ CHECKED, MOST_STEPS = 180, 10**6
 
 
 def study(path: Path, question: Question, name: str) -> LoopStudy:
-    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.isolation`.
+    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.local`.
 
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.

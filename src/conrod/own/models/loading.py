@@ -130,7 +130,7 @@ def start_words(model: mujoco.MjModel, keyframe: int | None, controls: Iterable[
 def load_model(path: Path) -> mujoco.MjModel:
     """The compiled model of an MJCF, URDF or binary model file.
 
-    To be called in a process of its own, see `conrod.studies.execution.isolation`: the engine may abort on what
+    To be called in a process of its own, see `conrod.studies.execution.local`: the engine may abort on what
     it is given.
 
     Raises:

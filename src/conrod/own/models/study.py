@@ -44,7 +44,7 @@ def study(
     tolerance: Mapping[str, float] | None,
     refine: bool = False,
 ) -> ModelStudy:
-    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.isolation`.
+    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.local`.
 
     Args:
         scene: its name and itself.

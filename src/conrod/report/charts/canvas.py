@@ -21,8 +21,8 @@ from matplotlib.text import Text
 from conrod.exact.motion import Array
 from conrod.report.charts.compact import compact
 from conrod.report.charts.styles import preset_style, preset_title
-from conrod.report.escaping import visible
 from conrod.report.numbers import ROUNDING
+from conrod.report.table import visible
 
 STYLE: dict[str, Any] = {
     "svg.hashsalt": "conrod",

@@ -29,7 +29,7 @@ from conrod.report.charts.canvas import (
 from conrod.report.charts.styles import HUES, completed, curve_style, label, preset_style, preset_title
 from conrod.report.numbers import ROUNDING
 from conrod.scenes import Scene
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.result import Result
 from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult

@@ -17,8 +17,8 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.exact.motion_table import MotionTable, motion_table
-from conrod.report.escaping import visible
 from conrod.report.pack import zipped
+from conrod.report.table import visible
 from conrod.scenes import Scene
 
 COMPILER = "cc"

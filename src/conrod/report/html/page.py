@@ -17,11 +17,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup, escape
 
 from conrod.report.figure import FOLDER as FIGURES
+from conrod.report.figure import with_spots
+from conrod.report.folder import restored
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.moving import inline
-from conrod.report.html.spots import with_spots
 from conrod.report.kind import Kind, Part, kind_named
-from conrod.report.saved import restored
 from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"

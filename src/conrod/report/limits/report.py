@@ -11,8 +11,7 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.figure import Figure
-from conrod.report.html.spots import Spot, spots_in
+from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.limits.charts import error_chart, float_figure, label_of, places_on
 from conrod.report.limits.map_figure import map_figure

@@ -15,13 +15,12 @@ from conrod.engines.registry import look_of
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
 from conrod.report.charts.styles import colour, engine_title, preset_style
-from conrod.report.figure import Figure
-from conrod.report.html.spots import Spot, spots_in
+from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables
 from conrod.report.table import table
 from conrod.report.template import rendered
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 

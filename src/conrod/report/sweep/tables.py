@@ -13,7 +13,7 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.table import Table, table
 from conrod.runs.convergence import ObservedOrder
 from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 QUANTITY, ALLOWED = "position", 1e-6  # that engines are compared at

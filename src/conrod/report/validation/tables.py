@@ -11,7 +11,7 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.results import name_of, results_table
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
 
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")

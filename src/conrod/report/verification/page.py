@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from conrod.errors import InvalidInput
+from conrod.report.folder import restored, values_of
 from conrod.report.html import page as html_page
 from conrod.report.html.markdown import Place, html_of
-from conrod.report.saved import restored, values_of
 from conrod.report.table import Table, text_of
 from conrod.report.template import rendered
 

@@ -18,7 +18,7 @@ from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.validation import tables
 from conrod.report.verification.page import CRITERIA, Section
 from conrod.runs.convergence import claimed_order, numerical_uncertainty
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 
 MUJOCO = "mujoco"
 # Healthy presets show 3.9 to 4.2 for 4, and 1.9 to 2.0 for 2, on the machines of the catalogue.

@@ -28,8 +28,7 @@ from conrod.studies.ablate.findings import (
     levels,
     verdict,
 )
-from conrod.studies.frame.case import Results, Study
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study
 from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_pair
 from conrod.studies.frame.run import RunCase, as_run
 from conrod.studies.frame.timing import fingerprint

@@ -11,13 +11,11 @@ from typing import Protocol, TypeVar
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.studies.execution.isolation import Ended
-from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
+from conrod.studies.execution.local import Ended, LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker import on_known_scene, perform
 from conrod.studies.execution.worker_process import Limits, WorkerDied
-from conrod.studies.frame.case import Case
+from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint, time_run
 

@@ -19,8 +19,7 @@ from conrod.engines.registry import is_brought
 from conrod.errors import InvalidInput, portable
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Case
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Case, Measurement
 
 Result = TypeVar("Result")
 AnyCase = TypeVar("AnyCase", bound=Case)

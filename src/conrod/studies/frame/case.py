@@ -1,4 +1,4 @@
-"""Cases and studies: a run that determines its result, and generators that ask for runs batch by batch.
+"""Cases, measurements and studies: a run that determines its result, and generators that ask for runs batch by batch.
 
 A study is answered from the ledger or by an executor.
 """
@@ -11,11 +11,57 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
+import numpy as np
+
 from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical
-from conrod.studies.frame.measurement import Measurement
+
+QUANTITIES = ("position", "velocity", "acceleration")
+MEASURES = ("max", "rms", "final")
+Sizes = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Outcome and, of a completed run alone, its errors; all normalised as docs/design.md says.
+
+    Attributes:
+        errors: point -> position, velocity, acceleration, total -> max, rms, final.
+        closure: largest gap of a joint, its rate and its acceleration.
+        phase: max and final [rad].
+        drive: speed and acceleration.
+        prediction: quantity -> largest error predicted from the joints alone, and its largest difference from the
+            measured one.
+        signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
+            the last turn, the first at its start.
+        extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.records`.
+        beside: what a study's own task found besides; plain values that this study alone reads.
+    """
+
+    outcome: str
+    reason: str = ""
+    errors: Mapping[str, Mapping[str, Sizes]] | None = None
+    closure: Sizes | None = None
+    phase: Sizes | None = None
+    drive: Sizes | None = None
+    prediction: Mapping[str, Sizes] | None = None
+    signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
+    extremes: Mapping[str, Any] | None = None
+    beside: Mapping[str, Any] | None = None
+
+    def largest(self, quantity: str, measure: str = "max") -> float | None:
+        """Largest error of a quantity over the observed points; None unless the run completed."""
+        return None if self.errors is None else max(point[quantity][measure] for point in self.errors.values())
+
+    def signed_of(self, point: str, quantity: str) -> Array:
+        """Signed errors (K, 2) of a point; ValueError unless the run completed."""
+        if self.signed is None:
+            raise ValueError(f"a run that ended as {self.outcome!r} has no errors")
+        return np.asarray(self.signed[point][quantity], dtype=float)
+
 
 # Raised when the measurement of the same run would come out otherwise, or mean something else, than before.
 RESULT_VERSION = 1

@@ -18,9 +18,8 @@ import platformdirs
 
 from conrod.errors import InvalidInput
 from conrod.scenes.scene import canonical
-from conrod.studies.frame.case import Case, key_of
+from conrod.studies.frame.case import Case, Measurement, key_of
 from conrod.studies.frame.ledger_file import PATIENCE, Claims, connected, naming_ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.writing import real_path
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from conrod.engines.engine import run_of
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import RESULT_VERSION, Case, Study
-from conrod.studies.frame.measurement import MEASURES, Measurement
+from conrod.studies.frame.case import MEASURES, RESULT_VERSION, Case, Measurement, Study
 from conrod.studies.frame.run import LEAST_STEPS
 
 AS_ASKED = "as asked for"

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.studies.frame.measurement import MEASURES, QUANTITIES, Measurement
+from conrod.studies.frame.case import MEASURES, QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
 
 # Of runs that only one study makes, a part of the identity that only these have.

@@ -18,8 +18,7 @@ from conrod.runs.comparison import ExactMotions, Stretch
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import BodyStates, BodyTracks, FieldByField, Outcome, PointTracks, Settings, Track
 from conrod.scenes import Scene
-from conrod.studies.frame.case import RESULT_VERSION, Case
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.case import QUANTITIES, RESULT_VERSION, Case, Measurement
 
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.

@@ -17,7 +17,7 @@ from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, RunCase
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run

@@ -9,9 +9,8 @@ from typing import Any
 from conrod.engines import engine_named
 from conrod.runs.plain import plain
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.studies.execution.isolation import Ended, isolated
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.execution.local import Ended, isolated
+from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run

@@ -19,8 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from conrod.engines.engine import with_fields
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import at_float_speed

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup

@@ -11,8 +11,7 @@ from typing import Any
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Results, Study, pursue
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study, pursue
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, between, spaced
 from conrod.studies.limits.case import LimitCase, Setup

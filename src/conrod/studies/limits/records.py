@@ -11,7 +11,7 @@ from enum import Enum
 
 from conrod.runs.plain import restore
 from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from conrod.runs.outcome import Verdict, joint_gaps
 from conrod.runs.plain import plain
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, not_run
 from conrod.studies.limits.recorders import (
     HELD,

@@ -14,7 +14,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from conrod.scenes import SCENES, Scene
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.study import RulePlan
 
 FILE = "prior.json"

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.measurement import Measurement
+from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.sweep.prior import USUAL_ORDER
 from conrod.studies.sweep.study import RulePlan

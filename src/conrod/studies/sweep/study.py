@@ -15,8 +15,7 @@ from conrod.engines.variants import PRESETS, Grid, Rule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Results, Study
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES, Results, Study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, shared_lines

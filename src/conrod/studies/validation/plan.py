@@ -23,7 +23,7 @@ from conrod.runs.outcome import Verdict
 from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.result import refine
 from conrod.studies.frame.run import LEAST_STEPS, Prediction
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult

@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.studies.frame.measurement import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
 Mode = Literal["kinematic", "dynamic"]

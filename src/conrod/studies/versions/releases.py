@@ -30,8 +30,8 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import Watcher, run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.measurement import Measurement
 from conrod.studies.frame.run import RunCase, SignedErrors, as_run, not_run
 from conrod.studies.limits.recorders import Fingerprint
 

@@ -16,7 +16,7 @@ from conrod.engines.engine import run_of
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.measurement import QUANTITIES, Measurement
+from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.versions.releases import VersionCase
 
 # A change of a normalised position up to this is of last digits; so is one of a velocity or an acceleration that such
