@@ -21,8 +21,7 @@ from conrod.cli.options import RunOptions
 from conrod.cli.runner import Runner
 from conrod.engines import engine_named, engine_names
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, log_axis, rows_axis, svg_text
-from conrod.report.charts.styles import preset_style, preset_title
+from conrod.report.charts.canvas import drawing_style, log_axis, preset_style, preset_title, rows_axis, svg_text
 from conrod.report.results import name_of
 from conrod.report.table import Table, table
 from conrod.report.template import table_text

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.cli.engines import capabilities_table
+from conrod.cli.show import capabilities_table
 from conrod.engines import Engine
 from conrod.engines.registry import installed_extras, loadable_engines
 from conrod.report.table import table

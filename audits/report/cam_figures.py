@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
 from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import on_grid
-from conrod.report.charts.styles import HUES
+from conrod.report.charts.canvas import HUES, on_grid
 
 UNITS = {"lift": "mm", "velocity": "mm/s", "acceleration": "mm/s²", "jerk": "mm/s³"}
 BASE = 36.0  # [mm], the base of the document's extreme cam

@@ -60,7 +60,7 @@ def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -
     # What a shell starts in the background ignores Ctrl-C, and so would this.
     code = (
         "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from conrod.cli import main, say\nsay.SAID_AFTER = 2.0\nmain()\n"
+        "from conrod import cli\ncli.SAID_AFTER = 2.0\ncli.main()\n"
     )
     with subprocess.Popen(
         [sys.executable, "-P", "-c", code, *VERBS[verb]], cwd=tmp_path, stderr=subprocess.PIPE, text=True,

@@ -26,8 +26,8 @@ from conrod.mjcf.harden.recipe import (
     soft_on_purpose,
     to_know,
 )
-from conrod.mjcf.harden.results import HardenedModel, Request
 from conrod.mjcf.harden.study import Pace, harden_file, start_of, swing
+from conrod.mjcf.results import HardenedModel, Request
 from conrod.mjcf.runs import STATE
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from command_line import conrod
 
+from conrod.mjcf.invariances.accelerations import Similarity, converged, forward
 from conrod.mjcf.invariances.changes import (
     SIMILARITIES,
     Bench,
@@ -18,10 +19,8 @@ from conrod.mjcf.invariances.changes import (
     similarities,
     warm_start,
 )
-from conrod.mjcf.invariances.results import Kept
-from conrod.mjcf.invariances.rounding import converged, forward
-from conrod.mjcf.invariances.similarity import Similarity
 from conrod.mjcf.invariances.study import declared_otherwise
+from conrod.mjcf.results import Kept
 from conrod.mjcf.runs import run, state_of
 from conrod.own.models.loading import load_model
 from conrod.studies.frame.resolve_arguments import select_scene

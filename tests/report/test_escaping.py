@@ -9,7 +9,7 @@ import pytest
 from command_line import conrod
 from matplotlib.figure import Figure as Canvas
 
-from conrod.cli.say import say
+from conrod.cli import say
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.figure import Figure
 from conrod.report.table import LONGEST, Toned, in_markdown, table, verbatim, visible

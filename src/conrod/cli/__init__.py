@@ -1,4 +1,4 @@
-"""The command line: the group of commands, their help, and what a user sees of an error."""
+"""The command line: the group of commands, their help, what a user sees of an error, and messages in passing."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import inspect
 import os
 import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any
@@ -13,6 +16,7 @@ from typing import Any
 import click
 
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.report.table import one_line, visible
 from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
 FAILED, USAGE, INTERRUPTED = 1, 2, 130  # exit statuses
@@ -38,10 +42,11 @@ VERBS = {
     "results": "Write the ledger of all runs as a table.",
     "export": "Write a scene's model, its exact motion, or a pack for others.",
 }
+BESIDE = {"engines": "show", "results": "report"}  # verbs in the module of another one
 
 
 class Verbs(click.Group):
-    """A group whose commands are imported when they are called: one module each, of the same name."""
+    """A group whose commands are imported when they are called: one module each, of the same name, but for two."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
@@ -51,7 +56,7 @@ class Verbs(click.Group):
             if ctx.resilient_parsing:
                 return None  # a shell that completes a line asks, and wants no error
             raise unknown_choice("command", cmd_name, VERBS)
-        command: click.Command = getattr(import_module(f"conrod.cli.{cmd_name}"), cmd_name)
+        command: click.Command = getattr(import_module(f"conrod.cli.{BESIDE.get(cmd_name, cmd_name)}"), cmd_name)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -158,3 +163,30 @@ def _fail(message: str) -> None:
 
     click.echo(f"conrod: {one_line(message)}", err=True)
     sys.exit(USAGE)
+
+
+SAID_AFTER = 5.0  # [s]
+
+
+def say(text: str, *, err: bool = False, nl: bool = True) -> None:
+    """Print text that commands no terminal. Without a line end it is data, and to a file or pipe stays as it is."""
+    stream = sys.stderr if err else sys.stdout
+    click.echo(visible(text) if nl or stream.isatty() else text, err=err, nl=nl)
+
+
+@contextmanager
+def waiting(subject: object, timeout: float | None) -> Iterator[None]:
+    """Say after a while that the work on a file or a scene goes on.
+
+    Args:
+        timeout: after which it is ended [s]; None of work in this process.
+    """
+    after = "" if timeout is None else f" after {timeout:g} s,"
+    words = one_line(f"{subject}: under way, ended{after} by Ctrl-C at once")
+    said = threading.Timer(SAID_AFTER, say, (words,), {"err": True})
+    said.daemon = True
+    said.start()
+    try:
+        yield
+    finally:
+        said.cancel()

@@ -13,7 +13,7 @@ from conrod.exact.linkage import InstantQuantities, Output, TurnQuantities
 from conrod.exact.linkage.course import CrankRange
 from conrod.report import numbers
 from conrod.report.folder import json_text
-from conrod.report.scene_words import described
+from conrod.report.results import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import plain

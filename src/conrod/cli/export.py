@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import options
-from conrod.cli.say import say
+from conrod.cli import options, say
 from conrod.errors import InvalidInput
 
 FORMATS = ("mjcf", "csv", "pack", "fmu")

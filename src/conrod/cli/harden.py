@@ -10,11 +10,10 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import FAILED, options
+from conrod.cli import FAILED, options, waiting
 from conrod.cli.options import option
-from conrod.cli.say import waiting
 from conrod.errors import InvalidInput
-from conrod.mjcf.harden.results import HardenedModel, Request, Variant
+from conrod.mjcf.results import HardenedModel, Request, Variant
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report import numbers

@@ -10,9 +10,8 @@ import click
 from rich.console import Console
 from rich.text import Text
 
-from conrod.cli import FAILED, options
+from conrod.cli import FAILED, options, waiting
 from conrod.cli.options import option
-from conrod.cli.say import waiting
 from conrod.mechanism.units import check_number
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable

@@ -78,7 +78,7 @@ def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:
     Raises:
         InvalidInput: there is no such engine, or it cannot be loaded.
     """
-    from conrod.cli.say import say
+    from conrod.cli import say
     from conrod.studies.frame.resolve_arguments import select_engines
 
     return select_engines(names, left_out=lambda reason: say(f"conrod: left out: {reason}", err=True))

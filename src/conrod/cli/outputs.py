@@ -9,8 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Generic, TypeVar
 
+from conrod.cli import say
 from conrod.cli.options import ReportOptions, RunOptions
-from conrod.cli.say import say
 from conrod.report.folder import ReportFolder
 from conrod.report.html.page import html_report
 from conrod.report.kind import SCENE, Kind, Reproduction

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import FAILED, options
+from conrod.cli import FAILED, options, say
 from conrod.cli.options import RunOptions, StudyOptions, option
-from conrod.cli.say import say
 
 if TYPE_CHECKING:
     from conrod.engines import Engine

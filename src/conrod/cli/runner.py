@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from conrod.cli import say
 from conrod.cli.options import RunOptions, available_cores
-from conrod.cli.say import say
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases

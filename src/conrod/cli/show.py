@@ -1,17 +1,19 @@
-"""`conrod show`."""
+"""`conrod show` and `conrod engines`: what there is."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import options
-from conrod.cli.say import say
+from conrod.cli import options, say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from conrod.engines import Engine
     from conrod.exact.linkage import InstantQuantities
+    from conrod.report.table import Table
     from conrod.scenes import Scene
 
 
@@ -25,8 +27,8 @@ def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
+    from conrod.cli import waiting
     from conrod.cli.console import linkage_text, show_catalogue, show_instant, show_scene, show_turn
-    from conrod.cli.say import waiting
     from conrod.exact.linkage import turn_quantities
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scene
@@ -75,3 +77,37 @@ def _instant(scene: Scene, text: str) -> InstantQuantities:
             f"--angle {text}: the crank makes one pass, from {first} to {last} deg; give an angle between them"
         )
     return instant_quantities(scene.kinematics, angle, scene.speed)
+
+
+@options.verb()
+def engines() -> None:
+    """List the engines that are installed, where each comes from, and what it can do beside runs.
+
+    Other packages bring engines by an entry point of the group `conrod.engines` (docs/engines.md). One that cannot be
+    loaded is named with the reason, and keeps nothing else from running.
+    """
+    from rich.text import Text
+
+    from conrod.engines.registry import OPTIONAL, loadable_engines
+    from conrod.report.terminal import console, print_lines, print_table
+
+    found, left_out = loadable_engines(OPTIONAL)
+    print_table(console(), capabilities_table(found))
+    print_lines(console(), [Text(line, "red") for line in left_out])
+
+
+def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
+    """Version, origin and presets of engines, and which capabilities each has."""
+    from conrod.engines.capabilities import MEANINGS, Lacking, capability
+    from conrod.engines.registry import origin_of
+    from conrod.report.table import table
+
+    rows = [
+        ("version", *(one.version for one in engines)),
+        ("from", *(origin_of(one.name) for one in engines)),
+        ("presets", *(", ".join(one.presets) for one in engines)),
+    ]
+    for kind, meaning in MEANINGS.items():
+        able = (not isinstance(capability(one, kind), Lacking) for one in engines)
+        rows.append((meaning, *("yes" if has else "unsupported" for has in able)))
+    return table(("", *(one.name for one in engines)), rows)

@@ -10,11 +10,10 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rich.text import Text
 
-from conrod.cli import FAILED
+from conrod.cli import FAILED, waiting
 from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import refuse
 from conrod.cli.outputs import outputs
-from conrod.cli.say import waiting
 from conrod.cli.validate_request import DEFAULT_REVOLUTIONS, FMUS, MODELS, ModelOptions, Request, TableOptions
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_count, parse_quantity

@@ -9,15 +9,14 @@ from pathlib import Path
 
 from rich.text import Text
 
-from conrod.cli import FAILED
+from conrod.cli import FAILED, waiting
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
-from conrod.cli.say import waiting
 from conrod.cli.validate_request import MODELS, Request
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.mjcf.invariances.results import Invariance, InvarianceStudy
+from conrod.mjcf.results import Invariance, InvarianceStudy
 from conrod.own.files import check_readable
 from conrod.own.models.request import Controls, controls_of
 from conrod.report.invariances import KIND, finding, invariances_table, notes

@@ -9,10 +9,9 @@ from pathlib import Path
 
 from rich.text import Text
 
-from conrod.cli import FAILED
+from conrod.cli import FAILED, waiting
 from conrod.cli.options import as_given
 from conrod.cli.outputs import outputs
-from conrod.cli.say import waiting
 from conrod.cli.validate_file import Subject
 from conrod.cli.validate_request import Request
 from conrod.errors import InvalidInput, named_values

@@ -9,14 +9,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from conrod.cli import say
 from conrod.cli.options import RunOptions, as_given, refuse
 from conrod.cli.outputs import reproduction
-from conrod.cli.say import say
 from conrod.cli.validate_invariances import of_file, of_scene
 from conrod.cli.validate_request import MODELS, Request, VerificationOptions
 from conrod.errors import InvalidInput, named_values
 from conrod.mechanism.units import parse_quantity
-from conrod.mjcf.invariances.results import InvarianceStudy
+from conrod.mjcf.results import InvarianceStudy
 from conrod.own.files import files_of_model
 from conrod.own.models.references import ALL_LENGTHS, length_names
 from conrod.own.models.results import ModelStudy

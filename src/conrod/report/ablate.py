@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.canvas import engine_title
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.table import Cell, Table, Tone, Toned, table
 from conrod.report.template import listed, rendered

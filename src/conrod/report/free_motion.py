@@ -9,8 +9,7 @@ from conrod.report import numbers
 from conrod.report.charts.panels import free_motion_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
-from conrod.report.results import index_page, results_table, summary_of, summary_words, versions_words
-from conrod.report.scene_words import described
+from conrod.report.results import described, index_page, results_table, summary_of, summary_words, versions_words
 from conrod.report.table import Table
 from conrod.report.template import rendered
 from conrod.studies.free_motion.plan import (

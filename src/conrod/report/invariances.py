@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from conrod.mjcf.invariances.results import Invariance, InvarianceStudy, Kept
+from conrod.mjcf.results import Invariance, InvarianceStudy, Kept
 from conrod.report import numbers
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.table import VERDICT, Table, Tone, Toned, table

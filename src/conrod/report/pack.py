@@ -21,7 +21,7 @@ from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, 
 from conrod.report import numbers
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
-from conrod.report.scene_words import described, parameters_table
+from conrod.report.results import described, parameters_table
 from conrod.report.table import table
 from conrod.report.template import rendered
 from conrod.scenes import SCENES, Scene

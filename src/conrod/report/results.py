@@ -1,4 +1,4 @@
-"""Results of a validation of any kind in words, as cells and as tables, the same on a terminal and on a page."""
+"""A scene and the results of a validation of any kind, in words and as tables, the same on terminals and on pages."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Page
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
 from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
+from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
 
 PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
@@ -135,3 +136,23 @@ def index_page(
         figures=drawn[:1], verdicts=verdicts(found), origin=index.origin, file=file,
     )  # fmt: skip
     return Page(text)
+
+
+def described(scene: Scene) -> str:
+    """The scene's description, with a number and its unit where it names a parameter."""
+    facts = scene.parameter_facts()
+    words = {
+        name: " ".join(numbers.in_shown_unit(value, facts[name].unit)).removesuffix(" -")
+        for name, value in scene.parameters.items()
+    }
+    return scene.description.format(**words)
+
+
+def parameters_table(scene: Scene) -> Table:
+    """Values, units and meanings of the scene's parameters."""
+    facts = scene.parameter_facts()
+    rows = [
+        (f"`{name}`", *numbers.in_shown_unit(value, facts[name].unit), facts[name].meaning)
+        for name, value in scene.parameters.items()
+    ]
+    return table(("parameter", "value", "unit", "meaning"), rows, right=("value",))

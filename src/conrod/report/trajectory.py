@@ -13,8 +13,7 @@ from conrod.report import numbers
 from conrod.report.charts.panels import table_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind, Page, Part
-from conrod.report.results import exceeded_words
-from conrod.report.scene_words import parameters_table
+from conrod.report.results import exceeded_words, parameters_table
 from conrod.report.table import Table, table
 from conrod.report.template import rendered
 

@@ -26,7 +26,7 @@ from conrod.mjcf.harden.recipe import (
     soft_on_purpose,
     to_know,
 )
-from conrod.mjcf.harden.results import HardenedModel, Request, Variant
+from conrod.mjcf.results import HardenedModel, Request, Variant
 from conrod.mjcf.runs import looks, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.studies.frame.paired_timing import paired_cost

@@ -18,9 +18,8 @@ import numpy as np
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
 from conrod.exact.space.tree import COORDINATES, RATES
-from conrod.mjcf.invariances.results import Invariance, Kept
-from conrod.mjcf.invariances.rounding import Accelerations, accelerations, converged, forward
-from conrod.mjcf.invariances.similarity import Similarity
+from conrod.mjcf.invariances.accelerations import Accelerations, Similarity, accelerations, converged, forward
+from conrod.mjcf.results import Invariance, Kept
 from conrod.mjcf.runs import data_at
 from conrod.own.models.loading import joint_kind
 

@@ -28,7 +28,7 @@ from conrod.mjcf.invariances.changes import (
     similarities,
     warm_start,
 )
-from conrod.mjcf.invariances.results import Invariance, Kept
+from conrod.mjcf.results import Invariance, Kept
 from conrod.mjcf.runs import SAMPLES, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls

@@ -15,8 +15,18 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import Layout, legend_rows, on_grid, on_log_grid, preset_handles, whole_decades
-from conrod.report.charts.styles import OUTCOME_MARKS, colour, preset_style, preset_title
+from conrod.report.charts.canvas import (
+    OUTCOME_MARKS,
+    Layout,
+    colour,
+    legend_rows,
+    on_grid,
+    on_log_grid,
+    preset_handles,
+    preset_style,
+    preset_title,
+    whole_decades,
+)
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale

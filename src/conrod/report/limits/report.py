@@ -10,7 +10,7 @@ from itertools import chain
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.limits.charts import error_chart, float_figure, label_of, places_on

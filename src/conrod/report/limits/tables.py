@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.canvas import engine_title
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import listed
 from conrod.studies.limits.determinism import Determinism

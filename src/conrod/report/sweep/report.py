@@ -13,8 +13,17 @@ from matplotlib.lines import Line2D
 
 from conrod.engines.registry import look_of
 from conrod.report import numbers
-from conrod.report.charts.canvas import NORMS, Layout, log_axis, on_log_grid, preset_handles, whole_decades
-from conrod.report.charts.styles import colour, engine_title, preset_style
+from conrod.report.charts.canvas import (
+    NORMS,
+    Layout,
+    colour,
+    engine_title,
+    log_axis,
+    on_log_grid,
+    preset_handles,
+    preset_style,
+    whole_decades,
+)
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.sweep import tables

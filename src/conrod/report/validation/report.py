@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from conrod.report import numbers
+from conrod.report.charts.canvas import completed, engine_title, label
 from conrod.report.charts.panels import error_figure, overview_figure, refinement_figure
-from conrod.report.charts.styles import completed, engine_title, label
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.html.moving import animated_svg, moving
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.results import summary_of, summary_words, versions_words
-from conrod.report.scene_words import described, parameters_table
+from conrod.report.results import described, parameters_table, summary_of, summary_words, versions_words
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
 from conrod.report.validation import tables

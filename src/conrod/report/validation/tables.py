@@ -7,7 +7,7 @@ from functools import partial
 
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
-from conrod.report.charts.styles import engine_title
+from conrod.report.charts.canvas import engine_title
 from conrod.report.results import name_of, results_table
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.runs.trajectory import Outcome

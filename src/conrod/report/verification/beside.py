@@ -9,7 +9,7 @@ from typing import Any
 
 from conrod.engines.registry import engine_packages
 from conrod.errors import InvalidInput
-from conrod.mjcf.invariances.results import InvarianceStudy
+from conrod.mjcf.results import InvarianceStudy
 from conrod.own.files import package_hash, sha256, stated_source
 from conrod.own.models.references import sensitivities, shares
 from conrod.own.models.results import ModelStudy

@@ -1,8 +1,9 @@
-"""Request and findings of `conrod harden`, as plain values."""
+"""What is found of a user's MuJoCo model, as plain values: by hardening it, and by changes that must not matter."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Any
 
 from conrod.own.models.request import Controls
@@ -72,3 +73,66 @@ class HardenedModel:
         values = plain(replace(self, content=None))
         del values["content"]
         return {"schema": SCHEMA, **values}
+
+
+class Kept(Enum):
+    """Outcome of a change that must not matter."""
+
+    BITS = "identical"
+    HOLDS = "holds"
+    EXPLAINED = "explained"  # off for a cause that was found, without which it holds
+    BROKEN = "broken"
+    UNSUPPORTED = "unsupported"
+
+
+@dataclass(frozen=True)
+class Invariance:
+    """A change, and the largest difference that it made to the accelerations.
+
+    Attributes:
+        change: what was changed.
+        bound: what it must hold to: bits or rounding.
+        difference: of the accelerations, in the norm of the kinetic energy, over their largest; None where states were
+            compared bit by bit, or nothing was.
+        over_bound: the difference over its bound, where that is largest.
+        time: of the first state that is out of bounds, or of that where the ratio is largest [s].
+        case: the model in which that is; empty where there is but one.
+        broken, cases: models in which it is broken, and all that were tried.
+        reason: of what is unsupported or explained.
+    """
+
+    change: str
+    bound: str
+    outcome: Kept
+    difference: float | None = None
+    over_bound: float | None = None
+    time: float | None = None
+    case: str = ""
+    broken: int = 0
+    cases: int = 1
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class InvarianceStudy:
+    """All invariances of a model file or of a scene's models.
+
+    Attributes:
+        engine_version: of MuJoCo.
+        run: how the states that are compared were made, in words.
+    """
+
+    name: str
+    engine_version: str
+    run: str
+    found: tuple[Invariance, ...]
+
+    @property
+    def broken(self) -> tuple[Invariance, ...]:
+        """The invariances that do not hold."""
+        return tuple(one for one in self.found if one.outcome is Kept.BROKEN)
+
+    @property
+    def passed(self) -> bool:
+        """True where none is broken."""
+        return not self.broken
