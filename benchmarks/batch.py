@@ -18,11 +18,10 @@ import numpy as np
 
 from benchmarks.machine import described
 from conrod.engines.engine import Engine, Machine
+from conrod.engines.mjx import MJXSettings
 from conrod.engines.mjx import engine as rollout
-from conrod.engines.mjx.settings import MJXSettings
-from conrod.engines.mujoco import dynamics
+from conrod.engines.mujoco import MuJoCoSettings, dynamics
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.registry import engine_named
 from conrod.exact.motion import Array
 from conrod.report.table import table

@@ -26,8 +26,7 @@ from conrod.report.results import name_of
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.runs.plain import json_document, plain
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 from conrod.studies.detection.qualification import Qualification, QualificationCase
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import folder_to_write

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.row import Row
 from benchmarks.side_by_side import cpu_seconds, interleaved
 from conrod import Saw, ShearPress
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 
 CLOSED, GENERIC = 1_000_000, 100_000  # samples
 TURNS = 20.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from conrod.scenes.catalogue import catalogue_heading, catalogue_names
+from conrod.scenes import catalogue_heading, catalogue_names
 
 HEAD = """# The catalogue
 

@@ -12,7 +12,7 @@ from audits.pin_instant import size, turned
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.own.printed.judging import Kind, Verdict
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 
 TWO_SLIDERS = "two-slider-linkage"  # Example 4.10 in the catalogue
 COINCIDENT = "inverted-slider-crank"  # Figure 5.5

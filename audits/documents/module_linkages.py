@@ -11,7 +11,7 @@ import numpy as np
 from audits.pin_instant import PinInstant, Vectors, size, turned
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Prismatic, Revolute
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 
 SIX_BAR = "six-bar"  # in the catalogue
 SIX_BAR_SPEED = 600.0 * 2.0 * math.pi / 60.0  # [rad/s], clockwise

@@ -8,9 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from conrod.scenes.catalogue import scene_named
-from conrod.exact.dynamics.inverse import joint_forces, State
+from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.kinematics import Kinematics
+from conrod.scenes import scene_named
 
 saw = scene_named("saw-coasting")  # or read_scene(Path("my_saw.toml"))
 angle = np.linspace(0.0, 2.0 * np.pi, 721)

@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from conrod import MuJoCoSettings, run
-from conrod.scenes.catalogue import scene_named
-from conrod.exact.dynamics.inverse import joint_forces, State
+from conrod.exact.dynamics.inverse import State, joint_forces
+from conrod.scenes import scene_named
 
 SPEED, LEAST_PUSH, PRELOAD = 20.0, 5.0, 10.0  # [rad/s], [N] left between cam and roller, [N] on the base circle
 cam = scene_named("cam-spring-slow")  # or read_scene(Path("my_cam.toml"))

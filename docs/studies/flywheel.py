@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.optimize import brentq
 
-from conrod.scenes.catalogue import scene_named
 from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.scenes import scene_named
 
 WANTED = 0.05  # (fastest - slowest) / mean speed, over a turn
 CUT = 100.0  # [J], what the blade takes in a turn

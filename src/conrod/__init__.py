@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from conrod.cli.check import Checked as Checked
     from conrod.cli.check import check as check
-    from conrod.engines.mujoco.settings import MuJoCoSettings as MuJoCoSettings
-    from conrod.engines.mujoco.settings import harden as harden
-    from conrod.engines.pymunk.settings import PymunkSettings as PymunkSettings
+    from conrod.engines.mujoco import MuJoCoSettings as MuJoCoSettings
+    from conrod.engines.mujoco import harden as harden
+    from conrod.engines.pymunk import PymunkSettings as PymunkSettings
     from conrod.engines.running import run as run
     from conrod.errors import InvalidInput as InvalidInput
     from conrod.exact.kinematics import Kinematics as Kinematics
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
     "conrod.cli.check": ("Checked", "check"),
-    "conrod.engines.mujoco.settings": ("MuJoCoSettings", "harden"),
-    "conrod.engines.pymunk.settings": ("PymunkSettings",),
+    "conrod.engines.mujoco": ("MuJoCoSettings", "harden"),
+    "conrod.engines.pymunk": ("PymunkSettings",),
     "conrod.engines.running": ("run",),
     "conrod.errors": ("InvalidInput",),
     "conrod.exact.kinematics": ("Kinematics",),

@@ -22,8 +22,7 @@ from conrod.engines.engine import Engine, judged_preset
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome, Trajectory, concatenate_pieces
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 
 QUANTITIES = ("position", "velocity", "acceleration")
 START, TURNS = 0.7, 0.25  # [rad], and of a turn

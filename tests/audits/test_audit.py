@@ -18,7 +18,7 @@ from audits.items import items_of, shipped_items
 from audits.judged import DOCUMENTS, audit
 from conrod.errors import InvalidInput
 from conrod.own.printed.judging import Kind, Number, judge
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 
 # -- the documents ---------------------------------------------------------------------------------------------------
 

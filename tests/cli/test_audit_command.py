@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 from conrod.cli import cli
 from conrod.errors import InvalidInput
 from conrod.own.printed.table import audit_file
-from conrod.scenes.catalogue import catalogue_text
+from conrod.scenes import catalogue_text
 
 ROOT = Path(__file__).parents[2]
 HEADING = "scene,quantity,angle_deg,printed,unit\n"

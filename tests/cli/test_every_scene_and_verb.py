@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 from command_line import conrod, said
 
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_names, dynamics_names, scene_named
+from conrod.scenes import SCENES, catalogue_names, dynamics_names, scene_named
 
 CHAIN = "four-bar-chain-2"
 NAMES = (*SCENES, *catalogue_names(), *dynamics_names(), CHAIN)

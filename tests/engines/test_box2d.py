@@ -14,7 +14,7 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, SAW
 
 from conrod import Outcome
-from conrod.engines.box2d.settings import PRESETS, Box2DSettings
+from conrod.engines.box2d import PRESETS, Box2DSettings
 from conrod.engines.engine import SINGLE
 from conrod.engines.numerics import largest_derivatives
 from conrod.engines.registry import engine_named
@@ -22,7 +22,7 @@ from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Piece, concatenate_pieces
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 from conrod.testing import EngineConformance
 
 pytestmark = pytest.mark.skipif(find_spec("Box2D") is None, reason="the extra conrod[box2d] is not installed")

@@ -20,7 +20,7 @@ from conrod.engines.running import whole_run
 from conrod.engines.tree import tree_of
 from conrod.mjcf.lint.bench import differing
 from conrod.runs.comparison import ExactMotions
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 
 OF_LAWS = "cam-3-4-5"
 

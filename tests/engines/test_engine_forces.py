@@ -31,7 +31,7 @@ from conrod.mechanism.loads import (
     Viscous,
 )
 from conrod.mechanism.mechanism import Mechanism, Prismatic
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 
 START = 0.3
 LOADS = (

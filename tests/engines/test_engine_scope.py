@@ -12,7 +12,7 @@ from conrod.engines import numerics as approach
 from conrod.engines.pymunk import engine as pymunk_kinematic
 from conrod.engines.pymunk import space
 from conrod.exact.motion import Array
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.validation import study
 from conrod.studies.validation.study import validate_kinematic

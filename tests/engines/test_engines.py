@@ -23,8 +23,7 @@ from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.motion import Array
 from conrod.runs.convergence import observed_order
 from conrod.runs.outcome import joint_gaps
-from conrod.scenes import CamFollower, Saw, Scene, ShearPress
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import CamFollower, Saw, Scene, ShearPress, catalogue_scene
 
 QUANTITIES = ("position", "velocity", "acceleration")
 TURN = 2.0 * math.pi

@@ -13,14 +13,14 @@ from catalogue import EVERY_SCENE, LINKAGES, PRESS, SAW
 
 from conrod import Outcome
 from conrod.engines.engine import run_of
-from conrod.engines.exudyn.settings import PRESETS, ExudynSettings
+from conrod.engines.exudyn import PRESETS, ExudynSettings
 from conrod.engines.registry import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Piece, concatenate_pieces
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 from conrod.testing import EngineConformance
 
 QUANTITIES = ("position", "velocity", "acceleration")

@@ -12,7 +12,7 @@ from conrod.engines import engine_named
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 from conrod.scenes.scene import Scene
 
 SAW = scene_named("saw-500rpm")

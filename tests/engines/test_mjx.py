@@ -16,13 +16,13 @@ from catalogue import CAM, EVERY_SCENE, SAW
 from benchmarks.healthy import variant
 from conrod import Outcome
 from conrod.engines.engine import SINGLE, with_fields
-from conrod.engines.mjx.settings import PRESETS
-from conrod.engines.mujoco.settings import exchanged_inertia
+from conrod.engines.mjx import PRESETS
+from conrod.engines.mujoco import exchanged_inertia
 from conrod.engines.registry import engine_named
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 from conrod.testing import EngineConformance
 
 FAST_SAW = EVERY_SCENE["saw-500rpm"]

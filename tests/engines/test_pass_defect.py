@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from conrod.engines import engine_named
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.law import LEFT_OUT, Course, followed, local_errors
 from conrod.engines.mujoco.model import build
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import compare
 from conrod.scenes import SCENES

@@ -13,10 +13,9 @@ from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain, energ
 from benchmarks.healthy import variant
 from conrod.engines import engine_named
 from conrod.engines.numerics import by_centres, inverse_masses, one_iteration
+from conrod.engines.pymunk import PymunkSettings, _constraints, iterations_by_masses, straight
 from conrod.engines.pymunk import dynamics as own
-from conrod.engines.pymunk import settings as iteration
 from conrod.engines.pymunk.loads import Pushes
-from conrod.engines.pymunk.settings import PymunkSettings, iterations_by_masses
 from conrod.engines.pymunk.space import Build, build
 from conrod.engines.pymunk.stepping import state
 from conrod.engines.running import whole_run
@@ -26,8 +25,7 @@ from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Lo
 from conrod.mechanism.mechanism import GROUND, Mechanism
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import SCENES, catalogue_scene
 
 PYMUNK: Any = engine_named("pymunk")
 PACE = Pace(1.0)  # no rule of pymunk's asks for it
@@ -137,10 +135,10 @@ def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) ->
     kinematics, mechanism = machine.kinematics, machine.kinematics.mechanism
     still = replace(PymunkSettings.stock(machine, 1000), iterations=1, gravity=False, error_bias=1.0)
     made, poses = build(machine, still), kinematics.poses(np.array([1.0]))
-    inverse = inverse_masses(mechanism, iteration.straight(mechanism))
+    inverse = inverse_masses(mechanism, straight(mechanism))
     free = np.flatnonzero(inverse)
     jacobian = kinematics.jacobian(poses) @ by_centres(mechanism, poses)[:, :, free]
-    once = one_iteration(jacobian, inverse[free], iteration._constraints(kinematics))[0]
+    once = one_iteration(jacobian, inverse[free], _constraints(kinematics))[0]
     rates = np.zeros(len(inverse))
     rates[free] = np.random.default_rng(1).normal(size=len(free))
     made.place(poses[0], np.zeros_like(poses[0]))

@@ -21,7 +21,7 @@ from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.comparison import compare
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome, Trajectory
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 
 # A ring gear, and wheels that roll along racks, which pymunk has no joint for.
 RING, TRACK = gear_pair(TOOTH, -WHEEL), wheel_on_a_track()

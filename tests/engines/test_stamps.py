@@ -20,7 +20,7 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.outcome import Verdict, judge
 from conrod.runs.trajectory import Piece, concatenate_pieces
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 
 QUANTITIES = ("position", "velocity", "acceleration")
 

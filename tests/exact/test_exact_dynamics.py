@@ -35,7 +35,7 @@ from conrod.mechanism.loads import (
     Viscous,
 )
 from conrod.mechanism.mechanism import GROUND, Body, ConstantForce, Driver, Mechanism, ObservedPoint, Revolute, Rolling
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 
 MACHINES = ("six-bar", "two-slider-linkage", "inverted-slider-crank", "planetary-gear", "rack-and-wheel", "cam-3-4-5")
 

@@ -10,8 +10,7 @@ import pytest
 
 from conrod import InvalidInput
 from conrod.exact.motion_table import TOLERANCE, TURN, MotionTable, _errors, motion_table
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.scenes import SCENES, catalogue_names, scene_named
 
 
 @cache

@@ -11,8 +11,7 @@ from many_digits import ManyDigits
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism, Revolute
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_names, catalogue_scene
+from conrod.scenes import SCENES, catalogue_names, catalogue_scene
 
 PARTS = np.array([0.05, 0.23, 0.41, 0.59, 0.77, 0.95])  # of the turn or the pass
 # Of each kind one: a turn, a pass, wheels, a rack, arcs, a law, a change point; the rest with `make test-all`.

@@ -10,8 +10,7 @@ import pytest
 from conrod.errors import InvalidInput
 from conrod.own.printed.judging import Case, Explanation, Item, Kind, Number, judge
 from conrod.own.printed.table import audit_table
-from conrod.scenes import ShearPress
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import ShearPress, scene_named
 
 HEADING = "scene,quantity,angle_deg,printed,unit\n"
 PRESS = ShearPress()

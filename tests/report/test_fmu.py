@@ -16,8 +16,7 @@ from command_line import conrod
 
 from conrod.exact.motion import Array
 from conrod.report import fmu as archive
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import catalogue_names, scene_named
+from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy, of the extra fmi, is not installed")
 compiled = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")

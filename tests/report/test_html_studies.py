@@ -25,8 +25,7 @@ from conrod.report.html.page import document, sections_of
 from conrod.report.kind import kind_named
 from conrod.report.sweep.report import _diagram, _spots
 from conrod.report.sweep.tables import timed_points
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_names
+from conrod.scenes import SCENES, catalogue_names
 from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, shared_lines
 from conrod.studies.sweep.study import plan_sweep

@@ -18,8 +18,7 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
 from conrod.report.drawing.links import link_outline
 from conrod.report.drawing.view import Slide, slide_of, ways
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import SCENES, catalogue_scene
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
 CROWDED = ("geneva", "jansen-leg", "planetary-gear", "peaucellier", "six-bar", "two-slider-linkage")

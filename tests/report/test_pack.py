@@ -20,8 +20,7 @@ from conrod.mechanism.mechanism import Prismatic, Revolute
 from conrod.own.tables.estimation import estimate
 from conrod.own.tables.study import study_table
 from conrod.report.pack import PAGES, mechanism_document, pack_files, pack_to_write
-from conrod.scenes import SCENES, Saw, Scene
-from conrod.scenes.catalogue import catalogue_scene, catalogue_text
+from conrod.scenes import SCENES, Saw, Scene, catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.frame.resolve_arguments import machine_text
 

@@ -21,9 +21,10 @@ from conrod.exact.motion import Array
 from conrod.report.kind import Reproduction
 from conrod.report.validation.report import KIND
 from conrod.report.writer import report_batch
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import (
+from conrod.scenes import (
     CHAIN,
+    SCENES,
+    Scene,
     catalogue_heading,
     catalogue_names,
     catalogue_scene,

@@ -11,8 +11,7 @@ import pytest
 from audits.documents.module_linkages import SIX_BAR_POLYGON, SixBar, least_misfit
 from conrod.exact.linkage import LinkMotion, instant_quantities
 from conrod.exact.motion import Array
-from conrod.scenes import Scene
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import Scene, catalogue_scene
 
 
 def link_motion(scene: Scene, name: str) -> LinkMotion:

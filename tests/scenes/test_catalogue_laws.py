@@ -9,11 +9,11 @@ import pytest
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
-from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.running import whole_run
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
-from conrod.scenes.catalogue import catalogue_names, catalogue_scene
+from conrod.scenes import catalogue_names, catalogue_scene
 from conrod.scenes.described_scene import DescribedScene
 
 LINKAGES = [name for name in catalogue_names() if not name.startswith("cam-")]

@@ -13,12 +13,11 @@ from cell_tasks import Here, assigned
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
 from conrod.engines.engine import with_fields
+from conrod.engines.mujoco import HARDENING, STIFF_SOLIMP
 from conrod.engines.mujoco.engine import MuJoCo
-from conrod.engines.mujoco.settings import HARDENING, STIFF_SOLIMP
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.runs.plain import plain
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import SCENES, catalogue_scene
 from conrod.studies.ablate import findings as rules
 from conrod.studies.ablate.findings import (
     BESIDE_OTHERS,

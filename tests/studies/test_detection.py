@@ -11,11 +11,9 @@ import pytest
 from benchmarks.healthy import VariantCase, variant
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
-from conrod.engines.mujoco import dynamics
-from conrod.engines.mujoco.settings import MuJoCoSettings, exchanged_inertia
+from conrod.engines.mujoco import MuJoCoSettings, dynamics, exchanged_inertia
 from conrod.engines.numerics import phase_bound
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import SCENES, scene_named
 from conrod.studies.detection.defects import MOTION
 from conrod.studies.detection.machine_defects import Recording
 from conrod.studies.detection.qualification import FINE, QualificationCase, motion_judge, noticed_by, smallest_noticed

@@ -19,9 +19,10 @@ from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import State, joint_forces
 from conrod.exact.motion import Array
-from conrod.scenes import CamFollower, Saw
-from conrod.scenes.catalogue import (
+from conrod.scenes import (
     MOST_CHAIN,
+    CamFollower,
+    Saw,
     catalogue_scene,
     catalogue_text,
     dynamics_names,

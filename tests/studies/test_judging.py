@@ -17,8 +17,7 @@ from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_of
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
-from conrod.scenes import SCENES, Saw
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import SCENES, Saw, scene_named
 from conrod.studies.frame.case import Measurement, key_of
 from conrod.studies.frame.result import AS_ASKED, refine, refinement_path
 from conrod.studies.frame.run import RunCase

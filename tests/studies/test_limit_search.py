@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from conrod.runs.plain import plain
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 from conrod.studies.frame.case import Measurement, pursue
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup

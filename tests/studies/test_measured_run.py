@@ -14,8 +14,7 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import ExactMotions, compare
 from conrod.runs.trajectory import FieldByField, Trajectory
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.run import RunCase, as_run, measure, not_run, predicted_errors

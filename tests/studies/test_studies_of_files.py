@@ -14,7 +14,7 @@ from command_line import conrod
 from described import CATALOGUE, changed
 
 from conrod.engines import engine_named
-from conrod.scenes.catalogue import catalogue_scene
+from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.frame.run import RunCase, as_run, measure
 from conrod.studies.frame.timing import time_run

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.variants import GRIDS, Grid, step_counts
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import QUANTITIES, Measurement

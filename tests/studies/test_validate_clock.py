@@ -13,8 +13,7 @@ from planted_engine import LawfulEngine
 from conrod.engines import engine_named
 from conrod.engines.mujoco import dynamics as mujoco_dynamics
 from conrod.engines.pymunk import dynamics as pymunk_dynamics
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import SCENES, scene_named
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.results import ValidationResult
 

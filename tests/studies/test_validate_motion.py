@@ -20,8 +20,7 @@ from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.report.folder import shortened
 from conrod.report.free_motion import KIND
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import catalogue_names, dynamics_names
+from conrod.scenes import SCENES, catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
 from conrod.studies.free_motion.perform import MotionCase, left_out, run_motion

@@ -14,13 +14,11 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import build, compiled
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.releases import numbers_of
 from conrod.errors import InvalidInput
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.versions.releases import Environments, VersionCase, python_of

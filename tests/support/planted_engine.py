@@ -16,7 +16,7 @@ import numpy as np
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE, STOCK, Engine, Machine, Preset, step_length
 from conrod.engines.numerics import largest_derivatives
-from conrod.engines.recording import Recorded, pieces, points_of
+from conrod.engines.running import Recorded, pieces, points_of
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece
 

@@ -17,8 +17,7 @@ from conrod.report.results import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import plain
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import catalogue_heading, catalogue_names, dynamics_names
+from conrod.scenes import SCENES, Scene, catalogue_heading, catalogue_names, dynamics_names
 from conrod.scenes.space import MACHINES
 
 # -- a scene -----------------------------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class Look:
 
 
 # Engines that ship, each in a package of conrod of the name of its distribution: `engine.ENGINE`, importing which loads
-# the engine, and `settings.PRESETS`, which do not. Okabe and Ito's colours, distinguishable by colour-blind readers.
+# the engine, and `PRESETS`, reading which does not. Okabe and Ito's colours, distinguishable by colour-blind readers.
 ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk": Look("pymunk", "#D55E00", "D")}
 # Engines that ship and are extras to install, laid out alike. They take part where they are asked for by name.
 OPTIONAL: Mapping[str, Look] = {
@@ -132,7 +132,7 @@ def look_of(name: str) -> Look:
 def presets_of(name: str) -> Mapping[str, Preset[Any]]:
     """Presets of an engine; none of one that is not installed."""
     if name in ENGINES or name in OPTIONAL:
-        presets: Mapping[str, Preset[Any]] = import_module(f"conrod.engines.{name}.settings").PRESETS
+        presets: Mapping[str, Preset[Any]] = import_module(f"conrod.engines.{name}").PRESETS
         return presets
     try:
         return engine_named(name).presets

@@ -21,8 +21,7 @@ from typing import Any, Generic, TypeVar
 from conrod.errors import unknown_choice
 from conrod.report.figure import Figure
 from conrod.report.table import Table, table
-from conrod.scenes import SCENES
-from conrod.scenes.catalogue import CATALOGUE, catalogue_names
+from conrod.scenes import CATALOGUE, SCENES, catalogue_names
 
 F = TypeVar("F")
 SCENE = "{scene}"  # in a command, what stands for the scenes

@@ -18,7 +18,7 @@ from conrod.exact.jet import Jet
 from conrod.exact.motion import Array
 from conrod.exact.space.forces import SpatialForces, forces
 from conrod.exact.space.motion import DrivenTree
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import scene_named
 from conrod.scenes.scene import Scene
 from conrod.scenes.space.machine import turned
 

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines.box2d.settings import PRESETS, Box2DSettings
+from conrod.engines.box2d import PRESETS, Box2DSettings
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.capabilities import REFERENCE
 from conrod.engines.engine import PIECE, Engine, Machine, run_of
 from conrod.engines.numerics import body_states, centre_state
-from conrod.engines.recording import Recorded, crank_states, pieces
+from conrod.engines.running import Recorded, crank_states, pieces
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Prismatic, Revolute
 from conrod.runs.trajectory import BodyTracks, Piece, PointTracks, Track

@@ -1,1 +1,55 @@
-"""Exudyn behind the engine interface; an extra of conrod."""
+"""Exudyn, an extra of conrod: settings of a run, and the presets. Imports no engine, which `engine` does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset, step_length
+from conrod.errors import unknown_choice
+from conrod.mechanism.units import check_number
+
+# Exudyn's own names: constraints on positions (index 3), or on velocities (index 2).
+GENERALIZED_ALPHA, TRAPEZOIDAL = "GeneralizedAlpha", "TrapezoidalIndex2"
+SOLVERS = (GENERALIZED_ALPHA, TRAPEZOIDAL)
+# Exudyn ends a run within 1e-10 s of its end (CSolverBase::SolveSteps): steps no longer than that would be left out.
+SHORTEST_STEP = 1e-9  # [s]
+
+
+@dataclass(frozen=True)
+class ExudynSettings(EngineSettings):
+    """Settings of an Exudyn run; the names are Exudyn's own. SI."""
+
+    engine: ClassVar[str] = "exudyn"
+
+    solver: str = GENERALIZED_ALPHA
+    spectral_radius: float = 0.9  # at infinite frequency; the trapezoidal rule has no use of it
+    relative_tolerance: float = 1e-8  # of Newton's iteration, on the residual
+    absolute_tolerance: float = 1e-10
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.solver not in SOLVERS:
+            raise unknown_choice("solver", self.solver, SOLVERS)
+        check_number("timestep", self.timestep, SHORTEST_STEP, 1e8, "s")
+        check_number("spectral_radius", self.spectral_radius, 0.0, 1.0)
+        check_number("relative_tolerance", self.relative_tolerance, 1e-15, 1.0)
+        check_number("absolute_tolerance", self.absolute_tolerance, 1e-15, 1.0)
+
+    def time_constant(self, contact: bool) -> float:
+        # Constraints on velocities never mend a gap that is there; those on positions do so at every step.
+        return math.inf if self.solver == TRAPEZOIDAL else 0.0
+
+    @classmethod
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> ExudynSettings:
+        """The other implicit solver, the trapezoidal rule on constraints of index 2, without numerical damping."""
+        return cls("tuned", steps_per_revolution, step_length(machine, steps_per_revolution), TRAPEZOIDAL)
+
+
+# Exudyn's documentation states no size of their errors: they are measured, and not judged.
+PRESETS: Mapping[str, Preset[ExudynSettings]] = {
+    STOCK: Preset(ExudynSettings.stock, "Exudyn's defaults: generalised alpha, index 3", judged=False, style=DOTTED),
+    "tuned": Preset(ExudynSettings.tuned, "trapezoidal rule, index 2", judged=False, style=DASHED),
+}

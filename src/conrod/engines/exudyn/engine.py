@@ -28,9 +28,9 @@ from exudyn.itemInterface import (
 
 from conrod.engines.capabilities import REFERENCE, KinematicResult
 from conrod.engines.engine import PIECE, Engine, Machine, run_of
-from conrod.engines.exudyn.settings import PRESETS, TRAPEZOIDAL, ExudynSettings
+from conrod.engines.exudyn import PRESETS, TRAPEZOIDAL, ExudynSettings
 from conrod.engines.numerics import StraightAhead, approached
-from conrod.engines.recording import Recorded, crank_states, pieces, points_of
+from conrod.engines.running import Recorded, crank_states, pieces, points_of
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
 from conrod.runs.outcome import Verdict

@@ -24,12 +24,11 @@ import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE, Engine, Machine, run_of
-from conrod.engines.mjx.settings import PRESETS, MJXSettings
-from conrod.engines.mujoco import dynamics
+from conrod.engines.mjx import PRESETS, MJXSettings
+from conrod.engines.mujoco import LEAST_STEPS, dynamics
 from conrod.engines.mujoco.engine import ENGINE as MUJOCO
 from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, Course, followed, largest_point_errors, ripple, yielding
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.settings import LEAST_STEPS
 from conrod.engines.numerics import UNDETERMINED, largest_derivatives
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece

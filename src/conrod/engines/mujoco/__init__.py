@@ -1,1 +1,191 @@
-"""MuJoCo behind the engine interface."""
+"""MuJoCo: settings of a run and the presets, and hardening. Imports no engine, which `engine` does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, ForceBars, Machine, Preset, step_length
+from conrod.engines.tracks import load_work
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.mechanism.units import check_count, check_number
+
+if TYPE_CHECKING:
+    import mujoco
+
+# Less hardening leaves regularisation (1e-8: 4e-12 of the stroke in the press), more costs digits of the reaction
+# forces by cancellation, about tenfold for each factor of ten.
+HARDENING = 1e-9
+
+
+def harden(model: mujoco.MjModel, factor: float = HARDENING) -> None:
+    """Make the constraints of a compiled model hard, in place.
+
+    MuJoCo adds to every constraint a regularisation R = (1 - d) / d x (an estimate of its inverse inertia), which
+    it takes from `body_invweight0`, `dof_invweight0` and `tendon_invweight0`. MJCF bounds the impedance d by 0.9999;
+    scaling the estimate has no such bound. All constraints harden, contacts and limits too; `mj_setConst` undoes it.
+
+    Args:
+        model: an `mujoco.MjModel` in double precision.
+        factor: what the inverse weights are multiplied by, in (0, 1]. The default is for a driven machine that is
+            solved to tolerance 0. For a free swing at MuJoCo's stock tolerance 1e-9 d / (1 - d) is best: less is lost
+            in rounding (docs/hardening.md, "Which factor").
+
+    Raises:
+        ValueError: the factor is out of range.
+    """
+    if not 0.0 < factor <= 1.0:
+        raise ValueError(f"hardening factor {factor!r} is out of range: 0 < factor <= 1")
+    model.body_invweight0[:] *= factor
+    model.dof_invweight0[:] *= factor
+    model.tendon_invweight0[:] *= factor
+
+
+# MuJoCo keeps impedances within these (mjMINIMP, mjMAXIMP).
+LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
+LEAST_STEPS = 2.0  # a time constant is raised to this many steps
+
+INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast", "discrete")
+SOLVERS = ("PGS", "CG", "Newton")
+
+STOCK_TOLERANCE, STOCK_ITERATIONS = 1e-8, 100
+STOCK_SOLREF = (0.02, 1.0)
+STOCK_SOLIMP = (0.9, 0.95, 0.001, 0.5, 2.0)
+# The stiffest impedance that MuJoCo admits (mjMAXIMP), constant over the violation.
+STIFF_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+CONTACT_SOLIMP = (0.9, 0.9, 0.001, 0.5, 2.0)
+
+
+@dataclass(frozen=True)
+class MuJoCoSettings(EngineSettings):
+    """Settings of a MuJoCo run; the names are MuJoCo's own where it has one. SI."""
+
+    engine: ClassVar[str] = "mujoco"
+    former: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
+
+    integrator: str = "Euler"
+    solver: str = "Newton"
+    iterations: int = STOCK_ITERATIONS
+    # Scaled by the mean inertia: with the drive's armature any other value ends the solver before its first iteration.
+    tolerance: float = 0.0
+    solref: tuple[float, float] = STOCK_SOLREF  # of the loop closures: time constant [s], damping ratio
+    solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP  # of the loop closures
+    hardening: float | None = None  # factor on the inverse weights that regularisation is scaled by
+    gravity: bool = True
+    armature: float = 1e13  # flywheel of the drive [kg m^2]; see `flywheel`
+    autoreset: bool = False
+    contact_solref: tuple[float, float] = STOCK_SOLREF
+    contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
+    cam_vertices: int = 4000
+    refsafe: bool = True  # a time constant below two steps is raised to them
+    dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # Equal models are equal settings, and have one key, however their dressing was put together.
+        object.__setattr__(self, "dressing", tuple(sorted(set(self.dressing))))
+        for kind, value, choices in (
+            ("integrator", self.integrator, INTEGRATORS),
+            ("solver", self.solver, SOLVERS),
+        ):
+            if value not in choices:
+                raise unknown_choice(kind, value, choices)
+        check_count("iterations", self.iterations, 0, 10**6)
+        check_count("cam_vertices", self.cam_vertices, 16, 10**5)
+        check_number("tolerance", self.tolerance, 0.0, 1.0)
+        check_number("armature", self.armature, 0.0, 1e30, "kg m²")
+        if self.hardening is not None:
+            check_number("hardening", self.hardening, 1e-15, 1.0)
+        for name, pair in (("solref", self.solref), ("contact_solref", self.contact_solref)):
+            check_number(f"{name} time constant", pair[0], -1e30, 1e30, "s")
+            check_number(f"{name} damping ratio", pair[1], -1e30, 1e30)
+        for name, limits in (("solimp", self.solimp), ("contact_solimp", self.contact_solimp)):
+            for impedance in limits[:2]:
+                check_number(f"{name} impedance", impedance, 0.0, 1.0)
+
+    def time_constant(self, contact: bool) -> float:
+        return (self.contact_solref if contact else self.solref)[0]
+
+    @classmethod
+    def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
+        """MuJoCo's defaults plus the drive (and the solver tolerance of 0 that the drive forces)."""
+        return replace(super().stock(machine, steps_per_revolution), armature=flywheel(machine))
+
+    @classmethod
+    def tuned(cls, machine: Machine, steps_per_revolution: int) -> Self:
+        """The best that MJCF can express, see `as_tuned`."""
+        return cls.stock(machine, steps_per_revolution).as_tuned(bool(machine.kinematics.mechanism.cam_contacts))
+
+    def as_tuned(self, contact: bool) -> Self:
+        """The same with integrator, softness and contact of the preset `tuned`.
+
+        Loops: RK4, stiffest impedance, time constant of eight steps: fewer close tighter (the gap follows its square),
+        but the stiffer closure takes order from RK4, seen as an acceleration error that no step removes.
+
+        Contact is not smooth, so it gains nothing from RK4: Euler, time constant of two steps (the least that MuJoCo
+        admits) and an impedance of 0.9, because a stiffer contact (0.99) chatters.
+        """
+        return replace(
+            self,
+            preset="tuned",
+            integrator="Euler" if contact else "RK4",
+            solref=(8.0 * self.timestep, 1.0),
+            solimp=STIFF_SOLIMP,
+            contact_solref=(2.0 * self.timestep, 1.0),
+            contact_solimp=CONTACT_SOLIMP,
+        )
+
+    @classmethod
+    def hardened(cls, machine: Machine, steps_per_revolution: int) -> Self:
+        """Regularisation removed after compiling; stabilisation slow, a tenth of the period, whatever the step."""
+        slow = 0.1 * step_length(machine, 1)
+        tuned = cls.tuned(machine, steps_per_revolution)
+        return replace(tuned, preset="hardened", solref=(slow, 1.0), hardening=HARDENING)
+
+
+def flywheel(machine: Machine) -> float:
+    """Armature [kg m^2] that keeps the crank at its speed, a power of ten.
+
+    The ripple of the rate is (energy exchanged in a turn) / (armature x speed^2). The armature makes it 1e-13 where all
+    links move with the largest velocity of an observed point and fall through its whole travel. What turns faster than
+    that exchanges more, see `law.ripple`.
+    """
+    exchanged = exchanged_inertia(machine)
+    if not math.isfinite(exchanged):
+        raise InvalidInput(
+            f"{machine.kinematics.mechanism.name}: a force is not finite: do the two points of a load meet?"
+        )
+    return 10.0 ** math.ceil(math.log10(1e13 * exchanged))
+
+
+def exchanged_inertia(machine: Machine) -> float:
+    """Energy exchanged in a turn over the square of the speed [kg m^2], by the observed points; see `flywheel`."""
+    kinematics = machine.kinematics
+    mass = sum(body.mass for body in kinematics.mechanism.bodies)
+    weight = mass * math.hypot(*kinematics.mechanism.gravity)
+    weight += sum(math.hypot(*push) for push in kinematics.mechanism.pushes.values())
+    kinetic = mass * kinematics.travel**2
+    potential = (weight * kinematics.travel + load_work(kinematics, machine.speed)) / machine.speed**2
+    return kinetic + potential
+
+
+PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
+    STOCK: Preset(MuJoCoSettings.stock, "MuJoCo as it comes, with the drive added", judged=False, style=DOTTED),
+    "tuned": Preset(
+        MuJoCoSettings.tuned,
+        "the best that MJCF can express",
+        forces=ForceBars({"contact": 0.02}),
+        order={"position": 2},  # a gap follows the square of its time constant, which follows the step
+        style=DASHED,
+    ),
+    "hardened": Preset(
+        MuJoCoSettings.hardened,
+        "the regularisation of constraints removed after compiling",
+        judged_free=True,
+        forces=ForceBars({"torque": 1e-7, "reactions": 1e-6}, order=4),
+        order=dict.fromkeys(("position", "velocity", "acceleration"), 4),  # that of RK4, as nothing else is left
+        style=SOLID,
+    ),
+}

@@ -11,10 +11,9 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import PIECE, Machine
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import Build, build, laws_acting
-from conrod.engines.mujoco.settings import MuJoCoSettings
-from conrod.engines.recording import Recorded, pieces
+from conrod.engines.running import Recorded, pieces
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.capabilities import REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, Engine, Machine, run_of, with_fields
-from conrod.engines.mujoco import dynamics, law, older, standalone
+from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, dynamics, law, older, standalone
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.engines.mujoco.forces import forces
 from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
 from conrod.engines.numerics import StraightAhead, approached, close_gap

@@ -21,9 +21,9 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import Build, build, laws_acting
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tracks import EDITED, ForceTracks, applied_forces, no_forces
 from conrod.engines.tree import Branch
 from conrod.exact.dynamics.inverse import component_names

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK
+from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, harden
 from conrod.engines.mujoco.dynamics import Recorder
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
-from conrod.engines.mujoco.settings import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, harden
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput, unknown_choice

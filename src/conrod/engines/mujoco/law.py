@@ -20,8 +20,8 @@ import numpy as np
 from conrod.engines.cam_polygon import FollowerMotion, cam_polygon
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
+from conrod.engines.mujoco import LEAST_STEPS, MuJoCoSettings, exchanged_inertia
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.mujoco.settings import LEAST_STEPS, MuJoCoSettings, exchanged_inertia
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, rounding
 from conrod.engines.tree import Tree
 from conrod.exact.dynamics.inverse import reactions

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 
-from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.tree import Branch, Tree, mesh_row, turn_row
 from conrod.mechanism.loads import (
     Displacement,

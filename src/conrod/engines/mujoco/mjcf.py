@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
 from conrod.engines.cam_polygon import cam_polygon
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import (
     add,
     add_closures,
@@ -24,7 +25,6 @@ from conrod.engines.mujoco.loads import (
     section,
 )
 from conrod.engines.mujoco.model_edits import add_camera, add_link_geoms, add_looks, dress_up
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Branch, Tree
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic, Revolute
 

@@ -24,10 +24,9 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import MuJoCoSettings, harden, older
 from conrod.engines.mujoco.loads import by_program, joint_name, moves_nothing, origin_of
 from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.engines.tree import Tree, tree_of
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact

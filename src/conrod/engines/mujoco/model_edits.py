@@ -11,8 +11,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import add, number, numbers, section, short
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Tree
 from conrod.errors import unknown_choice
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Revolute, Rolling, pins_of

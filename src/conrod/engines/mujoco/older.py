@@ -12,7 +12,7 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from conrod.engines.mujoco.settings import MuJoCoSettings
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.releases import numbers_of
 from conrod.exact.motion import Array
 

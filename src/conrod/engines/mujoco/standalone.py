@@ -12,9 +12,9 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from conrod.engines.engine import CUSTOM, Machine, default_steps, run_of
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import by_program, moves_nothing
 from conrod.engines.mujoco.mjcf import Dress, mjcf
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import Tree, spanning_tree, tree_of
 
 

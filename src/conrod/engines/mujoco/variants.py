@@ -7,14 +7,7 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from conrod.engines.engine import Machine, as_preset, step_length, with_fields
-from conrod.engines.mujoco.model_edits import (
-    LINE_SEARCH,
-    NOSLIP_ITERATIONS,
-    PASSIVE_ARMATURE,
-    PASSIVE_DAMPING,
-    edit_refusal,
-)
-from conrod.engines.mujoco.settings import (
+from conrod.engines.mujoco import (
     CONTACT_SOLIMP,
     LEAST_STEPS,
     PRESETS,
@@ -24,6 +17,13 @@ from conrod.engines.mujoco.settings import (
     STOCK_SOLREF,
     STOCK_TOLERANCE,
     MuJoCoSettings,
+)
+from conrod.engines.mujoco.model_edits import (
+    LINE_SEARCH,
+    NOSLIP_ITERATIONS,
+    PASSIVE_ARMATURE,
+    PASSIVE_DAMPING,
+    edit_refusal,
 )
 from conrod.engines.variants import Grid, Ingredient, Knobs, Quantity, Rule, all_of, edit, fields, knob_rules
 

@@ -16,12 +16,12 @@ import numpy as np
 
 from conrod.engines.engine import PIECE, Machine
 from conrod.engines.numerics import body_states
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes, pushes_of
-from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import VERSION, Build, build, build_free
 from conrod.engines.pymunk.stepping import advance, advance_free, state
-from conrod.engines.recording import Recorded, pieces
+from conrod.engines.running import Recorded, pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, cache_blocks, turned

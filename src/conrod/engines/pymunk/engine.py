@@ -12,11 +12,10 @@ import pymunk
 from conrod.engines.capabilities import REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, Engine, Machine, run_of
 from conrod.engines.numerics import StraightAhead, approached, body_states, close_gap
-from conrod.engines.pymunk import dynamics, forces, grid, law, space
+from conrod.engines.pymunk import PRESETS, PymunkSettings, dynamics, forces, grid, law, space
 from conrod.engines.pymunk.dynamics import started as start_of
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.settings import PRESETS, PymunkSettings
 from conrod.engines.pymunk.space import Build, Pushed, build
 from conrod.engines.pymunk.stepping import repeat, state
 from conrod.engines.releases import read_releases

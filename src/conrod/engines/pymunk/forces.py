@@ -23,9 +23,9 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import body_states
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
 from conrod.engines.tracks import ForceTracks, no_forces

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from conrod.engines.engine import Machine, as_preset, with_fields
-from conrod.engines.pymunk.settings import PRESETS, STOCK_BIAS, PymunkSettings
+from conrod.engines.pymunk import PRESETS, STOCK_BIAS, PymunkSettings
 from conrod.engines.variants import Grid, Knobs, Rule, all_of, knob_rules
 
 # Share of an error that is left after a second: Chipmunk's default, the same for a machine ten times as fast, none.

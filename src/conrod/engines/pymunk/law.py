@@ -28,8 +28,8 @@ from conrod.engines.cam_polygon import CamPolygon, FollowerMotion
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine, run_of, step_length
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, body_states, largest_derivatives, rounding
+from conrod.engines.pymunk import SHARE, PymunkSettings, follower_fall
 from conrod.engines.pymunk.dynamics import point_tracks, staggered
-from conrod.engines.pymunk.settings import SHARE, PymunkSettings, follower_fall
 from conrod.engines.pymunk.space import rounded_polygon, shaft_centred, wedges
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets

@@ -19,7 +19,7 @@ from typing import assert_never
 import numpy as np
 import pymunk
 
-from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.space import Build
 from conrod.mechanism.loads import Coordinate, Displacement, Distance, Turn
 from conrod.mechanism.mechanism import GROUND, Point

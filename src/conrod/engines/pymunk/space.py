@@ -14,8 +14,8 @@ import pymunk
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import centre_state
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.gears import gears_refusal, ties
-from conrod.engines.pymunk.settings import PymunkSettings
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import Profile
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling

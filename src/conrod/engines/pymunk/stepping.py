@@ -14,7 +14,7 @@ import numpy as np
 import pymunk
 from pymunk._chipmunk_cffi import ffi, lib
 
-from conrod.engines.pymunk.settings import PymunkSettings
+from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.space import Build, Pushed
 from conrod.exact.motion import Array, cache_blocks
 

@@ -11,8 +11,7 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
-from conrod.engines.mujoco.settings import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF
+from conrod.engines.mujoco import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, older
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import kind_of, ties_bodies
 from conrod.own.models.loading import listed, name_or_number

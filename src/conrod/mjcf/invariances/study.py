@@ -13,10 +13,10 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import default_steps, run_of
+from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
-from conrod.engines.mujoco.settings import MuJoCoSettings
 from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.engines.mujoco import STIFF_SOLIMP
 from conrod.engines.mujoco.model import equality_jacobian
-from conrod.engines.mujoco.settings import STIFF_SOLIMP
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.mjcf.equalities import close_loops, closure_name, openings, owners, ties

@@ -9,8 +9,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
+from conrod.engines.mujoco import HARDENING, MuJoCoSettings
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
-from conrod.engines.mujoco.settings import HARDENING, MuJoCoSettings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.forces import SpatialForces

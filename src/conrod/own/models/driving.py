@@ -9,9 +9,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import MuJoCoSettings, harden, older
 from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
-from conrod.engines.mujoco.settings import MuJoCoSettings, harden
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.models.assembly import Assembly

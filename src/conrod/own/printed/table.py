@@ -17,8 +17,7 @@ from conrod.exact.motion import Array
 from conrod.own.files import check_readable
 from conrod.own.printed.judging import Audited, Case, Explanation, Verdict, judge
 from conrod.own.printed.rows import Row, grouped, read_rows, values
-from conrod.scenes import Scene
-from conrod.scenes.catalogue import scene_named
+from conrod.scenes import Scene, scene_named
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.writing import real_path
 

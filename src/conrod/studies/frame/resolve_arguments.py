@@ -10,8 +10,7 @@ from conrod.engines import Engine, engine_named, engine_names
 from conrod.engines.registry import installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
-from conrod.scenes import SCENES, Scene
-from conrod.scenes.catalogue import CATALOGUE, catalogue_names, catalogue_text, scene_named
+from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 from conrod.studies.validation.plan import Plan
 
