@@ -37,6 +37,7 @@ function addFilter(table) {
 for (const table of document.querySelectorAll("main table")) {
   if (!table.tBodies.length || table.tBodies[0].rows.length < 2) continue;
   [...table.tHead.rows[0].cells].forEach((head, column) => {
+    if (!head.textContent.trim()) return;
     const button = document.createElement("button");
     button.append(...head.childNodes);
     button.addEventListener("click", () => sortBy(table, column));
