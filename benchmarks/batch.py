@@ -17,12 +17,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.machine import described
+from conrod.engines import engine_named
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.mjx import MJXSettings
 from conrod.engines.mjx import engine as rollout
 from conrod.engines.mujoco import MuJoCoSettings, dynamics
 from conrod.engines.mujoco.model import build
-from conrod.engines.registry import engine_named
 from conrod.exact.motion import Array
 from conrod.report.table import table
 from conrod.report.template import table_text

@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.cli.show import capabilities_table
 from conrod.engines import Engine
-from conrod.engines.registry import installed_extras, loadable_engines
+from conrod.engines import installed_extras, loadable_engines
 from conrod.report.table import table
 from conrod.report.template import table_text
 

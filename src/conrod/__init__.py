@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from conrod.engines.pymunk import PymunkSettings as PymunkSettings
     from conrod.engines.running import run as run
     from conrod.errors import InvalidInput as InvalidInput
+    from conrod.exact import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
-    from conrod.exact.reference import GenericReference as GenericReference
     from conrod.mechanism.mechanism import Mechanism as Mechanism
     from conrod.runs.comparison import Comparison as Comparison
     from conrod.runs.comparison import compare as compare
@@ -49,7 +49,7 @@ _PUBLIC = {
     "conrod.engines.running": ("run",),
     "conrod.errors": ("InvalidInput",),
     "conrod.exact.kinematics": ("Kinematics",),
-    "conrod.exact.reference": ("GenericReference",),
+    "conrod.exact": ("GenericReference",),
     "conrod.mechanism.mechanism": ("Mechanism",),
     "conrod.runs.comparison": ("Comparison", "compare"),
     "conrod.runs.trajectory": ("Outcome", "Trajectory"),

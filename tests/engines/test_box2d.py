@@ -14,10 +14,10 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, SAW
 
 from conrod import Outcome
+from conrod.engines import engine_named
 from conrod.engines.box2d import PRESETS, Box2DSettings
 from conrod.engines.engine import SINGLE
 from conrod.engines.numerics import largest_derivatives
-from conrod.engines.registry import engine_named
 from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare

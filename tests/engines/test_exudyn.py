@@ -12,9 +12,9 @@ import pytest
 from catalogue import EVERY_SCENE, LINKAGES, PRESS, SAW
 
 from conrod import Outcome
+from conrod.engines import engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.exudyn import PRESETS, ExudynSettings
-from conrod.engines.registry import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
@@ -196,7 +196,7 @@ def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
 
 def test_where_it_is_not_installed_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     engine_named.cache_clear()
-    monkeypatch.setattr("conrod.engines.registry.find_spec", lambda _: None)
+    monkeypatch.setattr("conrod.engines.find_spec", lambda _: None)
     with pytest.raises(InvalidInput, match=r"^engine 'exudyn' is an extra .*: pip install 'conrod\[exudyn\]'$"):
         engine_named("exudyn")
     engine_named.cache_clear()

@@ -15,10 +15,10 @@ from catalogue import CAM, EVERY_SCENE, SAW
 
 from benchmarks.healthy import variant
 from conrod import Outcome
+from conrod.engines import engine_named
 from conrod.engines.engine import SINGLE, with_fields
 from conrod.engines.mjx import PRESETS
 from conrod.engines.mujoco import exchanged_inertia
-from conrod.engines.registry import engine_named
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces

@@ -17,10 +17,12 @@ from command_line import conrod
 from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 
 from conrod import PymunkSettings
-from conrod.engines import ENGINES, engine_named, engine_names
-from conrod.engines.registry import (
+from conrod.engines import (
+    ENGINES,
     OPTIONAL,
     _brought,
+    engine_named,
+    engine_names,
     engine_packages,
     installed_extras,
     line_style,

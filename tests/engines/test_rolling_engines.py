@@ -15,8 +15,8 @@ from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.running import run, whole_run
 from conrod.engines.tree import mesh_row, spanning_tree
 from conrod.errors import InvalidInput
+from conrod.exact import GenericReference
 from conrod.exact.joint_equations import joint_residual, pose_jets
-from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.comparison import compare
 from conrod.runs.outcome import joint_gaps

@@ -7,8 +7,8 @@ import pytest
 
 from conrod import SCENES, PymunkSettings, run
 from conrod.engines.pymunk import dynamics, stepping
+from conrod.exact import GenericReference
 from conrod.exact.motion import cache_blocks
-from conrod.exact.reference import GenericReference
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 

@@ -22,9 +22,9 @@ from catalogue import (
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
 from conrod.errors import InvalidInput
+from conrod.exact import GenericReference
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion, PointMotion
-from conrod.exact.reference import GenericReference
 from conrod.mechanism.cam import symmetric_cam
 from conrod.runs.outcome import joint_gaps
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.exact.dynamics.coordinates import coordinate_jet
+from conrod.exact.dynamics import coordinate_jet
 from conrod.exact.dynamics.inverse import State
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics

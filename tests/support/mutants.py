@@ -18,7 +18,7 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import run_of
 from conrod.engines.running import run
 from conrod.errors import InvalidInput
-from conrod.mechanism.files.toml_file import parse
+from conrod.mechanism.files import parse
 from conrod.scenes.described_scene import DescribedScene, scene_of
 
 LONGEST = 1500  # characters of a refusal

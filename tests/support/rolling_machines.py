@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from linkages import example_5_6
 
+from conrod.exact import GenericReference
 from conrod.exact.motion import Array
-from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import (
     Body,
     Driver,

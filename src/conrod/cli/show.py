@@ -88,7 +88,7 @@ def engines() -> None:
     """
     from rich.text import Text
 
-    from conrod.engines.registry import OPTIONAL, loadable_engines
+    from conrod.engines import OPTIONAL, loadable_engines
     from conrod.report.terminal import console, print_lines, print_table
 
     found, left_out = loadable_engines(OPTIONAL)
@@ -98,8 +98,8 @@ def engines() -> None:
 
 def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
     """Version, origin and presets of engines, and which capabilities each has."""
+    from conrod.engines import origin_of
     from conrod.engines.capabilities import MEANINGS, Lacking, capability
-    from conrod.engines.registry import origin_of
     from conrod.report.table import table
 
     rows = [

@@ -42,8 +42,8 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import ProgressBar, Runner
+    from conrod.engines import engine_named
     from conrod.engines.capabilities import Released, required
-    from conrod.engines.registry import engine_named
     from conrod.errors import InvalidInput
     from conrod.report.versions import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes

@@ -11,8 +11,8 @@ from conrod.engines.releases import Releases
 from conrod.engines.tracks import ForceTracks, FreeRun, Pace
 from conrod.engines.variants import PRESETS, Grid, Ingredient, Rule
 from conrod.errors import InvalidInput
+from conrod.exact import GenericReference
 from conrod.exact.motion import Array
-from conrod.exact.reference import GenericReference
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Machine, step_length
 from conrod.errors import InvalidInput
+from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_number
 from conrod.runs.comparison import Stretch

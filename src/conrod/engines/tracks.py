@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.exact.dynamics.coordinates import coordinate_jet, gradient
+from conrod.exact.dynamics import coordinate_jet, gradient
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, turned

@@ -1,1 +1,90 @@
-"""The exact motion and forces of a mechanism, from its description alone."""
+"""A machine driven at constant speed with its exact motion: what engines run, and what their runs are compared with."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Motion, Side
+from conrod.mechanism.mechanism import Mechanism
+
+
+class ExactReference(ABC):
+    """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed."""
+
+    speed: float  # crank speed [rad/s]; the crank angle is speed x time
+
+    @abstractmethod
+    def mechanism(self) -> Mechanism:
+        """The declarative description that the generic solver and the engines' models are made from."""
+
+    @abstractmethod
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
+        """Exact motion of all observed points.
+
+        Args:
+            angle: crank angles (T,) [rad].
+            speed: crank speed [rad/s], a number or (T,).
+            acceleration: crank angular acceleration [rad/s^2], constant in time where jerk is asked for.
+            side: which limit to take where the acceleration jumps, seen along increasing crank angle.
+        """
+
+    @abstractmethod
+    def break_angles(self) -> tuple[float, ...]:
+        """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
+
+    @property
+    @abstractmethod
+    def lengths(self) -> Mapping[str, float]:
+        """L [m] of each observed point: the largest distance between two of its exact positions.
+
+        The normalising length of the errors (docs/design.md, 'Errors have names').
+        """
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution [s]."""
+        return 2.0 * np.pi / abs(self.speed)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The generic solver of the mechanism."""
+        return Kinematics(self.mechanism())
+
+    def reference(self, times: ArrayLike, side: Side = "right") -> Motion:
+        """Exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""
+        backward: Side = "left" if side == "right" else "right"
+        seen = side if self.speed > 0 else backward
+        return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)
+
+
+@dataclass(frozen=True)
+class GenericReference(ExactReference):
+    """A mechanism without a closed form, solved by Newton iteration on its joint equations."""
+
+    described: Mechanism  # the mechanism
+    speed: float  # crank speed [rad/s]
+
+    def mechanism(self) -> Mechanism:
+        """The mechanism."""
+        return self.described
+
+    @property
+    def lengths(self) -> Mapping[str, float]:
+        """L [m] of each observed point."""
+        return self.kinematics.lengths
+
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
+        """Exact motion of the observed points."""
+        theta = np.atleast_1d(np.asarray(angle, dtype=float))
+        rate, turn = np.asarray(speed, dtype=float), np.asarray(acceleration, dtype=float)
+        return self.kinematics.motion(theta, rate, turn, side)
+
+    def break_angles(self) -> tuple[float, ...]:
+        return self.kinematics.break_angles

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.exact import ExactReference
 from conrod.exact.kinematics import TURN, Kinematics
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference
 
 ORDER = 18  # of the polynomials
 INTERVALS = 4  # of a turn, before any is halved

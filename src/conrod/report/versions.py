@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib.figure
 from matplotlib.patches import Patch, Rectangle
 
-from conrod.engines.registry import look_of
+from conrod.engines import look_of
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part

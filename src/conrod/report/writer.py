@@ -9,7 +9,7 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any, TypeVar
 
-from conrod.engines.registry import engine_packages
+from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
 from conrod.report.folder import GIVEN, ReportFolder, document_in, json_text, restored, shortened, values_of
 from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput, Named, unknown_choice
+from conrod.exact import ExactReference
 from conrod.exact.motion import Array, Motion
-from conrod.exact.reference import ExactReference
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 

@@ -17,8 +17,7 @@ from conrod.exact.branch_continuation import OutOfSteps
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side
-from conrod.mechanism.files import Description, read_description
-from conrod.mechanism.files.toml_file import read_tables
+from conrod.mechanism.files import Description, read_description, read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import Parameter
 from conrod.scenes.scene import Scene, canonical

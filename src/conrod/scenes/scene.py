@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from conrod.errors import Named
+from conrod.exact import ExactReference
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
-from conrod.exact.reference import ExactReference
 from conrod.mechanism.units import Parameter, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most

@@ -10,7 +10,7 @@ import pytest
 from four_bars import driven, four_bar
 
 from conrod.exact.motion import Array
-from conrod.exact.space.forces import forces
+from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.reading import tree_of
 from conrod.scenes.space import MACHINES

@@ -14,7 +14,7 @@ import pytest
 from four_bars import four_bar
 
 from conrod.exact.motion import Array
-from conrod.exact.space.forces import forces
+from conrod.exact.space.mobility import forces
 from conrod.mjcf.loops.driving import Recording, driven_run
 from conrod.mjcf.loops.results import KINEMATIC, OWN, LoopRun, Question
 from conrod.mjcf.loops.runs import errors_of, kinematic_mode, with_settings

@@ -16,7 +16,7 @@ from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.dynamics.inverse import JointForces, State, joint_forces
 from conrod.exact.jet import Jet
 from conrod.exact.motion import Array
-from conrod.exact.space.forces import SpatialForces, forces
+from conrod.exact.space.mobility import SpatialForces, forces
 from conrod.exact.space.motion import DrivenTree
 from conrod.scenes import scene_named
 from conrod.scenes.scene import Scene

@@ -8,10 +8,10 @@ import pytest
 
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
+from conrod.exact.space import SpatialTree
 from conrod.exact.space.closing import jacobian, residuals
 from conrod.exact.space.motion import moved
 from conrod.exact.space.poses import poses
-from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.reading import tree_of
 

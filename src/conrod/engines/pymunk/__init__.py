@@ -28,7 +28,7 @@ import numpy as np
 from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, ForceBars, Machine, Preset
 from conrod.engines.numerics import MEETING, by_centres, equations, inverse_masses, one_iteration
 from conrod.errors import unknown_choice
-from conrod.exact.dynamics.coordinates import load_forces
+from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces, mass_ratio
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array

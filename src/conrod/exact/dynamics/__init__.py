@@ -1,1 +1,103 @@
-"""Exact dynamics of a mechanism of one degree of freedom, in closed coordinates."""
+"""Coordinates that loads act along, as jets, and their gradients by the poses."""
+
+from __future__ import annotations
+
+import math
+from typing import assert_never
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.jet import Jet, square_root
+from conrod.exact.joint_equations import PoseJet, pose_jets
+from conrod.exact.motion import Array
+from conrod.mechanism.loads import Coordinate, Displacement, Distance, Turn
+from conrod.mechanism.mechanism import GROUND, Mechanism
+
+
+def coordinate_jet(coordinate: Coordinate, poses: dict[str, PoseJet]) -> Jet:
+    """The coordinate along a motion."""
+    match coordinate:
+        case Distance():
+            (ax, ay), (bx, by) = (
+                poses[coordinate.a].point(coordinate.point_a),
+                poses[coordinate.b].point(coordinate.point_b),
+            )
+            dx, dy = bx - ax, by - ay
+            return square_root(dx * dx + dy * dy)
+        case Turn():
+            return poses[coordinate.b].phi - poses[coordinate.a].phi
+        case Displacement():
+            x, y = poses[coordinate.body].point(coordinate.point)
+            return x * math.cos(coordinate.direction) + y * math.sin(coordinate.direction)
+        case _:
+            assert_never(coordinate)
+
+
+def gradient(coordinate: Coordinate, mechanism: Mechanism, poses: dict[str, PoseJet], samples: int) -> Array:
+    """Derivative (T, 3 n) of the coordinate by the stacked poses."""
+    result = np.zeros((samples, 3 * len(mechanism.bodies)))
+    match coordinate:
+        case Distance():
+            (ax, ay), (bx, by) = (
+                _at(poses, coordinate.a, coordinate.point_a),
+                _at(poses, coordinate.b, coordinate.point_b),
+            )
+            dx, dy = bx - ax, by - ay
+            length = np.hypot(dx, dy)
+            _push(result, mechanism, poses, coordinate.b, (bx, by), (dx / length, dy / length))
+            _push(result, mechanism, poses, coordinate.a, (ax, ay), (-dx / length, -dy / length))
+        case Turn():
+            for body, sign in ((coordinate.b, 1.0), (coordinate.a, -1.0)):
+                if body != GROUND:
+                    result[:, 3 * mechanism.body_index[body] + 2] += sign
+        case Displacement():
+            place = _at(poses, coordinate.body, coordinate.point)
+            way = (math.cos(coordinate.direction), math.sin(coordinate.direction))
+            _push(result, mechanism, poses, coordinate.body, place, way)
+        case _:
+            assert_never(coordinate)
+    return result
+
+
+def _at(poses: dict[str, PoseJet], body: str, point: tuple[float, float]) -> tuple[Array | float, Array | float]:
+    x, y = poses[body].point(point)
+    return x.coefficients[0], y.coefficients[0]
+
+
+def _push(
+    result: Array,
+    mechanism: Mechanism,
+    poses: dict[str, PoseJet],
+    body: str,
+    place: tuple[Array | float, Array | float],
+    way: tuple[Array | float, Array | float],
+) -> None:
+    """Add the gradient of the place's way along a direction."""
+    if body == GROUND:
+        return
+    i = 3 * mechanism.body_index[body]
+    rx, ry = place[0] - poses[body].x.coefficients[0], place[1] - poses[body].y.coefficients[0]
+    result[:, i] += way[0]
+    result[:, i + 1] += way[1]
+    result[:, i + 2] += rx * way[1] - ry * way[0]
+
+
+def load_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
+    """The loads' generalised forces on the bodies, about the origins of their frames; (T, 3 n).
+
+    Raises:
+        InvalidInput: a force is not finite.
+    """
+    total = np.zeros_like(poses)
+    if not mechanism.loads:
+        return total
+    bodies = pose_jets(mechanism, [poses, rates])
+    for load in mechanism.loads:
+        with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
+            value, rate = coordinate_jet(load.along, bodies).coefficients
+            force = load.law.force(np.asarray(value), np.asarray(rate), times)
+            total += np.asarray(force)[:, None] * gradient(load.along, mechanism, bodies, len(poses))
+        if not np.isfinite(total).all():
+            raise InvalidInput(f"{mechanism.name}: the force of {load.name} is not finite: do its two points meet?")
+    return total

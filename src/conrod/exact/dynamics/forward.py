@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.exact.dynamics.coordinates import coordinate_jet
+from conrod.exact.dynamics import coordinate_jet
 from conrod.exact.dynamics.integration import Course, breaks, kinks
 from conrod.exact.dynamics.line import At, Line
 from conrod.exact.joint_equations import PoseJet, pose_jets

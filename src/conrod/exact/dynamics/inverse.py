@@ -17,7 +17,7 @@ from typing import assert_never
 
 import numpy as np
 
-from conrod.exact.dynamics.coordinates import load_forces
+from conrod.exact.dynamics import load_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import (

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from conrod.errors import InvalidInput
+from conrod.exact.dynamics import coordinate_jet
 from conrod.exact.dynamics.configurations import Configurations
-from conrod.exact.dynamics.coordinates import coordinate_jet
 from conrod.exact.dynamics.pieces import DEGREE, Samples
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array

@@ -14,10 +14,10 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space import COORDINATES, RATES, SpatialJoint, SpatialTree, lengths, moved
 from conrod.exact.space.closing import jacobian, residuals
 from conrod.exact.space.laws import Law
 from conrod.exact.space.poses import Poses, poses
-from conrod.exact.space.tree import COORDINATES, RATES, SpatialJoint, SpatialTree, lengths, moved
 
 # Singular values below this share of the largest are zero. The files of real machines have lengths of five digits,
 # by which loops that are redundant contradict each other.

@@ -7,8 +7,8 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.exact.motion import Array
+from conrod.exact.space import Closure, SpatialPoint, SpatialTree
 from conrod.exact.space.poses import Poses, Series, added, product, scaled
-from conrod.exact.space.tree import Closure, SpatialPoint, SpatialTree
 
 
 def residuals(found: Poses, order: int) -> Array:

@@ -14,11 +14,11 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointMotion
+from conrod.exact.space import SpatialTree, moved
 from conrod.exact.space.assembly import NEWTON_STEPS, Assembly, Knot
 from conrod.exact.space.closing import residuals
 from conrod.exact.space.laws import Law, quintic
 from conrod.exact.space.poses import Poses, poses
-from conrod.exact.space.tree import SpatialTree, moved
 
 # The square of a sample's last step is rounding; before it the loops are open by no more than this share of the extent.
 LAST_STEP, NEARLY = 1e-9, 1e-7

@@ -16,7 +16,7 @@ import numpy as np
 
 from conrod.exact.jet import Jet, sine_cosine
 from conrod.exact.motion import Array
-from conrod.exact.space.tree import SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
+from conrod.exact.space import SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
 
 Series: TypeAlias = list[Array]
 

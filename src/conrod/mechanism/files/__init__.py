@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
@@ -12,22 +15,20 @@ from conrod.mechanism.files.fields import PARAMETERS, SHOWN, SPEED_NAME, Fields,
 from conrod.mechanism.files.joints import read_drive, read_joints
 from conrod.mechanism.files.loads import read_loads
 from conrod.mechanism.files.start_poses import Hint, fitted, placed, read_start
-from conrod.mechanism.mechanism import (
-    GROUND,
-    Body,
-    Driver,
-    HigherPair,
-    Joint,
-    Mechanism,
-    ObservedPoint,
-    Revolute,
-)
+from conrod.mechanism.mechanism import GROUND, Body, Driver, HigherPair, Joint, Mechanism, ObservedPoint, Revolute
 from conrod.mechanism.units import Parameter
 
 FREE_FALL = Parameter("m/s^2", 0.0, 1e5, magnitude=True)
 FRAME = "the ground's frame in the file: x to the right, y up; the crank angle counts from the start poses, {sense}"
 # Names that models in engines have uses of their own for.
 WORLD, CRANK = "world", "crank"
+# TOML files of users are read within limits: data alone. A machine of 50 links takes 15 kB.
+MOST_BYTES = 256 * 1024
+# Dotted names of many parts take the parser time by the square of their number. A file of the format needs 5 parts, and
+# none in quotes.
+LONG_NAME = re.compile(r"(?<![A-Za-z0-9_-])(?:[A-Za-z0-9_-]++[ \t]*+\.[ \t]*+){20}")
+QUOTED_PART = re.compile(r"""["'][ \t]*+\.""")
+LONG_NUMBER = re.compile(r"[0-9_]{1000}")
 
 
 @dataclass(frozen=True)
@@ -213,3 +214,36 @@ def _output(fields: Fields, mechanism: Mechanism) -> str:
             "it stands before the first [table]"
         )
     return fields.choice("output", names)
+
+
+def read_tables(path: Path) -> dict[str, Any]:
+    """The tables of a file; raises InvalidInput where it cannot be read, or is no TOML; names the file and the line."""
+    try:
+        if not path.is_file():
+            raise InvalidInput("it is no regular file" if path.exists() else "there is no such file")
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise InvalidInput(f"it is too large: at most {MOST_BYTES // 1024} KiB are read")
+        return parse(content)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from None
+    except OSError as error:
+        raise InvalidInput(f"{path}: it cannot be read: {error.strerror or error}") from None
+
+
+def parse(content: bytes) -> dict[str, Any]:
+    """The tables of a TOML text; raises InvalidInput where it is none; says where."""
+    try:
+        text = content.decode("utf-8-sig")  # some editors begin a file with a byte order mark
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"it is no text in UTF-8: byte {error.start} cannot be read; save it as UTF-8") from None
+    for number, line in enumerate(text.split("\n"), 1):
+        if LONG_NAME.search(line) or len(QUOTED_PART.findall(line)) > 20 or LONG_NUMBER.search(line):
+            raise InvalidInput(f"line {number}: names of more than 20 parts and numbers of 1000 digits are not read")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InvalidInput("its lists or tables lie too deep inside each other") from None
+    except ValueError as error:
+        raise InvalidInput(f"it is no TOML: {' '.join(str(error).split())[:200]}") from None

@@ -17,7 +17,7 @@ import numpy as np
 
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
-from conrod.exact.space.tree import COORDINATES, RATES
+from conrod.exact.space import COORDINATES, RATES
 from conrod.mjcf.invariances.accelerations import Accelerations, Similarity, accelerations, converged, forward
 from conrod.mjcf.results import Invariance, Kept
 from conrod.mjcf.runs import data_at

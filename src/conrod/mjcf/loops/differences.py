@@ -9,10 +9,10 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space import Closure, SpatialBody, SpatialTree, moved
 from conrod.exact.space.laws import Law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import poses
-from conrod.exact.space.tree import Closure, SpatialBody, SpatialTree, moved
 
 # Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
 SAME = 1e-6

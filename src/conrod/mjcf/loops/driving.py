@@ -15,9 +15,9 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
+from conrod.exact.space import SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.equalities import closure_name, openings, owners
 from conrod.own.models.driving import look_at
 from conrod.own.models.loading import FoundPoint, name_or_number

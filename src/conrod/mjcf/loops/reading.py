@@ -12,10 +12,10 @@ import numpy as np
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
+from conrod.exact.space import Closure, SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.exact.space.laws import FORMS, Law, law_of
 from conrod.exact.space.mobility import Mobility
 from conrod.exact.space.poses import turn_of
-from conrod.exact.space.tree import Closure, SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.mjcf.equalities import closure_name, kind_of
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.results import Question

@@ -13,10 +13,10 @@ from conrod.engines.mujoco import HARDENING, MuJoCoSettings
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space.forces import SpatialForces
+from conrod.exact.space import RATES, SpatialTree, lengths
+from conrod.exact.space.mobility import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import poses
-from conrod.exact.space.tree import RATES, SpatialTree, lengths
 from conrod.mjcf.loops.driving import Recording, advanced, gaps_of, opens, start_state
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of

@@ -11,10 +11,9 @@ import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.space.forces import forces
-from conrod.exact.space.mobility import Mobility, check_drives, mobility
+from conrod.exact.space import SpatialTree
+from conrod.exact.space.mobility import Mobility, check_drives, forces, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.exact.space.tree import SpatialTree
 from conrod.mjcf.equalities import closure_name
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
+from conrod.exact import ExactReference, GenericReference
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference, GenericReference
 from conrod.own.models.frame import UNITS, GivenFrame, View
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, on_branch, paths_of, with_lengths
 from conrod.own.models.request import Scan

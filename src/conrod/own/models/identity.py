@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.reference import ExactReference, GenericReference
+from conrod.exact import ExactReference, GenericReference
 from conrod.own.models.fitting import FrameFit, Search, fit_frame, fitted
 from conrod.own.models.frame import Frame, GivenFrame, views
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, on_branch, other_branches, shaft_of

@@ -10,9 +10,9 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.exact import ExactReference, GenericReference
 from conrod.exact.equations import Equations
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference, GenericReference
 from conrod.scenes import Scene
 
 # Paths (P, T) of some points around the crank's axis [m], as complex numbers, at crank angles (T,).

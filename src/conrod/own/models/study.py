@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from conrod.engines import engine_named
+from conrod.exact import ExactReference
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference
 from conrod.own.files import of_file
 from conrod.own.models.assembly import prepare
 from conrod.own.models.driving import CrankDrive, changed

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from conrod.engines.registry import ENGINES, OTHER_COLOURS, line_style, look_of
+from conrod.engines import ENGINES, OTHER_COLOURS, line_style, look_of
 from conrod.exact.motion import Array
 from conrod.report.charts.compact import compact
 from conrod.report.numbers import ROUNDING

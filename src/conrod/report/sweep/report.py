@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 
-from conrod.engines.registry import look_of
+from conrod.engines import look_of
 from conrod.report import numbers
 from conrod.report.charts.canvas import (
     NORMS,

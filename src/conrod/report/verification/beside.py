@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.engines.registry import engine_packages
+from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
 from conrod.mjcf.results import InvarianceStudy
 from conrod.own.files import package_hash, sha256, stated_source

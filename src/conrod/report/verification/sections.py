@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from conrod.engines.registry import presets_of
+from conrod.engines import presets_of
 from conrod.mechanism.units import in_prose
 from conrod.mjcf.loops.results import QUANTITIES as UNITS
 from conrod.mjcf.loops.results import LoopStudy

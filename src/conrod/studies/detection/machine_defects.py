@@ -17,8 +17,8 @@ import numpy as np
 from conrod.engines.capabilities import Lacking, Varied, capability
 from conrod.engines.engine import Engine
 from conrod.errors import InvalidInput
+from conrod.exact import ExactReference, GenericReference
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.reference import ExactReference, GenericReference
 from conrod.mechanism.mechanism import Mechanism, Point, Revolute
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import Scene

@@ -12,7 +12,7 @@ from conrod.engines.engine import PIECE, Engine
 from conrod.engines.running import followed
 from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
-from conrod.exact.reference import ExactReference
+from conrod.exact import ExactReference
 from conrod.runs.outcome import Verdict, judge
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import TypeVar
 
-from conrod.engines.registry import is_brought
+from conrod.engines import is_brought
 from conrod.errors import InvalidInput, portable
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene

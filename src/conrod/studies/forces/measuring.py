@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from conrod.engines.engine import Preset
 from conrod.engines.tracks import ForceTracks
+from conrod.exact import ExactReference
 from conrod.exact.dynamics.inverse import SEEN, TORQUE, State, component_names, joint_forces, quantities, sensitivities
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.runs.comparison import size_of
 from conrod.scenes import Scene

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.engines import Engine, engine_named, engine_names
-from conrod.engines.registry import installed_extras, loadable_engines, presets_of
+from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.mechanism.units import check_count, check_number, parse_quantity
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
@@ -79,7 +78,7 @@ def typed_names(names: Sequence[str]) -> dict[str, str]:
 
     Whoever makes a report again has to name the file, not the machine in it.
     """
-    from conrod.mechanism.files.toml_file import read_tables
+    from conrod.mechanism.files import read_tables
 
     return {read_tables(Path(given))["name"]: given for given in names if is_file(given)}
 

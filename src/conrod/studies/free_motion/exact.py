@@ -11,7 +11,7 @@ import numpy as np
 
 from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics.coordinates import coordinate_jet
+from conrod.exact.dynamics import coordinate_jet
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import joint_forces_in
 from conrod.exact.dynamics.line import Line

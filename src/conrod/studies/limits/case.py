@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import Lacking, Varied, capability, required
+from conrod.exact import ExactReference
 from conrod.exact.motion import Motion, Side
-from conrod.exact.reference import ExactReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from conrod.exact.dynamics.coordinates import load_forces
+from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
