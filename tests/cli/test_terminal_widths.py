@@ -22,7 +22,7 @@ from conrod.cli.limits import print_limits
 from conrod.cli.lint import print_report
 from conrod.cli.sweep import print_fronts
 from conrod.cli.validate_scenes import print_forces, print_motions, print_verdicts
-from conrod.mjcf.harden.study import harden_file
+from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
 from conrod.mjcf.results import Request as HardenRequest

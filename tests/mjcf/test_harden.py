@@ -16,7 +16,8 @@ from conrod.cli.harden import print_hardened
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
-from conrod.mjcf.harden.recipe import (
+from conrod.mjcf.harden import Pace, harden_file, start_of, swing
+from conrod.mjcf.harden_recipe import (
     Recipe,
     active_closures,
     compliance,
@@ -26,7 +27,6 @@ from conrod.mjcf.harden.recipe import (
     soft_on_purpose,
     to_know,
 )
-from conrod.mjcf.harden.study import Pace, harden_file, start_of, swing
 from conrod.mjcf.results import HardenedModel, Request
 from conrod.mjcf.runs import STATE
 
@@ -334,7 +334,7 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
         constants = tuple((index, 0.1) for index in range(3))
         return edited(model, replace(recipe, runge_kutta=False, time_constants=constants))
 
-    monkeypatch.setattr("conrod.mjcf.harden.study.edited", slow)
+    monkeypatch.setattr("conrod.mjcf.harden.edited", slow)
     study, forced = (harden_file(model, replace(request, force=force)) for force in (False, True))
     (reason,) = study.refusals
     assert "its loops open more" in reason

@@ -17,7 +17,7 @@ from conrod.engines.variants import Ingredient
 from conrod.report.ablate import ingredients_table, speed_up, verdicts_table
 from conrod.report.folder import restored
 from conrod.report.table import text_of
-from conrod.studies.ablate.findings import AblationStudy, Role
+from conrod.studies.ablate_findings import AblationStudy, Role
 
 PLANTED: tuple[Ingredient[Any], ...] = (
     Ingredient(

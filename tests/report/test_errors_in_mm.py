@@ -15,10 +15,10 @@ from handmade import handmade_sweep
 from table_files import exact_table, judged
 
 from conrod.report import free_motion, numbers, trajectory
+from conrod.report import validation_tables as tables
 from conrod.report.results import verdict_words
-from conrod.report.sweep.tables import cheapest_table, front_table
+from conrod.report.sweep_tables import cheapest_table, front_table
 from conrod.report.table import Table, text_of
-from conrod.report.validation import tables
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import MEASURES, QUANTITIES
 from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult

@@ -23,8 +23,8 @@ from conrod.report.figure import Figure, with_spots
 from conrod.report.folder import restored
 from conrod.report.html.page import document, sections_of
 from conrod.report.kind import kind_named
-from conrod.report.sweep.report import _diagram, _spots
-from conrod.report.sweep.tables import timed_points
+from conrod.report.sweep import _diagram, _spots
+from conrod.report.sweep_tables import timed_points
 from conrod.scenes import SCENES, catalogue_names
 from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, shared_lines

@@ -20,7 +20,7 @@ from conrod.report.charts.panels import error_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
-from conrod.report.validation.report import KIND
+from conrod.report.validation import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import QUANTITIES

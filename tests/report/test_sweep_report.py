@@ -18,8 +18,8 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, on_log_grid
 from conrod.report.folder import restored
 from conrod.report.kind import Reproduction
-from conrod.report.sweep.report import KIND, work_precision_figure
-from conrod.report.sweep.tables import (
+from conrod.report.sweep import KIND, work_precision_figure
+from conrod.report.sweep_tables import (
     findings,
 )
 from conrod.report.table import Table

@@ -19,7 +19,7 @@ from conrod.engines.capabilities import KinematicResult
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.report.kind import Reproduction
-from conrod.report.validation.report import KIND
+from conrod.report.validation import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import (
     CHAIN,

@@ -18,8 +18,9 @@ from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES, catalogue_scene
-from conrod.studies.ablate import findings as rules
-from conrod.studies.ablate.findings import (
+from conrod.studies import ablate_findings as rules
+from conrod.studies.ablate import CostCase, ablate_engine, change
+from conrod.studies.ablate_findings import (
     BESIDE_OTHERS,
     JUDGED,
     Effect,
@@ -34,7 +35,6 @@ from conrod.studies.ablate.findings import (
     levels,
     verdict,
 )
-from conrod.studies.ablate.study import CostCase, ablate_engine, change
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.frame.case import Measurement, pursue
 from conrod.studies.frame.ledger import Ledger

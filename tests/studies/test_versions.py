@@ -21,8 +21,8 @@ from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.versions.releases import Environments, VersionCase, python_of
-from conrod.studies.versions.study import LINKAGE_STEPS, VersionStudy, change_between, plan_cases, versions_study
+from conrod.studies.releases import Environments, VersionCase, python_of
+from conrod.studies.versions import LINKAGE_STEPS, VersionStudy, change_between, plan_cases, versions_study
 
 SAW: Any = SCENES["saw-40rpm"]
 MUJOCO: Any = engine_named("mujoco")
@@ -174,7 +174,7 @@ def test_an_engine_that_crashes_on_import_leaves_nothing(tmp_path: Path) -> None
 @pytest.mark.slow
 def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
     from conrod.cli.runner import ProgressBar
-    from conrod.studies.versions.releases import ReleaseRunner
+    from conrod.studies.releases import ReleaseRunner
 
     with pytest.raises(InvalidInput, match=r"(?i)mujoco==3\.99\.0"):
         Environments(tmp_path / "none").interpreter("mujoco", "mujoco==3.99.0", "3.99.0")

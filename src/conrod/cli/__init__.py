@@ -42,11 +42,11 @@ VERBS = {
     "results": "Write the ledger of all runs as a table.",
     "export": "Write a scene's model, its exact motion, or a pack for others.",
 }
-BESIDE = {"engines": "show", "results": "report"}  # verbs in the module of another one
+BESIDE = {"recommend": "sweep", "engines": "show", "results": "report"}  # verbs in the module of another one
 
 
 class Verbs(click.Group):
-    """A group whose commands are imported when they are called: one module each, of the same name, but for two."""
+    """A group whose commands are imported when they are called, from modules of their names or of a neighbour."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)

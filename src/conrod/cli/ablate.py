@@ -12,7 +12,7 @@ from conrod.cli import options
 from conrod.cli.options import RunOptions, StudyOptions, option
 
 if TYPE_CHECKING:
-    from conrod.studies.ablate.findings import AblationStudy
+    from conrod.studies.ablate_findings import AblationStudy
     from conrod.studies.frame.case import Case
 
 CAPTION = (
@@ -49,7 +49,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
     from conrod.report.ablate import KIND
-    from conrod.studies.ablate.study import ablate_engine, ablation_study
+    from conrod.studies.ablate import ablate_engine, ablation_study
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import check_table, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
@@ -77,7 +77,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
 
 
 def _timed(cases: Sequence[Case]) -> bool:
-    from conrod.studies.ablate.study import CostCase
+    from conrod.studies.ablate import CostCase
 
     return any(isinstance(case, CostCase) for case in cases)
 

@@ -25,7 +25,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
-from conrod.report.validation.report import KIND
+from conrod.report.validation import KIND
 from conrod.report.writer import document_text
 from conrod.scenes import Scene
 from conrod.studies.frame.baseline import Held

@@ -75,7 +75,7 @@ def harden(model: str, asked: Asked) -> None:
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
     request = Request(asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls))
 
-    from conrod.mjcf.harden.study import harden_file
+    from conrod.mjcf.harden import harden_file
     from conrod.studies.execution.local import FILE_TIMEOUT, confined
 
     with waiting(path, FILE_TIMEOUT):

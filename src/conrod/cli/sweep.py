@@ -1,22 +1,27 @@
-"""`conrod sweep`."""
+"""`conrod sweep`: all settings of a grid; `conrod recommend`: the cheapest one within tolerances."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import options
+from conrod.cli import FAILED, options, say
 from conrod.cli.options import RunOptions, StudyOptions, option
 
 if TYPE_CHECKING:
+    from conrod.engines import Engine
+    from conrod.engines.capabilities import ModelFile
+    from conrod.report.recommendation import Advice
     from conrod.studies.sweep.findings import SweepStudy
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions, RunOptions):
+class SweepAsked(StudyOptions, RunOptions):
     """Request to `conrod sweep`, as typed."""
 
     grid: str = option("--grid")
@@ -24,8 +29,8 @@ class Asked(StudyOptions, RunOptions):
 
 @options.verb()
 @click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
-@options.gathered("asked", Asked)
-def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
+@options.gathered("asked", SweepAsked)
+def sweep(scenes: tuple[str, ...], asked: SweepAsked) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
 
     The grid `presets` has engines beside each other: every preset of each, at more steps.
@@ -35,7 +40,7 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.engines.variants import grid_named
-    from conrod.report.sweep.report import KIND
+    from conrod.report.sweep import KIND
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import select_scenes
     from conrod.studies.frame.writing import naming
@@ -54,7 +59,7 @@ def sweep(scenes: tuple[str, ...], asked: Asked) -> None:
 
 def print_fronts(studies: Sequence[SweepStudy]) -> None:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
-    from conrod.report.sweep.tables import RATIO, end_words, front_table
+    from conrod.report.sweep_tables import RATIO, end_words, front_table
     from conrod.report.terminal import console, print_lines, print_table
 
     out = console()
@@ -63,3 +68,86 @@ def print_fronts(studies: Sequence[SweepStudy]) -> None:
         print_table(out, front_table(study, title))
         unsupported = [f"{name} unsupported: {why}" for name, why in study.unsupported.items()]
         print_lines(out, [RATIO, f"{len(study.points)} settings and steps: {end_words(study)}", *unsupported])
+
+
+@dataclass(frozen=True)
+class RecommendAsked(StudyOptions, RunOptions):
+    """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
+
+    position: float | None = option(
+        "--position", type=float, metavar="E", help="Largest error of position, over the travel L."
+    )
+    velocity: float | None = option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
+    acceleration: float | None = option(
+        "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
+    )
+    model: str | None = option(
+        "--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF)."
+    )
+
+
+@options.verb()
+@click.argument("scene")
+@options.gathered("asked", RecommendAsked)
+def recommend(scene: str, asked: RecommendAsked) -> None:
+    """The cheapest setting of each engine within all given tolerances, ready to paste.
+
+    Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
+    The answer is confirmed on other runs: with the numbers as they are pasted, another start angle, five revolutions,
+    speeds 10 % off; of an input that makes one pass, that pass backwards, and those speeds.
+
+    Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
+    """
+    from conrod.cli.outputs import outputs
+    from conrod.cli.runner import Runner
+    from conrod.errors import InvalidInput
+    from conrod.report.recommendation import KIND, advice_of
+    from conrod.studies.frame.case import pursue
+    from conrod.studies.frame.files import files_to_write
+    from conrod.studies.frame.resolve_arguments import select_scene
+    from conrod.studies.frame.writing import naming, single, write_together
+    from conrod.studies.sweep.prior import shipped
+    from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
+    from conrod.studies.sweep.study import plan_sweep
+
+    (name, chosen), engines = select_scene(scene, asked.assignments), options.chosen_engines(asked.engine)
+    allowed = check_tolerances({name: getattr(asked, name) for name in ("position", "velocity", "acceleration")})
+    wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
+    files = outputs(KIND, [name], asked, wanted)
+    writers = _writers(engines)
+    if asked.model and not writers:
+        raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
+    plan = plan_sweep(name, chosen, engines, "default")
+    with Runner.of(asked) as runner, runner.answering() as run:
+        answers = pursue(recommend_for(plan, allowed, runner.time, shipped()), run)
+    found = advice_of(name, chosen, allowed, answers)
+    with naming("standard output"):
+        print_answers(found)
+    qualified = [one for one in answers if isinstance(one, Recommendation)]
+    files.write({name: found}, "recommend", (scene,), asked, {"--model": None})
+    written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
+    for path, settings in product(wanted.values(), written):
+        write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
+        say(f"model: {path}")
+    unwritten = bool(wanted) and not written
+    if unwritten:
+        say("conrod: no model is written: nothing qualifies", err=True)
+    if not qualified or unwritten:
+        sys.exit(FAILED)
+
+
+def _writers(engines: Sequence[Engine[Any]]) -> dict[str, ModelFile]:
+    """The engines that have files of models, by name."""
+    from conrod.engines.capabilities import Lacking, ModelFile, capability
+
+    able = {one.name: capability(one, ModelFile) for one in engines}
+    return {name: made for name, made in able.items() if not isinstance(made, Lacking)}
+
+
+def print_answers(found: Advice) -> None:
+    """The answer of each engine, and what is to be pasted."""
+    from conrod.report.terminal import console, print_lines
+
+    for one in found.answers.values():
+        print_lines(console(), one["lines"])
+        print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)

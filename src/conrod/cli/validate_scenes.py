@@ -122,7 +122,7 @@ def _turns(asked: Request) -> int:
 
 
 def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
-    from conrod.report.validation.report import KIND
+    from conrod.report.validation import KIND
 
     most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
     plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, most)
@@ -142,7 +142,7 @@ def _validation(chosen: Chosen, plan: Plan, qualify: bool) -> Study[Sequence[Sce
 
 def print_verdicts(studies: Sequence[SceneStudy]) -> None:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
-    from conrod.report.validation.tables import added_words, qualification_table, verdicts_table
+    from conrod.report.validation_tables import added_words, qualification_table, verdicts_table
 
     out = console()
     print_table(out, verdicts_table(studies))

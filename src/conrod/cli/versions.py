@@ -11,7 +11,7 @@ from conrod.cli import options
 from conrod.cli.options import ReportOptions, RunOptions, option
 
 if TYPE_CHECKING:
-    from conrod.studies.versions.study import VersionStudy
+    from conrod.studies.versions import VersionStudy
 
 DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
 
@@ -48,8 +48,8 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.report.versions import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
     from conrod.studies.frame.writing import naming
-    from conrod.studies.versions.releases import ReleaseRunner
-    from conrod.studies.versions.study import plan_cases, versions_study
+    from conrod.studies.releases import ReleaseRunner
+    from conrod.studies.versions import plan_cases, versions_study
 
     if asked.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")

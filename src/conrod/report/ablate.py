@@ -10,7 +10,7 @@ from conrod.report.charts.canvas import engine_title
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.table import Cell, Table, Tone, Toned, table
 from conrod.report.template import listed, rendered
-from conrod.studies.ablate.findings import (
+from conrod.studies.ablate_findings import (
     AS_GOOD,
     COSTS,
     MEANINGS,

@@ -37,9 +37,9 @@ KINDS: dict[str, str] = {
     "loops": "conrod.report.loops",
     "model": "conrod.report.user_model",
     "motion": "conrod.report.free_motion",
-    "validation": "conrod.report.validation.report",
+    "validation": "conrod.report.validation",
     "recommendation": "conrod.report.recommendation",
-    "sweep": "conrod.report.sweep.report",
+    "sweep": "conrod.report.sweep",
     "versions": "conrod.report.versions",
 }
 

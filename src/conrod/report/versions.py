@@ -14,7 +14,7 @@ from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
-from conrod.studies.versions.study import Change, VersionStudy
+from conrod.studies.versions import Change, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
 

@@ -13,9 +13,9 @@ from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report import loops, numbers, trajectory, user_model
+from conrod.report import validation_tables as tables
 from conrod.report.results import name_of
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.validation import tables
 from conrod.report.verification.page import CRITERIA, Section
 from conrod.runs.convergence import claimed_order, numerical_uncertainty
 from conrod.studies.frame.case import QUANTITIES

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.report import numbers
+from conrod.report import validation_tables as tables
 from conrod.report.charts.canvas import completed, engine_title, label
 from conrod.report.charts.panels import error_figure, overview_figure, refinement_figure
 from conrod.report.drawing.drawing import mechanism_svg
@@ -19,7 +20,6 @@ from conrod.report.kind import Index, Kind, Page, Part
 from conrod.report.results import described, parameters_table, summary_of, summary_words, versions_words
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.report.template import rendered
-from conrod.report.validation import tables
 from conrod.scenes import CamFollower
 from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 

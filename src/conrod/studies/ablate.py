@@ -16,7 +16,7 @@ from conrod.engines.variants import Ingredient
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
-from conrod.studies.ablate.findings import (
+from conrod.studies.ablate_findings import (
     JUDGED,
     AblationStudy,
     Effect,

@@ -16,7 +16,7 @@ from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
-from conrod.mjcf.harden.recipe import (
+from conrod.mjcf.harden_recipe import (
     Closure,
     active_closures,
     edited,

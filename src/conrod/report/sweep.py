@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 
 from conrod.engines import look_of
 from conrod.report import numbers
+from conrod.report import sweep_tables as tables
 from conrod.report.charts.canvas import (
     NORMS,
     Layout,
@@ -26,7 +27,6 @@ from conrod.report.charts.canvas import (
 )
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.sweep import tables
 from conrod.report.table import table
 from conrod.report.template import rendered
 from conrod.studies.frame.case import QUANTITIES

@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Measurement
-from conrod.studies.versions.releases import VersionCase
+from conrod.studies.releases import VersionCase
 
 # A change of a normalised position up to this is of last digits; so is one of a velocity or an acceleration that such
 # a one makes when it is differentiated over a step.

@@ -1,1 +1,0 @@
-"""A user's MuJoCo model with its closed loops hardened, and what that changes."""

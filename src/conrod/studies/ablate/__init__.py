@@ -1,1 +1,0 @@
-"""Required and unnecessary ingredients of a scene's model."""
