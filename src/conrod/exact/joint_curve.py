@@ -178,7 +178,8 @@ class Factors:
 
     def across(self, right: Array, tangent: Array) -> Array:
         """Solutions (T, k) of all rows but the last, for right sides (T, k - 1), with no part along the tangent."""
-        return _at_right_angles(self.solve(np.column_stack([right, np.zeros(len(right))])), tangent)
+        found = self.solve(np.column_stack([right, np.zeros(len(right))]))
+        return np.asarray(found - np.sum(found * tangent, axis=1)[:, None] * tangent)
 
     def nearness(self, tangent: Array) -> Array:
         """About the smallest singular value (T,) of all rows but the last, by power iteration on their inverse.
@@ -193,7 +194,3 @@ class Factors:
             size = np.linalg.norm(back, axis=1, keepdims=True)
             left = back / size
         return np.asarray(1.0 / np.sqrt(size[:, 0]))
-
-
-def _at_right_angles(vectors: Array, tangent: Array) -> Array:
-    return np.asarray(vectors - np.sum(vectors * tangent, axis=1)[:, None] * tangent)

@@ -66,7 +66,8 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
         raise InvalidInput(
             f"{name} = {text!r}: decimals are written with a point, as in {stripped.replace(',', '.')!r}"
         )
-    written = _plain_unit(stripped[number.end() :].strip())
+    raised = stripped[number.end() :].strip().translate(RAISED).replace("**", "^")
+    written = POWER.sub(r"^\1", DOT.sub("*", raised))
     if not written:
         return float(number.group())
     if not UNIT.fullmatch(written):
@@ -74,10 +75,6 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
         raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
     return _convert(name, text, float(number.group()), written, unit)
-
-
-def _plain_unit(text: str) -> str:
-    return POWER.sub(r"^\1", DOT.sub("*", text.translate(RAISED).replace("**", "^")))
 
 
 def _convert(name: str, text: str, value: float, written: str, unit: str) -> float:

@@ -111,14 +111,11 @@ def _stalled_or_locked(kinematics: Kinematics, bodies: BodyTracks, speed: float)
         return None
     first = int(np.argmax(off))
     angle = float(np.degrees(bodies.velocity.instants.angle[first]))
-    if _singularity(kinematics, bodies.velocity.poses[off]).min() < SINGULAR:
+    # Smallest singular value of the scaled Jacobian against that of the start pose: near 0 at a limit pose.
+    near = kinematics.conditioning(bodies.velocity.poses[off]) / kinematics.conditioning(kinematics.start)
+    if near.min() < SINGULAR:
         return Verdict(Outcome.LOCKED, f"the crank stopped at a limit of the linkage, near {angle:.1f} deg")
     return Verdict(Outcome.STALLED, f"the drive was off its speed by half at {angle:.1f} deg")
-
-
-def _singularity(kinematics: Kinematics, poses: Array) -> Array:
-    """Smallest singular value of the scaled Jacobian against that of the start pose; near 0 at a limit pose."""
-    return kinematics.conditioning(poses) / kinematics.conditioning(kinematics.start)
 
 
 def _contact(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Verdict | None:
