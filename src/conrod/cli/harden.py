@@ -17,7 +17,7 @@ from conrod.mjcf.results import HardenedModel, Request, Variant
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report import numbers
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import Cell, Toned, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
@@ -99,7 +99,8 @@ def print_hardened(found: HardenedModel, file: Path | None) -> None:
     out = console()
     if found.variants:
         print_lines(out, _run_words(found))
-        print_table(out, _figures(found))
+        names = tuple(variant.name for variant in found.variants)
+        print_table(out, table(("", *names), _rows(found), names, "largest in the run"))
         print_lines(out, _reading_words(found))
     if found.lines and not found.refusals:
         print_lines(out, ["", "in Python:", ""])
@@ -121,13 +122,8 @@ def _run_words(found: HardenedModel) -> Iterator[str]:
     yield from (f"its loops are open by {_figure(MM * found.start_opening)} mm there; {begin}", "")
 
 
-def _figures(found: HardenedModel) -> Table:
-    """Figures of the model as it is, and hardened."""
-    names = tuple(variant.name for variant in found.variants)
-    return table(("", *names), _rows(found), names, "largest in the run")
-
-
 def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
+    """Figures of the model as it is, and hardened."""
     variants = found.variants
     yield ["steps completed", *(_completed(v) for v in variants)]
     for k, loop in enumerate(found.loops):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import click
 
-from conrod.cli import HEADING, Verb
+from conrod.cli import HEADING, Verb, say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -78,7 +78,6 @@ def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:
     Raises:
         InvalidInput: there is no such engine, or it cannot be loaded.
     """
-    from conrod.cli import say
     from conrod.studies.frame.resolve_arguments import select_engines
 
     return select_engines(names, left_out=lambda reason: say(f"conrod: left out: {reason}", err=True))

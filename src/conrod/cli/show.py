@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import options, say
+from conrod.cli import options, say, waiting
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
-    from conrod.cli import waiting
     from conrod.cli.console import linkage_text, show_catalogue, show_instant, show_scene, show_turn
     from conrod.exact.linkage import turn_quantities
     from conrod.studies.frame.files import files_to_write

@@ -149,9 +149,7 @@ OF_RUN = {"preset", "steps_per_revolution", "rod"}  # named elsewhere; the last 
 
 def settings_tables(study: SceneStudy) -> list[Table]:
     """A table for each engine, with a column for each preset."""
-    left_out = {"preset", "steps_per_revolution", "rod"} | (
-        OF_LOOPS if study.scene.mechanism().cam_contacts else OF_CONTACT
-    )
+    left_out = OF_RUN | (OF_LOOPS if study.scene.mechanism().cam_contacts else OF_CONTACT)
     found = []
     for engine in dict.fromkeys(r.engine for r in dynamic(study)):
         runs = {r.preset or "": r.settings for r in dynamic(study) if r.engine == engine and r.settings is not None}

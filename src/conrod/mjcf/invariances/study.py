@@ -66,8 +66,10 @@ def study(
         with ThreadPoolExecutor(THREADS) as threads:
             together = set(threads.map(lambda _: _digest(model, start, steps), range(THREADS)))
         same = {"run again": {own, _digest(model, start, steps)}, "another process": {own, elsewhere}}
+        same[f"{THREADS} threads"] = together | {own}
         found = [
-            _same_bits(change, digests) for change, digests in (same | {f"{THREADS} threads": together | {own}}).items()
+            Invariance(change, "bits", Kept.BITS if len(digests) == 1 else Kept.BROKEN)
+            for change, digests in same.items()
         ]
         found += [*settings_changed(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path)]
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
@@ -82,10 +84,6 @@ def _start(model: mujoco.MjModel, seconds: float | None, keyframe: str | None, c
 
 def _digest(model: mujoco.MjModel, start: Array, steps: int) -> str:
     return hashlib.sha256(run(model, start, steps).states.tobytes()).hexdigest()
-
-
-def _same_bits(change: str, digests: set[str]) -> Invariance:
-    return Invariance(change, "bits", Kept.BITS if len(digests) == 1 else Kept.BROKEN)
 
 
 def _bench(model: mujoco.MjModel, start: Array, steps: int) -> Bench:

@@ -28,7 +28,6 @@ from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import ValidationResult
 
 HUES = (*(one.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
-EXACT: dict[str, Any] = {"color": "#c9c9c9", "linewidth": 5.0, "zorder": 1, "solid_capstyle": "butt"}
 
 # Mark of an outcome.
 OUTCOME_MARKS = {

@@ -106,20 +106,16 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
     first, still = machine.runs[0], machine.still
     power, exact = machine.power(first), machine.exact[machine.still]
     error = machine.errors(first)[round(still * (len(machine.errors(first)) - 1) / POSES)]
-    bodies = list(machine.drawing.bodies.items())
+    bodies, (start, end) = list(machine.drawing.bodies.items()), machine.ends
+    degrees = start + (end - start) * still / POSES
     return template("machine.html.jinja").render(
         anchor=anchor, study=part.findings, box=" ".join(f"{one:.0f}" for one in machine.drawing.box), still=still,
         bodies=[Markup(svg) for _, svg in bodies[:-1]], ground=Markup(bodies[-1][1]), power=power,
         exact=transforms(exact), engine=transforms(exact + 10.0**power * error), powers=range(MOST_POWER + 1),
         runs=[(label(run), _sample(machine, k)) for k, run in enumerate(machine.runs)],
         panels=_panels(machine), data=Markup(json.dumps(_data(machine), separators=(",", ":"))),
-        degrees=f"{_degrees(machine, still):.0f}", traces=_traces(machine), output=part.findings.scene.output,
+        degrees=f"{degrees:.0f}", traces=_traces(machine), output=part.findings.scene.output,
     )  # fmt: skip
-
-
-def _degrees(machine: Moving, still: int) -> float:
-    first, last = machine.ends
-    return first + (last - first) * still / POSES
 
 
 def _data(machine: Moving) -> dict[str, Any]:

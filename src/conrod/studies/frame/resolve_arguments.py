@@ -102,7 +102,7 @@ def _named(names: Sequence[str]) -> dict[str, Scene]:
     """
     scenes: dict[str, Scene] = {}
     files: dict[str, str] = {}
-    for given in _spelt_out(names):
+    for given in (one for name in names for one in (catalogue_names() if name == CATALOGUE else (name,))):
         if Path(given).suffix and not is_file(given):
             raise InvalidInput(f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}")
         scene = _from_file(given) if is_file(given) else scene_named(given)
@@ -113,10 +113,6 @@ def _named(names: Sequence[str]) -> dict[str, Scene]:
         files |= {name: given} if is_file(given) else {}
         scenes[name] = scene
     return scenes
-
-
-def _spelt_out(names: Sequence[str]) -> list[str]:
-    return [one for given in names for one in (catalogue_names() if given == CATALOGUE else (given,))]
 
 
 def _from_file(name: str) -> Scene:

@@ -35,7 +35,10 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
     """
     probes: dict[float, Probe] = {}
     boundaries: tuple[Boundary, ...] = ()
-    asked = list(axis.values(setup)) if axis.listed else _scanned(axis, first, last)
+    if axis.listed:
+        asked = list(axis.values(setup))
+    else:
+        asked = list(dict.fromkeys(axis.nearest(value) for value in spaced(axis.scale, first, last, SCANNED)))
     while asked:
         cases = {value: axis.case(setup, value) for value in asked}
         results = yield tuple(cases.values())
@@ -49,10 +52,6 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
         middles = [_middle(axis, good, bad) for good, bad in ends if good is not None and bad is not None]
         asked = [middle for middle in dict.fromkeys(middles) if middle is not None]
     return Walk(axis.name, setup.name, setup.engine, setup.preset, "", tuple(probes.values()), boundaries)
-
-
-def _scanned(axis: Axis, first: float, last: float) -> list[float]:
-    return list(dict.fromkeys(axis.nearest(value) for value in spaced(axis.scale, first, last, SCANNED)))
 
 
 def _middle(axis: Axis, good: float, bad: float) -> float | None:
