@@ -8,7 +8,7 @@ READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit detection own-models verification test test-all lint types mjcf golden golden-write bench mutants attack wheel site check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection own-models verification test test-all lint types mjcf golden golden-write bench mutants attack wheel site check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports

@@ -38,7 +38,7 @@ pytestmark = pytest.mark.slow
 
 SEED = int(os.environ.get("CONROD_ATTACK_SEED", "1"))
 LONGEST = 60.0  # [s]
-MECHANISMS, MODELS, LEDGERS, KILLS, FAULTS, OUTSIDE_KILLS = 5000, 1000, 60, 20, 20, 5
+MODELS, KILLS, FAULTS = 1000, 20, 20
 PATIENCE, MEMORY = 600.0, 6_000_000_000  # [s] of wall time, [bytes]: of a worker that has many of them
 
 
