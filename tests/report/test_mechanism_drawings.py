@@ -18,7 +18,8 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
 from conrod.report.drawing.links import link_outline
 from conrod.report.drawing.view import Slide, slide_of, ways
-from conrod.scenes import SCENES, catalogue_scene
+from conrod.report.html.parts import drawing_of
+from conrod.scenes import SCENES, catalogue_names, catalogue_scene, scene_named
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
 CROWDED = ("geneva", "jansen-leg", "planetary-gear", "peaucellier", "six-bar", "two-slider-linkage")
@@ -88,6 +89,21 @@ def _touch(one: tuple[str, Bbox, float], other: tuple[str, Bbox, float], apart: 
     turn = np.array([[np.cos(other[2]), np.sin(other[2])], [-np.sin(other[2]), np.cos(other[2])]])
     inside = np.abs((points - middles[1]) @ turn.T) < np.array([0.45 * other[1].width, apart * other[1].height])
     return bool(inside.all(axis=1).any())
+
+
+# -- in motion -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
+def test_every_body_takes_what_is_drawn_of_it_along(name: str) -> None:
+    bodies = drawing_of(scene_named(name)).bodies
+    assert [body for body, drawn in bodies.items() if "<path" not in drawn and "<circle" not in drawn] == []
+
+
+def test_a_moving_figure_shows_the_links_of_the_committed_run() -> None:
+    moving = (FIGURES / "saw-500rpm-moving.svg").read_text(encoding="utf-8")
+    drawn = drawing_of(SCENES["saw-500rpm"]).bodies
+    assert [body for body, shapes in drawn.items() if shapes not in moving] == []
 
 
 # -- texts -----------------------------------------------------------------------------------------------------------

@@ -27,17 +27,17 @@ def draw_joints(view: View) -> None:
                 centre = view.place(joint.b, joint.point_b)
                 place = (float(centre[0]), float(centre[1]))
                 if GROUND in (joint.a, joint.b):
-                    parts.bearing(view.axes, place, view.size)
+                    parts.bearing(view.on(GROUND), place, view.size)
                     view.labels.mark(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
-                parts.pin(view.axes, place, view.size)
+                parts.pin(view.on(joint.a, joint.b), place, view.size)
                 view.labels.mark(centre, 0.35 * view.size)
             case Prismatic():
                 _slide(view, joint)
             case CamContact():
                 _cam(view, joint)
             case Rolling() | Rack():
-                for line in map(view.at, pitch_lines(joint, view.poses)):
-                    view.axes.plot(*line.T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
+                for body, line in zip((joint.a, joint.b), map(view.at, pitch_lines(joint, view.poses)), strict=True):
+                    view.on(body).plot(*line.T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
                     view.labels.draw(line)
             case _:
                 assert_never(joint)
@@ -60,7 +60,7 @@ def draw_links(view: View) -> None:
             min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]
         ]
         seen = [view.place(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
-        _body(view, link_outline(held + near + seen))
+        _body(view, body.name, link_outline(held + near + seen))
 
 
 def _travel(view: View, slide: Slide) -> tuple[float, float]:
@@ -83,38 +83,38 @@ def _slide(view: View, joint: Prismatic) -> None:
     direction = view.poses[slide.guide][2] + slide.direction
     block = view.place(slide.moving, slide.point)
     if slide.guide != GROUND:
-        parts.slot(view.axes, _slot(view, slide), view.size)
+        parts.slot(view.on(slide.guide), _slot(view, slide), view.size)
         view.labels.mark(block, 1.5 * view.size)
-        parts.slider(view.axes, block, direction, view.size)
+        parts.slider(view.on(slide.moving), block, direction, view.size)
         return
     back, forth = _travel(view, slide)
     # A cam's follower is guided above its roller, or the rails would hide the cam.
     if any(contact.b == slide.moving for contact in view.mechanism.cam_contacts):
-        _stem(view, block, forth, direction)
+        _stem(view, slide.moving, block, forth, direction)
         return
     room = 2.4 * view.size
     _rails(view, block, (back - room, forth + room), direction)
     view.labels.mark(block, 1.5 * view.size)
-    parts.slider(view.axes, block, direction, view.size)
+    parts.slider(view.on(slide.moving), block, direction, view.size)
 
 
 def _rails(view: View, block: Array, reach: tuple[float, float], direction: float) -> None:
     """A slide's two rails, with the frame's hatching beside them, along a direction [rad] through a block."""
-    parts.guide(view.axes, block, reach, direction, view.size)
+    parts.guide(view.on(GROUND), block, reach, direction, view.size)
     ends = block + np.outer(reach, parts.unit(direction))
     for aside in (-1.6, -1.15, 1.15, 1.6):
         view.labels.draw(ends + aside * view.size * parts.unit(direction + 0.5 * np.pi))
 
 
-def _stem(view: View, roller: Array, forth: float, direction: float) -> None:
+def _stem(view: View, follower: str, roller: Array, forth: float, direction: float) -> None:
     """A follower between its rails above its roller, which still goes `forth`."""
     along = parts.unit(direction)
     foot = roller + 5.0 * view.size * along
-    view.axes.plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
+    view.on(follower).plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
     top = forth + 9.0 * view.size
     _rails(view, roller, (top - 5.0 * view.size, top), direction)
     tip = roller + (top + 1.5 * view.size) * along
-    view.axes.plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
+    view.on(follower).plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
     view.labels.draw(np.array([roller, tip]))
 
 
@@ -122,17 +122,17 @@ def _cam(view: View, contact: CamContact) -> None:
     pose = view.poses[contact.a]
     outline = view.at(profile(contact, view.poses[contact.a]))
     view.labels.draw(outline)
-    view.axes.fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
-    view.axes.plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
+    view.on(contact.a).fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
+    view.on(contact.a).plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
     for end, normal in zip(*contact.profile.joints(), strict=True):
         place = view.place(contact.a, (float(end[0]), float(end[1])))
         outward = np.array(to_world((0.0, 0.0, pose[2]), (normal[0], normal[1])))
         ends = np.array([place - 0.4 * view.size * outward, place + 0.4 * view.size * outward])
-        view.axes.plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
+        view.on(contact.a).plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
     roller = view.place(contact.b, contact.roller_centre)
     ring = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
-    view.axes.fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
+    view.on(contact.b).fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
     view.labels.draw(circle)
 
 
@@ -170,13 +170,13 @@ def _spanned(places: Sequence[Array]) -> Array:
     return np.roll(corners, -int(np.lexsort(corners.T[::-1])[0]), axis=0)
 
 
-def _body(view: View, corners: Array) -> None:
+def _body(view: View, name: str, corners: Array) -> None:
     """A link as a bar, or as a plate with its edges."""
     edges = corners
     if len(corners) > 2:
-        view.axes.add_patch(Polygon(corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
+        view.on(name).add_patch(Polygon(corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
         view.labels.cover(corners)
         edges = np.vstack([corners, corners[:1]])
     if len(corners):
-        view.axes.plot(*edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
+        view.on(name).plot(*edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
         view.labels.draw(edges)

@@ -52,6 +52,10 @@ class View:
     extent: float
     paths: Mapping[str, Array]
 
+    def on(self, *bodies: str) -> Axes:
+        """Axes that the parts of some bodies are drawn on."""
+        return self.axes
+
     def at(self, places: ArrayLike) -> Array:
         """Return places (..., 2) [m] in the drawing."""
         return MM * np.asarray(places, dtype=float)
