@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.defects import DetectionCase
 from benchmarks.healthy import VariantCase, variant
 from conrod.cli.options import RunOptions
 from conrod.cli.runner import Runner
@@ -27,13 +28,12 @@ from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.runs.plain import json_document, plain
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
-from conrod.studies.detection.qualification import Qualification, QualificationCase
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import folder_to_write
 from conrod.studies.frame.result import results_of
 from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.results import ValidationResult
+from conrod.studies.validation.results import Noticed, ValidationResult
 
 # Healthy machines of each of the scenes, of the catalogue, and of those with a cam, whose runs take 100 times as long.
 MANY, FEW = 200, 25
@@ -50,7 +50,7 @@ class Machine:
     """
 
     name: str
-    verdicts: tuple[Qualification, ...]
+    verdicts: tuple[ValidationResult, ...]
     healthy: tuple[ValidationResult, ...]
 
 
@@ -58,13 +58,13 @@ def detection(scenes: Mapping[str, Scene], share: float) -> Study[list[Machine]]
     """The study: first what is noticed, then what is not to be; `share` of the numbers of healthy machines."""
     judged = [(e, p) for e in map(engine_named, engine_names()) for p, rule in e.presets.items() if rule.judged]
     noticed = yield from results_of(
-        QualificationCase(name, scene, engine.name, preset, Plan(CAM_STEPS if _has_cam(scene) else None))
+        DetectionCase(name, scene, engine.name, preset, Plan(CAM_STEPS if _has_cam(scene) else None))
         for name, scene in scenes.items()
         for engine, preset in judged
     )
-    passed = {name: [(r.engine, str(r.preset)) for r in found if r.found] for name, found in noticed.items()}
+    passed = {name: [(r.engine, str(r.preset)) for r in found if r.qualified] for name, found in noticed.items()}
     healthy = yield from results_of(
-        VariantCase(name, made, engine, preset, steps, start)
+        VariantCase(name, made, engine, preset, Plan(steps, 1.0), start)
         for name, scene in scenes.items()
         for number in range(round(share * _count(name)))
         for made, steps, start in [variant(scene, number)]
@@ -87,11 +87,21 @@ def _has_cam(scene: Scene) -> bool:
 def _kinds(machines: Sequence[Machine]) -> dict[tuple[str, str], str]:
     """Defects by verdict and name, with their unit."""
     found: dict[tuple[str, str], str] = {}
-    for verdict in (v for machine in machines for v in machine.verdicts if v.found):
-        assert verdict.found is not None
-        for kind, some in vars(verdict.found).items():
+    for verdict in (v for machine in machines for v in machine.verdicts):
+        for kind, some in _found_of(verdict).items():
             found |= {(kind, one.defect): one.unit for one in some}
     return found
+
+
+def _found_of(verdict: ValidationResult) -> dict[str, tuple[Noticed, ...]]:
+    return {} if verdict.qualified is None else vars(verdict.qualified)
+
+
+def _tightness(verdict: ValidationResult) -> dict[str, tuple[float, float]]:
+    """By judged quantity the error of a run that passed, and what is allowed."""
+    if verdict.qualified is None:
+        return {}
+    return {q: (verdict.judged_error(q) or 0.0, allowed) for q, allowed in verdict.limits.items()}
 
 
 def _sizes(machines: Sequence[Machine], kind: str, defect: str) -> dict[tuple[str, str], dict[str, Any]]:
@@ -99,7 +109,7 @@ def _sizes(machines: Sequence[Machine], kind: str, defect: str) -> dict[tuple[st
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for machine in machines:
         for verdict in machine.verdicts:
-            for one in getattr(verdict.found, kind, ()):
+            for one in _found_of(verdict).get(kind, ()):
                 if one.defect == defect:
                     found.setdefault((verdict.engine, str(verdict.preset)), {})[machine.name] = one
     return found
@@ -107,7 +117,7 @@ def _sizes(machines: Sequence[Machine], kind: str, defect: str) -> dict[tuple[st
 
 def limits_table(machines: Sequence[Machine]) -> Table:
     """A row for each defect: over all machines, the median and the largest of the smallest sizes that are noticed."""
-    presets = dict.fromkeys((v.engine, str(v.preset)) for m in machines for v in m.verdicts if v.found)
+    presets = dict.fromkeys((v.engine, str(v.preset)) for m in machines for v in m.verdicts if v.qualified)
     rows = []
     for (kind, defect), unit in _kinds(machines).items():
         sizes = _sizes(machines, kind, defect)
@@ -132,7 +142,7 @@ def alarms_table(machines: Sequence[Machine]) -> Table:
         for verdict in machine.verdicts:
             runs = [r for r in machine.healthy if name_of(r) == name_of(verdict) and r.passed is not None]
             alarms = sum(r.passed is False for r in runs)
-            tight = [_times(*verdict.tightness[q]) if q in verdict.tightness else "n/a" for q in QUANTITIES]
+            tight = [_times(*_tightness(verdict)[q]) if q in _tightness(verdict) else "n/a" for q in QUANTITIES]
             judged = f"{alarms} of {len(runs)}" if runs else verdict.reason or "not judged"
             rows.append((machine.name, *name_of(verdict), judged, *tight))
     head = ["machine", "engine", "preset", "false alarms", *(f"{q}: tolerance / error" for q in QUANTITIES)]
@@ -191,7 +201,11 @@ def page(machines: Sequence[Machine]) -> str:
     runs = [r for m in machines for r in m.healthy if r.passed is not None]
     wrong = alarms(machines)
     pairs = [
-        (m.name, v, q, *v.tightness[q]) for m in machines for v in m.verdicts for q in QUANTITIES if q in v.tightness
+        (m.name, v, q, *_tightness(v)[q])
+        for m in machines
+        for v in m.verdicts
+        for q in QUANTITIES
+        if q in _tightness(v)
     ]
     loose = [
         f"{name}, {' '.join(name_of(v))}: {q} {_times(error, allowed)}"
@@ -238,7 +252,7 @@ def main() -> None:
     if asked.out:
         with drawing_style():
             drawn = svg_text(figure(machines))
-        sizes = {m.name: {" ".join(name_of(v)): plain(v.found) for v in m.verdicts} for m in machines}
+        sizes = {m.name: {" ".join(name_of(v)): plain(v.qualified) for v in m.verdicts} for m in machines}
         folder: Path = folder_to_write(asked.out, "--out")
         (folder / "figures").mkdir(parents=True, exist_ok=True)
         files = {"README.md": text, "detection.json": json_document(sizes)}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -32,32 +31,22 @@ class VariantCase(EngineCase[ValidationResult]):
     quantities: ClassVar[tuple[str, ...]] = ()
     version: ClassVar[int] = 4  # since a flywheel's law counts all bodies that turn
 
-    steps: int
+    plan: Plan
     start_angle: float
 
-    @property
-    def _plan(self) -> Plan:
-        return Plan(self.steps, 1.0)
-
-    @property
-    def effort(self) -> float:
-        return self.steps
-
-    @property
-    def tolerance(self) -> Mapping[str, float] | None:
-        return None
+    def started(self) -> ValidationResult:
+        return started(self.name, self.scene, self.made_by, self.preset, self.plan)
 
     def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
-        found = started(self.name, self.scene, self.made_by, self.preset, self._plan)
-        return replace(found, outcome=outcome.slug, reason=reason, passed=False)
+        return replace(self.started(), outcome=outcome.slug, reason=reason, passed=False)
 
     def determined_by(self) -> dict[str, Any]:
-        settings = self.made_by.presets[str(self.preset)](self.scene, self.steps).as_dict()
+        settings = self.made_by.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "start_angle": self.start_angle}
 
     def run(self) -> ValidationResult:
         result, settings, start = begun(
-            self.name, self.scene, self.made_by, str(self.preset), self._plan, self.start_angle
+            self.name, self.scene, self.made_by, str(self.preset), self.plan, self.start_angle
         )
         if not result.completed or not result.limits:
             return result

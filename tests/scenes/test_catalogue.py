@@ -39,7 +39,7 @@ from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, 
 from conrod.studies.frame.writing import Batch
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import SceneStudy, ValidationResult
-from conrod.studies.validation.study import ValidationCase, validate_kinematic, validation_cases
+from conrod.studies.validation.study import validate_kinematic, validation
 
 NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")
@@ -125,7 +125,7 @@ def test_the_wheel_has_the_files(tmp_path: Path) -> None:
 
 
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:
-    for case in validation_cases({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan):
+    for case in next(validation({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan)):
         result = case.run()
         assert result.passed is not False, (name, engine, case.preset, result.reason, result.exceeded())
         assert result.outcome != "unsupported" or result.reason
@@ -176,9 +176,9 @@ def test_a_model_with_a_wrong_length_is_found_out(engine: str) -> None:
 # -- many at a time --------------------------------------------------------------------------------------------------
 
 
-def few_cases(steps: int = 60) -> list[ValidationCase]:
+def few_cases(steps: int = 60) -> Any:
     scenes: dict[str, Scene] = {"slider-crank": catalogue_scene("slider-crank")}
-    return validation_cases(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0))
+    return next(validation(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0)))
 
 
 def told(result: ValidationResult) -> str:
@@ -209,7 +209,7 @@ def reported(study: SceneStudy, folder: Path, command: Reproduction = COMMAND) -
 def studied() -> SceneStudy:
     name = "swinging-four-bar"
     scenes = {name: catalogue_scene(name)}
-    cases = validation_cases(scenes, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(60, 1.0))
+    cases = next(validation(scenes, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(60, 1.0)))
     return SceneStudy(name, scenes[name], tuple(case.run() for case in cases))
 
 

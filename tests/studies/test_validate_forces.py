@@ -24,11 +24,10 @@ from conrod.studies.forces.measuring import even_state, peaks_of, seen_in
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.resolve_arguments import select_scene
-from conrod.studies.validation.plan import Plan
 
 JUDGED = (("mujoco", "hardened"), ("pymunk", "tuned"))
 PLANTED = [("shear-press", *JUDGED[0]), ("shear-press", *JUDGED[1]), ("saw-500rpm", *JUDGED[0])]
-FEW = ForcePlan(Plan(250, 1.0), refined=False)
+FEW = ForcePlan(250, 1.0, refined=False)
 LENGTHS = {"centre_of_gravity.x": (1.0, 0.0), "centre_of_gravity.y": (0.0, 1.0)}
 
 
@@ -50,7 +49,7 @@ def measured(name: str, engine: str, preset: str, plan: ForcePlan) -> ForceResul
 def test_torque_and_reactions_are_within_what_is_required_with_their_orders(
     name: str, engine: str, preset: str
 ) -> None:
-    found = measured(name, engine, preset, ForcePlan(Plan(None, 1.0)))
+    found = measured(name, engine, preset, ForcePlan(None, 1.0))
     assert found.passed
     assert found.steps_per_revolution == 1000
     assert "required at 1000 steps" in found.reason_of_tolerance
@@ -66,8 +65,7 @@ def test_torque_and_reactions_are_within_what_is_required_with_their_orders(
 
 
 def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> None:
-    asked = ForcePlan(Plan(250, 1.0, {"torque": 1e-9}), refined=False)
-    strict = validate_forces("shear-press", scene_of("shear-press"), engine_named("pymunk"), "tuned", asked)
+    strict = measured("shear-press", "pymunk", "tuned", FEW).judged({"torque": 1e-9})
     assert strict.passed is False
     assert list(strict.exceeded()) == ["torque"]
     stock = measured("shear-press", "mujoco", "stock", FEW)
@@ -119,7 +117,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
     name: str, engine: str, preset: str
 ) -> None:
     # So many steps that an engine's own errors look like a tenth of a change at most.
-    plan = ForcePlan(Plan({"mujoco": 125, "pymunk": 500}[engine], 1.0), refined=False)
+    plan = ForcePlan({"mujoco": 125, "pymunk": 500}[engine], 1.0, refined=False)
     assert measured(name, engine, preset, plan).passed
     scene, peaks = scene_of(name), peaks_of(scene_of(name))
     seen = seen_in(scene, list(peaks), peaks)
@@ -140,10 +138,10 @@ def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -
     scene = scene_of("cam-follower")
     found_by = sensitivities(scene.kinematics, even_state(scene))
     change = next(one.change for one in found_by if (one.body, one.quality) == ("follower", quality))
-    plan = ForcePlan(Plan(31416, 1.0), refined=False)
+    plan = ForcePlan(31416, 1.0, refined=False)
     assert measured("cam-follower", "pymunk", "tuned", plan).passed
     # With few steps the scatter says nothing of masses, and nothing is said of them.
-    few = measured("cam-follower", "pymunk", "tuned", ForcePlan(Plan(7854, 1.0), refined=False))
+    few = measured("cam-follower", "pymunk", "tuned", ForcePlan(7854, 1.0, refined=False))
     assert not few.mistaken()
     assert "follower.mass" not in (few.likeness or {})
     wrong: Any = Defective("pymunk", "follower", quality, change)

@@ -36,7 +36,7 @@ def course(name: str, motion: str = FREE, seconds: float = 2.0) -> ExactCourse:
 
 
 def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", plan: MotionPlan = SHORT) -> MotionResult:
-    return run_motion("it", of, engine_named(engine), preset, plan)
+    return run_motion("it", of, engine_named(engine), preset, plan).judged(plan.tolerance)
 
 
 # -- what is found ---------------------------------------------------------------------------------------------------

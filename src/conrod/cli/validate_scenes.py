@@ -30,7 +30,7 @@ from conrod.studies.frame.resolve_arguments import (
     select_presets,
     select_scenes,
 )
-from conrod.studies.frame.result import SceneResults
+from conrod.studies.frame.result import SceneResults, study_of
 from conrod.studies.frame.writing import naming
 
 if TYPE_CHECKING:
@@ -169,17 +169,15 @@ def scene_verdict(study: SceneResults[Any]) -> str:
 
 def _forces(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.forces import KIND
-    from conrod.studies.forces.study import ForcePlan, force_study
+    from conrod.studies.forces.study import ForceCase, ForcePlan
 
     refuse(asked, "--quantity: it qualifies the verdict on the motion, and on its forces beside it", "qualify")
     quantities = _quantities(str(asked.quantity), chosen.scenes)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
-    run = replace(make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), None), tolerance=allowed)
-    return Measured(
-        kind=KIND,
-        study=force_study(chosen.scenes, chosen.engines, chosen.presets, ForcePlan(run, quantities)),
-        show=print_forces,
-    )
+    run = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), None)
+    plan = ForcePlan(run.steps_per_revolution, run.revolutions, allowed, quantities)
+    study = study_of(ForceCase, chosen.scenes, chosen.engines, chosen.presets, plan)
+    return Measured(kind=KIND, study=study, show=print_forces)
 
 
 def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 from conrod.engines.capabilities import ReportsForces
 from conrod.engines.engine import PIECE, Engine
@@ -17,14 +17,13 @@ from conrod.runs.outcome import Verdict, judge
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece
 from conrod.scenes import Scene
-from conrod.studies.detection.defects import MASS, MOTION, Defect
-from conrod.studies.detection.machine_defects import Plant, Recording
+from conrod.studies.detection.defects import MASS, MOTION, Defect, Plant, Recording
 from conrod.studies.forces.measuring import Measured, Peaks, likenesses, peaks_of, seen_in
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, recorded_forces
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, Result, results_of
-from conrod.studies.validation.plan import Plan, begun
+from conrod.studies.validation.plan import Plan, begun, started
 from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
 
 FINE = 1.1  # a smallest size is found to a tenth
@@ -53,7 +52,9 @@ class Replay(Engine[Any]):
         yield replace(self._run, trajectory=replace(trajectory, outcome=ended.outcome, reason=ended.reason))
 
 
-def motion_judge(result: ValidationResult, healthy: ExactReference, asked: Mapping[str, float] | None) -> Judge:
+def motion_judge(
+    result: ValidationResult, healthy: ExactReference, asked: Mapping[str, float] | None
+) -> Callable[[Recording], ValidationResult]:
     """The judge of `conrod validate`, by the tolerances of a result, or by those asked for."""
 
     def judged(given: Recording) -> ValidationResult:
@@ -131,84 +132,46 @@ def smallest_noticed(noticed: Callable[[float], bool], largest: float) -> float 
     return high
 
 
-@dataclass(frozen=True, kw_only=True)
-class Qualification(Result):
-    """Defects that the verdicts on one run notice; none are planted into a run that did not pass.
+@dataclass(frozen=True)
+class QualificationCase(EngineCase[ValidationResult]):
+    """A run of a scene in an engine with a preset, recorded whole, and judged with each defect planted in it.
 
-    Attributes:
-        tightness: by judged quantity the error of the run, and what is allowed.
+    Its tolerances are a part of it, since what is noticed depends on them; nothing is planted in what does not pass.
     """
 
-    found: Qualified | None = None
-    tightness: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-    @property
-    def limits(self) -> Mapping[str, float]:
-        return {}
-
-    def largest(self, quantity: str, measure: str = "max") -> float | None:
-        return None
-
-    def judged(self, asked: Mapping[str, float] | None = None) -> Self:
-        return self
-
-    def _held_to(self, asked: Mapping[str, float]) -> Self:
-        return self
-
-
-@dataclass(frozen=True)
-class QualificationCase(EngineCase[Qualification]):
-    """A run of a scene in an engine with a preset, recorded whole, and judged with each defect planted in it."""
-
     study: ClassVar[str] = "qualification"
-    kind: ClassVar[type[Any]] = Qualification
+    kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = ()
-    version: ClassVar[int] = 5  # since fewer kinds of defects are planted
+    version: ClassVar[int] = 6  # since gravity and what is no number are planted, and other kinds are not
+    defects: ClassVar[tuple[Defect, ...]] = (*MOTION, MASS)
 
     plan: Plan
 
-    @property
-    def effort(self) -> float:
-        return self.plan.steps(self.scene)
-
-    @property
-    def tolerance(self) -> Mapping[str, float] | None:
-        return None  # they are a part of the case: what is noticed depends on them
-
-    def ended(self, outcome: Outcome, reason: str) -> Qualification:
-        made_by = self.made_by
-        return Qualification(
-            scene=self.name, engine=self.engine, engine_version=made_by.version, preset=self.preset,
-            outcome=outcome.slug, reason=reason,
-        )  # fmt: skip
-
-    def facts(self) -> dict[str, Any]:
-        return {"scene": self.name}
+    def started(self) -> ValidationResult:
+        return started(self.name, self.scene, self.made_by, self.preset, self.plan)
 
     def determined_by(self) -> dict[str, Any]:
         settings = self.made_by.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "revolutions": self.plan.revolutions, "tolerance": self.plan.tolerance}
 
-    def run(self) -> Qualification:
-        scene, engine, preset, plan = self.scene, self.made_by, str(self.preset), self.plan
-        result, settings, start = begun(self.name, scene, engine, preset, plan)
+    def run(self) -> ValidationResult:
+        scene, engine, plan = self.scene, self.made_by, self.plan
+        result, settings, start = begun(self.name, scene, engine, str(self.preset), plan)
         if not result.completed:
-            return self.ended(Outcome.of(result.outcome), result.reason)
+            return result
         given = Recording.of(engine, scene, settings, result.revolutions, start)
         judge = motion_judge(result, scene, plan.tolerance)
         healthy = judge(given)
         if healthy.passed is not True:
-            return self.ended(Outcome.of(healthy.outcome), healthy.reason)
-        motion = [examined(defect, given, judge) for defect in (*MOTION, MASS)]
-        found = Qualified(tuple(one for one in motion if one), self._forces(given))
-        tightness = {q: (healthy.judged_error(q) or 0.0, allowed) for q, allowed in healthy.limits.items()}
-        return replace(self.ended(Outcome.COMPLETED, ""), found=found, tightness=tightness)
+            return healthy
+        motion = [examined(defect, given, judge) for defect in self.defects]
+        return healthy.with_qualified(Qualified(tuple(one for one in motion if one), self._forces(given)))
 
     def _forces(self, given: Recording) -> tuple[Noticed, ...]:
         """Wrong masses that the verdict on the forces notices; none where they are not judged."""
         if not isinstance(self.made_by, ReportsForces):
             return ()
-        plan = ForcePlan(run=replace(self.plan, tolerance=None), refined=False)
+        plan = ForcePlan(self.plan.steps_per_revolution, self.plan.revolutions, refined=False)
         result, tracks = recorded_forces(self.name, self.scene, self.made_by, str(self.preset), plan)
         if not result.completed or not result.limits:
             return ()
@@ -236,7 +199,7 @@ def qualified(
         for preset in engine.presets
         if (name, engine.name, preset) in judged
     )
-    known = {(one.scene, one.engine, one.preset): one.found for some in found.values() for one in some}
+    known = {(one.scene, one.engine, one.preset): one.qualified for some in found.values() for one in some}
     return [
         replace(
             study,

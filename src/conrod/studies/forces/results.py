@@ -112,6 +112,4 @@ class ForceResult(Result):
         return replace(self, tolerance=allowed, reason_of_tolerance=AS_ASKED)
 
 
-@dataclass(frozen=True)
-class ForceStudy(SceneResults[ForceResult]):
-    """All results of one scene."""
+ForceStudy = SceneResults[ForceResult]

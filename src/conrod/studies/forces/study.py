@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines import Engine
@@ -12,32 +12,23 @@ from conrod.engines.tracks import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.measuring import (
-    Measured,
-    likenesses,
-    peaks_of,
-    quantities_of,
-    tolerance_of,
-)
-from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult, ForceStudy
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, refine, refinement_path, results_of
+from conrod.studies.forces.measuring import Measured, likenesses, peaks_of, quantities_of, tolerance_of
+from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult
+from conrod.studies.frame.result import EngineCase, refine
 from conrod.studies.validation.plan import Plan
 
 NO_CONTACT = "no joint of the machine acts by contact"
 
 
 @dataclass(frozen=True)
-class ForcePlan:
-    """Plan of the runs.
+class ForcePlan(Plan):
+    """Plan of the runs; its tolerances are by group.
 
     Attributes:
-        run: steps, revolutions; its tolerances are by group.
         quantities: groups of quantities asked for.
         refined: whether errors are followed over a refinement path.
     """
 
-    run: Plan = field(default_factory=Plan)
     quantities: tuple[str, ...] = GROUPS
     refined: bool = True
 
@@ -47,7 +38,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     result, tracks = recorded_forces(name, scene, engine, preset, plan)
     steps = result.steps_per_revolution
     if not result.completed:
-        return result.judged(plan.run.tolerance) if result.settings else result
+        return result.judged()
     peaks = peaks_of(scene)
     measured = Measured(scene, tracks, peaks, scene.period / steps)
     errors = measured.errors(result.names)
@@ -63,9 +54,9 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
 
     if plan.refined:
         finest = ForcePoint(steps, result.outcome, judged_sizes(errors))
-        points = refine(scene, steps, plan.run.revolutions, finest, point)
+        points = refine(scene, steps, plan.revolutions, finest, point)
         result = replace(result, refinement=points, order=_orders(result, points))
-    return result.judged(plan.run.tolerance)
+    return result.judged()
 
 
 def recorded_forces(
@@ -78,7 +69,7 @@ def recorded_forces(
     refusal = engine.refusal(scene, settings) if result.groups else NO_CONTACT
     if refusal:
         return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), no_forces(mechanism, refusal)
-    start, revolutions = plan.run.stretch(scene)
+    start, revolutions = plan.stretch(scene)
     tracks = _forces(engine, scene, settings, revolutions, start)
     ended = _outcome_fields(result, tracks)
     return replace(result, settings=settings.as_dict(), revolutions=revolutions, **ended), tracks
@@ -86,12 +77,12 @@ def recorded_forces(
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
     """A result without what is measured."""
-    mechanism, steps = scene.kinematics.mechanism, plan.run.steps(scene)
+    mechanism, steps = scene.kinematics.mechanism, plan.steps(scene)
     groups = {group: names for group in plan.quantities if (names := quantities_of(mechanism, group))}
     tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, groups)
     return ForceResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
-        steps_per_revolution=steps, revolutions=plan.run.revolutions, groups=groups, tolerance=tolerance,
+        steps_per_revolution=steps, revolutions=plan.revolutions, groups=groups, tolerance=tolerance,
         reason_of_tolerance=reason,
     )  # fmt: skip
 
@@ -141,49 +132,12 @@ class ForceCase(EngineCase[ForceResult]):
 
     plan: ForcePlan
 
-    @property
-    def effort(self) -> float:
-        return self.plan.run.steps(self.scene)
+    def started(self) -> ForceResult:
+        return started(self.name, self.scene, self.made_by, str(self.preset), self.plan)
 
     def run(self) -> ForceResult:
-        assert self.preset is not None
-        by_rule = replace(self.plan, run=replace(self.plan.run, tolerance=None))
-        return validate_forces(self.name, self.scene, self.made_by, self.preset, by_rule)
-
-    @property
-    def tolerance(self) -> Mapping[str, float] | None:
-        return self.plan.run.tolerance
-
-    def ended(self, outcome: Outcome, reason: str) -> ForceResult:
-        assert self.preset is not None
-        result = started(self.name, self.scene, self.made_by, self.preset, self.plan)
-        return replace(result, outcome=outcome.slug, reason=reason).judged(self.tolerance)
+        return validate_forces(self.name, self.scene, self.made_by, str(self.preset), self.plan)
 
     def determined_by(self) -> dict[str, Any]:
-        steps = self.plan.run.steps(self.scene)
-        path = refinement_path(self.scene, steps) if self.plan.refined else ()
-        settings = [self.made_by.presets[str(self.preset)](self.scene, n).as_dict() for n in (steps, *path)]
-        return {
-            "settings": settings[0],
-            "refined": settings[1:],
-            "revolutions": self.plan.run.revolutions,
-            "start_angle": 0.0,
-            "quantities": self.plan.quantities,
-        }
-
-
-def force_study(
-    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, tuple[str, ...]], plan: ForcePlan
-) -> Study[list[ForceStudy]]:
-    """The study of some scenes: one round of cases, scene by scene, engine by engine, each preset.
-
-    Args:
-        presets: to run, by engine name.
-    """
-    found = yield from results_of(
-        ForceCase(name, scene, engine.name, preset, plan)
-        for name, scene in scenes.items()
-        for engine in engines
-        for preset in presets[engine.name]
-    )
-    return [ForceStudy(name, scene, found[name]) for name, scene in scenes.items()]
+        preset, plan = self.made_by.presets[str(self.preset)], self.plan
+        return plan.determines(self.scene, preset, plan.refined) | {"quantities": plan.quantities}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
@@ -137,6 +137,7 @@ class EngineCase(Case, Generic[Found]):
     Attributes:
         engine: name.
         preset: name; None of kinematic mode.
+        plan: of the runs, and tolerances.
     """
 
     study: ClassVar[str]
@@ -147,6 +148,7 @@ class EngineCase(Case, Generic[Found]):
 
     engine: str
     preset: str | None
+    plan: Any
 
     @property
     def made_by(self) -> Engine[Any]:
@@ -154,17 +156,27 @@ class EngineCase(Case, Generic[Found]):
         return engine_named(self.engine)
 
     @property
-    @abstractmethod
+    def effort(self) -> float:
+        effort: float = self.plan.steps(self.scene)
+        return effort
+
+    @property
     def tolerance(self) -> Mapping[str, float] | None:
         """Tolerances that are asked for; None for those of the study's own accord."""
+        asked: Mapping[str, float] | None = self.plan.tolerance
+        return asked
+
+    @abstractmethod
+    def started(self) -> Found:
+        """A result of which nothing is measured yet."""
 
     @abstractmethod
     def run(self) -> Found:
         """The result, judged by what the study requires of its own accord; raises InvalidInput as `perform`."""
 
-    @abstractmethod
     def ended(self, outcome: Outcome, reason: str) -> Found:
         """The result where the process that ran the case did not live to give one."""
+        return replace(self.started(), outcome=outcome.slug, reason=reason).judged(self.tolerance)
 
     @abstractmethod
     def determined_by(self) -> dict[str, Any]:
@@ -220,3 +232,24 @@ def results_of(cases: Iterable[EngineCase[Found]]) -> Study[dict[str, tuple[Foun
     for case in asked:
         found[case.name].append(case.result(kept[case.key]))
     return {name: tuple(results) for name, results in found.items()}
+
+
+def study_of(
+    case: type[EngineCase[Found]],
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, Sequence[str | None]],
+    plan: Any,
+) -> Study[list[SceneResults[Found]]]:
+    """The study of some scenes: one round of cases of a kind, scene by scene, engine by engine, each preset.
+
+    Args:
+        presets: to run, by engine name.
+    """
+    found = yield from results_of(
+        case(name, scene, engine.name, preset, plan)
+        for name, scene in scenes.items()
+        for engine in engines
+        for preset in presets[engine.name]
+    )
+    return [SceneResults(name, scene, found[name]) for name, scene in scenes.items()]

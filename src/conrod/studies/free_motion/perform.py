@@ -19,9 +19,9 @@ from conrod.runs.run_errors import largest_in_spans
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, results_of
+from conrod.studies.frame.result import EngineCase, study_of
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, places
-from conrod.studies.free_motion.plan import FREE, PATH, MotionPlan, drives
+from conrod.studies.free_motion.plan import FREE, LENGTH_ERROR, PATH, MotionPlan, drives
 from conrod.studies.free_motion.results import (
     QUANTITIES,
     ExactSummary,
@@ -53,12 +53,8 @@ def _started(name: str, course: ExactCourse, engine: Engine[Any], preset: str, p
         scene=name, engine=engine.name, engine_version=engine.version, preset=preset, motion=plan.motion,
         exact=ExactSummary(course.motion.drift, course.motion.continuation, course.pace.turn, course.unresolved),
         step=course.grid.step, seconds=float(course.motion.times[-1]), leaving=plan.leaving,
-        tolerance=_judged_by(course, engine, preset, plan),
+        tolerance={"position": LENGTH_ERROR} if engine.presets[preset].judged_free and not course.unresolved else {},
     )  # fmt: skip
-
-
-def _judged_by(course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> Mapping[str, float]:
-    return {} if course.unresolved and plan.tolerance is None else plan.judged_by(engine.presets[preset])
 
 
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
@@ -133,19 +129,11 @@ class MotionCase(EngineCase[MotionResult]):
         """The exact motion; raises InvalidInput as `exact_course`."""
         return exact_course(self.name, self.scene, replace(self.plan, tolerance=None))
 
+    def started(self) -> MotionResult:
+        return _started(self.name, self.course, self.made_by, str(self.preset), self.plan)
+
     def run(self) -> MotionResult:
-        course, engine, preset = self.course, self.made_by, str(self.preset)
-        found = run_motion(self.name, course, engine, preset, self.plan)
-        # What is kept is judged by the rule, whatever is asked for this time.
-        return replace(found, tolerance=_judged_by(course, engine, preset, replace(self.plan, tolerance=None))).judged()
-
-    @property
-    def tolerance(self) -> Mapping[str, float] | None:
-        return self.plan.tolerance
-
-    def ended(self, outcome: Outcome, reason: str) -> MotionResult:
-        empty = _started(self.name, self.course, self.made_by, str(self.preset), self.plan)
-        return replace(empty, outcome=outcome.slug, reason=reason).judged()
+        return run_motion(self.name, self.course, self.made_by, str(self.preset), self.plan)
 
     def facts(self) -> dict[str, Any]:
         return {"scene": self.name}
@@ -160,18 +148,9 @@ def motion_study(
     presets: Mapping[str, tuple[str, ...]],
     plan: MotionPlan,
 ) -> Study[list[MotionStudy]]:
-    """The study of some scenes: one round of cases, scene by scene, engine by engine, each preset.
-
-    Args:
-        presets: to run, by engine name.
-    """
-    found = yield from results_of(
-        MotionCase(name, scene, engine.name, preset, plan)
-        for name, scene in scenes.items()
-        for engine in engines
-        for preset in presets[engine.name]
-    )
-    return [MotionStudy(name, scene, found[name], plan.motion, left_out(scene, plan)) for name, scene in scenes.items()]
+    """The study of some scenes; arguments as of `study_of`."""
+    found = yield from study_of(MotionCase, scenes, engines, presets, plan)
+    return [MotionStudy(s.name, s.scene, s.results, plan.motion, left_out(s.scene, plan)) for s in found]
 
 
 def left_out(scene: Scene, plan: MotionPlan) -> tuple[str, ...]:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from conrod.engines.engine import Preset
 from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import FreeMotion
@@ -52,12 +50,6 @@ class MotionPlan:
     def leaving(self) -> float:
         """The position error, of the length, whose first instant is reported."""
         return (self.tolerance or {}).get("position", LENGTH_ERROR)
-
-    def judged_by(self, preset: Preset[Any]) -> dict[str, float]:
-        """Tolerances of a preset by quantity, empty where it is only measured."""
-        if self.tolerance is not None:
-            return dict(self.tolerance)
-        return {"position": LENGTH_ERROR} if preset.judged_free else {}
 
     def mechanism(self, mechanism: Mechanism, name: str) -> Mechanism:
         """The mechanism with the loads that act: all of them, or all but what drives the crank.

@@ -12,7 +12,7 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
-from conrod.engines.engine import default_steps, run_of
+from conrod.engines.engine import Preset, default_steps, run_of
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.running import followed
 from conrod.errors import InvalidInput
@@ -24,7 +24,7 @@ from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.result import refine
+from conrod.studies.frame.result import refine, refinement_path
 from conrod.studies.frame.run import LEAST_STEPS, Prediction
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
@@ -49,6 +49,13 @@ class Plan:
     def steps(self, scene: Scene) -> int:
         """Steps per revolution for a scene."""
         return self.steps_per_revolution or default_steps(scene)
+
+    def determines(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
+        """All that it determines of the runs of a preset, along a refinement path or of one, as plain values."""
+        steps = self.steps(scene)
+        path = refinement_path(scene, steps) if refined else ()
+        settings = [preset(scene, n).as_dict() for n in (steps, *path)]
+        return {"settings": settings[0], "refined": settings[1:], "revolutions": self.revolutions, "start_angle": 0.0}
 
     def stretch(self, scene: Scene) -> tuple[float, float]:
         """Start angle [rad] and revolutions of the judged run.
@@ -83,15 +90,8 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     points = refine(scene, steps, plan.revolutions, finest, point)
     order = {q: claimed_order((p.steps_per_revolution, getattr(p, q)) for p in points) for q in QUANTITIES}
     result = replace(result, refinement=points, order=order)
-    if not result.completed:
-        return result.judged()
-    result = replace(
-        result,
-        **errors.found(),
-        prediction=prediction.sizes,
-        curves=drawn.curves,
-        poses=poses.errors,
-    )
+    if result.completed:
+        result = replace(result, prediction=prediction.sizes, curves=drawn.curves, poses=poses.errors, **errors.found())
     return result.judged()
 
 

@@ -19,7 +19,7 @@ from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, refinement_path, results_of
+from conrod.studies.frame.result import EngineCase, study_of
 from conrod.studies.validation.plan import Plan, started, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 
@@ -86,9 +86,8 @@ class ValidationCase(EngineCase[ValidationResult]):
 
     plan: Plan
 
-    @property
-    def effort(self) -> float:
-        return self.plan.steps(self.scene)
+    def started(self) -> ValidationResult:
+        return started(self.name, self.scene, self.made_by, self.preset, self.plan)
 
     def run(self) -> ValidationResult:
         if self.preset is None:
@@ -101,38 +100,16 @@ class ValidationCase(EngineCase[ValidationResult]):
 
     def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
         required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
-        found = started(self.name, self.scene, self.made_by, self.preset, self.plan)
-        return replace(found, outcome=outcome.slug, reason=reason, passed=False if required else None)
+        return replace(self.started(), outcome=outcome.slug, reason=reason, passed=False if required else None)
 
     def determined_by(self) -> dict[str, Any]:
-        preset, steps, turns = judged_preset(self.made_by), default_steps(self.scene), 1.0
-        path: tuple[int, ...] = ()
-        if self.preset is not None:
-            preset, steps, turns = self.preset, self.plan.steps(self.scene), self.plan.revolutions
-            path = refinement_path(self.scene, steps)
-        settings = [self.made_by.presets[preset](self.scene, n).as_dict() for n in (steps, *path)]
-        return {"settings": settings[0], "refined": settings[1:], "revolutions": turns, "start_angle": 0.0}
-
-
-def validation_cases(
-    scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
-) -> list[ValidationCase]:
-    """Scene by scene, engine by engine: kinematic mode, then each preset.
-
-    Args:
-        presets: to run, by engine name.
-    """
-    return [
-        ValidationCase(name, scene, engine.name, preset, plan)
-        for name, scene in scenes.items()
-        for engine in engines
-        for preset in (None, *presets[engine.name])
-    ]
+        if self.preset is None:
+            return Plan(None, 1.0).determines(self.scene, self.made_by.presets[judged_preset(self.made_by)], False)
+        return self.plan.determines(self.scene, self.made_by.presets[self.preset])
 
 
 def validation(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> Study[list[SceneStudy]]:
-    """The study of some scenes: one round of cases; arguments as of `validation_cases`."""
-    found = yield from results_of(validation_cases(scenes, engines, presets, plan))
-    return [SceneStudy(name, scene, found[name]) for name, scene in scenes.items()]
+    """The study of some scenes: kinematic mode, then each preset; arguments as of `study_of`."""
+    return study_of(ValidationCase, scenes, engines, {name: (None, *some) for name, some in presets.items()}, plan)
