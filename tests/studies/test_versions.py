@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,17 @@ import mujoco
 import numpy as np
 import pytest
 
+from conrod.cli.options import RunOptions
+from conrod.cli.runner import Runner
 from conrod.engines import engine_named
 from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import build, compiled
 from conrod.engines.releases import numbers_of
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, scene_named
+from conrod.studies import releases
 from conrod.studies.frame.case import QUANTITIES, Measurement
-from conrod.studies.frame.ledger import Ledger
-from conrod.studies.releases import Environments, VersionCase, python_of
+from conrod.studies.releases import VersionCase, interpreter, python_of
 from conrod.studies.versions import LINKAGE_STEPS, VersionStudy, change_between, plan_cases, versions_study
 
 SAW: Any = SCENES["saw-40rpm"]
@@ -138,8 +140,14 @@ def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeyp
 # -- environments ------------------------------------------------------------------------------------------------------
 
 
-def maker(script: str) -> Callable[[Path, Sequence[str]], None]:
-    """What makes an environment whose interpreter is a script of a shell."""
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "conrod" / "environments"
+
+
+def installing(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
+    """Have an environment made whose interpreter is a script of a shell."""
 
     def make(folder: Path, requirements: Sequence[str]) -> None:
         python = python_of(folder)
@@ -147,51 +155,46 @@ def maker(script: str) -> Callable[[Path, Sequence[str]], None]:
         python.write_text(f"#!/bin/sh\n{script}\n")
         python.chmod(0o755)
 
-    return make
+    monkeypatch.setattr(releases, "install", make)
 
 
 HERE = f'exec {getattr(sys, "_base_executable", sys.executable)} "$@"'  # which has no packages of its own
 
 
-def test_an_environment_is_made_once_and_for_its_requirements_alone(tmp_path: Path) -> None:
-    made = Environments(tmp_path / "cache", maker(HERE))
+def test_an_environment_is_made_once_and_for_its_requirements_alone(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installing(monkeypatch, HERE)
     requirement = MUJOCO.releases.requirement(MUJOCO.version)
-    first = made.interpreter("mujoco", requirement, MUJOCO.version)
-    again = replace(made, make=maker("exit 1")).interpreter("mujoco", requirement, MUJOCO.version)
-    assert first == again
+    first = interpreter("mujoco", requirement, MUJOCO.version)
     # An engine that is another one than its distribution says is not kept.
     with pytest.raises(InvalidInput, match=f"mujoco==3.6.0 calls itself {MUJOCO.version}"):
-        made.interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
-    assert [python_of(place) for place in (tmp_path / "cache").iterdir()] == [Path(first)]
-
-
-def test_an_engine_that_crashes_on_import_leaves_nothing(tmp_path: Path) -> None:
+        interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+    installing(monkeypatch, "kill -SEGV $$")
+    assert interpreter("mujoco", requirement, MUJOCO.version) == first
+    # Nor is one that crashes on import.
     with pytest.raises(InvalidInput, match=r"cannot be imported|cannot start"):
-        Environments(tmp_path, maker("kill -SEGV $$")).interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
-    assert list(tmp_path.iterdir()) == []
+        interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+    assert [python_of(place) for place in cache.iterdir()] == [Path(first)]
 
 
 @pytest.mark.slow
-def test_two_real_releases_differ_where_mujoco_says_so(tmp_path: Path) -> None:
-    from conrod.cli.runner import ProgressBar
-    from conrod.studies.releases import ReleaseRunner
-
+def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InvalidInput, match=r"(?i)mujoco==3\.99\.0"):
-        Environments(tmp_path / "none").interpreter("mujoco", "mujoco==3.99.0", "3.99.0")
-    environments = Environments(tmp_path / "cache")
+        interpreter("mujoco", "mujoco==3.99.0", "3.99.0")
     try:
         for version in ("3.6.0", "3.7.0"):
-            environments.interpreter("mujoco", f"mujoco=={version}", version)
+            interpreter("mujoco", f"mujoco=={version}", version)
     except InvalidInput as error:
         pytest.skip(f"MuJoCo cannot be installed here: {error}")
     planned = plan_cases({"saw": SAW}, MUJOCO)
     cases = {key: case for key, case in planned.items() if key[1] in ("tuned", "hardened")}
-    with Ledger.open(tmp_path / "ledger.sqlite") as ledger:
-        runs = ReleaseRunner(ledger, 2, 600.0, None, False, ProgressBar, environments)
-        study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runs.perform)
+    with Runner.of(RunOptions(ledger=str(cache / "ledger.sqlite"), jobs=2)) as runner:
+        study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runner.run_in_release)
         # All is in the ledger now: nothing is installed for it, nothing runs.
-        broken = replace(runs, environments=Environments(tmp_path / "other", maker("exit 1")))
-        assert versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, broken.perform) == study
+        monkeypatch.setenv("XDG_CACHE_HOME", str(cache / "other"))
+        installing(monkeypatch, "exit 1")
+        assert versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runner.run_in_release) == study
     tuned, hardened = study.histories
     assert tuned.changes[0].size["acceleration"] > 1e-4
     assert all(one.changes[0].explained for one in (tuned, hardened))

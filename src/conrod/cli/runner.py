@@ -25,17 +25,19 @@ from conrod.studies.frame.run import RunCase
 
 if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing
+    from conrod.studies.releases import VersionCase
 
 Found = TypeVar("Found")
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0
 
 
-def processes_of(options: RunOptions, jobs: int | None = None) -> LocalProcesses:
+def processes_of(options: RunOptions, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
     """Processes of this machine, as many as were asked for unless a number is given."""
     jobs = options.jobs if jobs is None else jobs
     jobs = available_cores() if jobs is None else jobs
-    return LocalProcesses(jobs, cell_timeout=options.timeout, cell_memory=options.memory)
+    timeout, memory = options.timeout, options.memory
+    return LocalProcesses(jobs, cell_timeout=timeout, cell_memory=memory, interpreter=interpreter)
 
 
 def executor_of(options: RunOptions) -> RepeatingExecutor:
@@ -99,6 +101,23 @@ class Runner:
         fresh = self.options.fresh
         with processes_of(self.options, 1) as executor, ProgressBar(description) as bar:
             return run_cases(cells, self.ledger, executor, fresh=fresh, watcher=bar)
+
+    def run_in_release(self, requirement: str, cells: Sequence[VersionCase]) -> dict[str, Measurement]:
+        """Measurements of cells of a release, in processes that have it, which is installed where it has to be.
+
+        Raises:
+            InvalidInput: it cannot be had.
+        """
+        from conrod.studies.releases import interpreter
+
+        keys = {cell.key for cell in cells}
+        kept = {} if self.options.fresh else self.ledger.measurements(keys)
+        if kept.keys() >= keys:
+            return kept
+        with ProgressBar(f"runs of {requirement}") as bar:
+            python = interpreter(cells[0].settings.engine, requirement, cells[0].version)
+            with processes_of(self.options, interpreter=python) as executor:
+                return run_cases(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
 
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:
         """Timings of all cells that can be timed, one at a time on this machine."""

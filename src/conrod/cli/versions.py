@@ -41,14 +41,13 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     ledger: an interrupted study goes on where it stopped.
     """
     from conrod.cli.outputs import outputs
-    from conrod.cli.runner import ProgressBar, Runner
+    from conrod.cli.runner import Runner
     from conrod.engines import engine_named
     from conrod.engines.capabilities import Released, required
     from conrod.errors import InvalidInput
     from conrod.report.versions import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
     from conrod.studies.frame.writing import naming
-    from conrod.studies.releases import ReleaseRunner
     from conrod.studies.versions import plan_cases, versions_study
 
     if asked.cluster is not None:
@@ -58,9 +57,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     cases = plan_cases(select_scenes(typed, asked.assignments), made)
     files = outputs(KIND, [engine], asked)
     with Runner.of(asked) as runner:
-        jobs = options.available_cores() if asked.jobs is None else asked.jobs
-        runs = ReleaseRunner(runner.ledger, jobs, asked.timeout, asked.memory, asked.fresh, ProgressBar)
-        study = versions_study(made, chosen, cases, runs.perform)
+        study = versions_study(made, chosen, cases, runner.run_in_release)
     with naming("standard output"):
         print_versions(study)
     files.write({engine: study}, "versions", {engine: engine}, asked, {"": scenes})

@@ -12,10 +12,8 @@ import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -27,18 +25,13 @@ from conrod.engines.running import followed
 from conrod.errors import InvalidInput
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.dispatch import Watcher, run_cases
-from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
 from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase, SignedErrors, as_run, not_run
 from conrod.studies.limits.recorders import Fingerprint
 
 PATIENCE = 600.0  # [s] for an installation
 STARTED = 120.0  # [s] for an engine to be imported
-
-Make = Callable[[Path, Sequence[str]], None]
 
 
 def install(folder: Path, requirements: Sequence[str]) -> None:
@@ -51,45 +44,33 @@ def install(folder: Path, requirements: Sequence[str]) -> None:
     _run([str(python_of(folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:", *requirements])
 
 
-@dataclass(frozen=True)
-class Environments:
-    """Environments in a folder, by what they hold.
+def interpreter(engine: str, requirement: str, version: str) -> str:
+    """Path of the interpreter of an environment where an engine has a version; it is made if there is none.
 
-    Attributes:
-        make: fills an empty folder; raises InvalidInput.
+    Raises:
+        InvalidInput: it cannot be made, or the engine that it holds cannot be imported, or is another version.
     """
-
-    folder: Path = field(default_factory=lambda: platformdirs.user_cache_path("conrod") / "environments")
-    make: Make = install
-
-    def interpreter(self, engine: str, requirement: str, version: str) -> str:
-        """Path of the interpreter of an environment where an engine has a version; it is made if there is none.
-
-        Raises:
-            InvalidInput: it cannot be made, or the engine that it holds cannot be imported, or is another version.
-        """
-        requirements = (requirement, f"numpy=={version_of('numpy')}")
-        python = f"{sys.implementation.name}{platform.python_version()}"
-        digest = hashlib.sha256("\n".join((*requirements, python, sys.base_prefix)).encode()).hexdigest()[:8]
-        place = self.folder / f"{requirement.replace('==', '-')}-{python}-{digest}"
-        if not place.is_dir():
-            self._put(place, requirements, engine, version)
+    folder = platformdirs.user_cache_path("conrod") / "environments"
+    requirements = (requirement, f"numpy=={version_of('numpy')}")
+    python = f"{sys.implementation.name}{platform.python_version()}"
+    digest = hashlib.sha256("\n".join((*requirements, python, sys.base_prefix)).encode()).hexdigest()[:8]
+    place = folder / f"{requirement.replace('==', '-')}-{python}-{digest}"
+    if place.is_dir():
         return str(python_of(place))
-
-    def _put(self, place: Path, requirements: Sequence[str], engine: str, version: str) -> None:
-        """Make a folder elsewhere and rename it, so that it is there whole or not at all; of two the first counts."""
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryDirectory(prefix=".making-", dir=self.folder) as name:
-                made = Path(name) / "made"
-                self.make(made, requirements)
-                found = imported_version(str(python_of(made)), engine)
-                if found != version:
-                    raise InvalidInput(f"{requirements[0]} calls itself {found}")
-                made.rename(place)
-        except OSError as error:
-            if not place.is_dir():
-                raise InvalidInput(f"cannot write into {self.folder}: {error.strerror or error}") from None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        # Made elsewhere and renamed, so that it is there whole or not at all; of two the first counts.
+        with tempfile.TemporaryDirectory(prefix=".making-", dir=folder) as name:
+            made = Path(name) / "made"
+            install(made, requirements)
+            found = imported_version(str(python_of(made)), engine)
+            if found != version:
+                raise InvalidInput(f"{requirement} calls itself {found}")
+            made.rename(place)
+    except OSError as error:
+        if not place.is_dir():
+            raise InvalidInput(f"cannot write into {folder}: {error.strerror or error}") from None
+    return str(python_of(place))
 
 
 def imported_version(interpreter: str, engine: str) -> str:
@@ -175,39 +156,3 @@ class VersionCase(RunCase):
         if ended.outcome is Outcome.COMPLETED:
             found = {**errors.found(), "signed": signed.errors()}
         return Measurement(ended.outcome.slug, ended.reason, **found, beside={"bits": bits.texts()})
-
-
-@dataclass(frozen=True)
-class ReleaseRunner:
-    """Runs cases of one release after the other.
-
-    Attributes:
-        jobs: runs at a time.
-        timeout, memory: limits of a run [s], [bytes]; None for none.
-        fresh: whether runs are made again that the ledger has.
-        watching: a watcher, from what it is to say and how cases usually end.
-    """
-
-    ledger: Ledger
-    jobs: int
-    timeout: float | None
-    memory: int | None
-    fresh: bool
-    watching: Callable[[str, str], AbstractContextManager[Watcher]]
-    environments: Environments = field(default_factory=Environments)
-
-    def perform(self, requirement: str, cases: Sequence[VersionCase]) -> Mapping[str, Measurement]:
-        """Measurements of cases of one release.
-
-        Raises:
-            InvalidInput: the release cannot be had.
-        """
-        keys = {case.key for case in cases}
-        runs: Mapping[str, Measurement] = {} if self.fresh else self.ledger.measurements(keys)
-        if runs.keys() >= keys:
-            return runs
-        with self.watching(f"runs of {requirement}", Outcome.COMPLETED.slug) as bar:
-            python = self.environments.interpreter(cases[0].settings.engine, requirement, cases[0].version)
-            processes = partial(LocalProcesses, cell_timeout=self.timeout, cell_memory=self.memory)
-            with processes(self.jobs, interpreter=python) as executor:
-                return run_cases(cases, self.ledger, executor, fresh=self.fresh, watcher=bar)

@@ -89,8 +89,6 @@ class VersionStudy:
 
 LINKAGE_STEPS, CONTACT_STEPS, REVOLUTIONS = 1000, 8000, 2.0  # steps per revolution
 Runs = Mapping[str, Measurement]
-# Of what is to be installed and cases of one release: measurements by key; InvalidInput where it cannot be had.
-Perform = Callable[[str, Sequence[VersionCase]], Runs]
 
 
 def plan_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[str, str], VersionCase]:
@@ -110,9 +108,16 @@ def plan_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[s
 
 
 def versions_study(
-    engine: Engine[Any], versions: Sequence[str], cases: Mapping[tuple[str, str], VersionCase], perform: Perform
+    engine: Engine[Any],
+    versions: Sequence[str],
+    cases: Mapping[tuple[str, str], VersionCase],
+    perform: Callable[[str, Sequence[VersionCase]], Runs],
 ) -> VersionStudy:
     """Findings on releases of an engine, the oldest first; a release that cannot be had is unsupported, others go on.
+
+    Args:
+        perform: given what is to be installed and the cases of a release, its measurements by key; InvalidInput where
+            it cannot be had.
 
     Raises:
         InvalidInput: none of them can be had; says why of the last.

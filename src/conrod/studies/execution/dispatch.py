@@ -105,7 +105,11 @@ def _keep(
     ledger: Ledger, limits: Limits, fresh: bool, watcher: Watcher | None, case: Case, future: Future[Measurement]
 ) -> None:
     """Keep what came of a case, and let others have its claim."""
-    measurement = _outcome(future)
+    try:
+        measurement = future.result()
+    except (WorkerDied, TimeoutError, MemoryError) as error:  # others no case causes by what it is
+        ended = Ended.of(error)
+        measurement = Measurement(ended.outcome.slug, ended.reason)
     ledger.keep(case, measurement, limits.of(measurement.outcome), replace=fresh)
     ledger.claims.give_back(case.key)
     if watcher is not None:
@@ -182,15 +186,6 @@ def _fly(
         raise
 
 
-def _outcome(future: Future[Measurement]) -> Measurement:
-    """Result of a case's future; errors that no case causes by what it is go on to the caller."""
-    try:
-        return future.result()
-    except (WorkerDied, TimeoutError, MemoryError) as error:
-        ended = Ended.of(error)
-        return Measurement(ended.outcome.slug, ended.reason)
-
-
 # -- costs ------------------------------------------------------------------------------------------------------------
 
 
@@ -215,29 +210,28 @@ def time_cases(
     known = {} if fresh else ledger.timings(by_key, fingerprint())
     if watcher is not None:
         watcher.started(len(by_key), len(known))
-    unknown = [case for key, case in by_key.items() if key not in known]
+    unknown, alone = [case for key, case in by_key.items() if key not in known], f"timing on {fingerprint()}"
 
     def left(case: RunCase) -> bool:
         return fresh or case.key not in ledger.timings([case.key], fingerprint())
 
     with LocalProcesses(1, cell_timeout=cell_timeout) as worker:
         # One at a time, of all processes here on this ledger.
-        for case in _claimed(unknown, ledger, lambda _: f"timing on {fingerprint()}", left, watcher):
+        for case in _claimed(unknown, ledger, lambda _: alone, left, watcher):
             if case is None:
                 time.sleep(POLL)
                 continue
             timing = None
             # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
             with suppress(WorkerDied, TimeoutError, MemoryError):
-                timing = worker.submit(on_known_scene, time_case, case).result()
+                timing = worker.submit(on_known_scene, _timed, case).result()
             if timing is not None:
                 ledger.keep_timing(case, timing)
-            ledger.claims.give_back(f"timing on {fingerprint()}")
+            ledger.claims.give_back(alone)
             if watcher is not None:
                 watcher.advanced(case, "timed" if timing is not None else "without a timing")
     return ledger.timings(by_key, fingerprint())
 
 
-def time_case(case: RunCase) -> Timing | None:
-    """Time one case, in the process that calls."""
+def _timed(case: RunCase) -> Timing | None:
     return time_run(engine_named(case.settings.engine), case.scene, case.settings)

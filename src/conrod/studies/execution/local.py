@@ -17,7 +17,6 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.worker_process import (
     KilledFromOutside,
     Limits,
-    NeverBegun,
     WorkerDied,
     WorkerProcess,
     cannot_start,
@@ -136,14 +135,11 @@ class LocalProcesses(RepeatingExecutor):
         self._idle: list[WorkerProcess] = []
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        while True:
-            worker = self._taken()
-            try:
-                return worker.call(function, *arguments, **named)
-            except NeverBegun:  # killed while it had nothing to do
-                continue
-            finally:
-                self._give_back(worker)
+        worker = self._taken()
+        try:
+            return worker.call(function, *arguments, **named)
+        finally:
+            self._give_back(worker)
 
     def stop(self) -> None:
         with self._lock:
@@ -158,8 +154,11 @@ class LocalProcesses(RepeatingExecutor):
         with self._lock:
             if self._stopped:
                 raise WorkerDied("ended before it began")
-            if self._idle:
-                return self._idle.pop()
+            while self._idle:
+                if (idle := self._idle.pop()).ready:
+                    return idle
+                self._all.discard(idle)
+                idle.end()
             worker = WorkerProcess(self.limits, interpreter=self._interpreter)
             self._all.add(worker)
             return worker

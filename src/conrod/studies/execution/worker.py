@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import resource
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -125,8 +126,6 @@ def address_space() -> int:
 
 def _limit(memory: int) -> None:
     """Limit the address space [bytes] of this process, within what it was itself started with."""
-    import resource  # POSIX only; without a limit the rest works anywhere
-
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     least = memory if most == resource.RLIM_INFINITY else min(memory, most)
     resource.setrlimit(resource.RLIMIT_AS, (least, most))
@@ -136,8 +135,6 @@ def _out_of_memory(error: Exception) -> bool:
     """True if an error came of this process's memory limit; to be asked before what the process holds is let go."""
     if isinstance(error, MemoryError):
         return True
-    import resource
-
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit == resource.RLIM_INFINITY or isinstance(error, InvalidInput):
         return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import sqlite3
@@ -12,11 +13,6 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.studies.frame.writing import real_path
-
-try:
-    import fcntl
-except ImportError:  # not POSIX
-    fcntl = None  # type: ignore[assignment]  # as the absence of a module is typed
 
 # 'crod' in ASCII: by it a ledger is known from any other SQLite file.
 APPLICATION_ID = 0x63726F64
@@ -139,7 +135,7 @@ class Claims:
     """Claims of this process on what it runs, which the others on its ledger then do not run as well.
 
     A claim is a lock on a byte of a file beside the ledger, and so ends with the process that has it, however that
-    ends. Where the system has no such locks all claims are granted, and work may be done twice.
+    ends. Where the file system has no locks all claims are granted, and work may be done twice.
 
     Attributes:
         path: of the file, which is made by the first claim and left where it is: another process may have it open.
@@ -151,16 +147,12 @@ class Claims:
 
     def take(self, name: str) -> bool:
         """Claim a name; False where another process has it."""
-        if fcntl is None:
-            return True
         try:
             if self._file is None:
                 self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))
-        except (BlockingIOError, PermissionError):
-            return self._file is None  # which cannot be opened
-        except OSError:
-            return True  # of a file system without locks
+        except OSError as error:  # else it cannot be opened, or the file system has no locks
+            return not (self._file is not None and isinstance(error, BlockingIOError | PermissionError))
         return True
 
     def give_back(self, name: str) -> None:

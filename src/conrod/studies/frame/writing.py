@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import shutil
@@ -105,8 +106,8 @@ def staging_in(folder: Path) -> Iterator[Path]:
     recover(folder)
     made = Path(tempfile.mkdtemp(dir=folder, prefix=STAGING))
     with ExitStack() as lock:
-        # Where a file system or a system has no locks, what is left is never cleared away.
-        with suppress(OSError, ImportError):
+        # Where a file system has no locks, what is left is never cleared away.
+        with suppress(OSError):
             lock.enter_context(_locked(made))
         try:
             yield made
@@ -121,8 +122,6 @@ def staging_in(folder: Path) -> Iterator[Path]:
 @contextmanager
 def _locked(staging: Path) -> Iterator[None]:
     """Hold a lock on a folder, which ends with the process however that ends; OSError where another has it."""
-    import fcntl
-
     descriptor = os.open(staging, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -134,7 +133,7 @@ def _locked(staging: Path) -> Iterator[None]:
 def recover(folder: Path) -> None:
     """Settle the stagings that killed processes have left in a folder."""
     for left in real_path(folder).glob(f"{STAGING}*"):
-        with suppress(OSError, ImportError), _locked(left):
+        with suppress(OSError), _locked(left):
             _settle(left, found=True)
 
 
