@@ -7,8 +7,9 @@ import re
 from collections.abc import Iterator
 from importlib.resources import files
 
+from audits.judging import Item
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Item, Number
+from conrod.own.printed.verdicts import Number
 
 COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
 

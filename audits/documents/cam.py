@@ -15,7 +15,8 @@ from audits.documents.arc_cam import QUANTITIES, ArcCam
 from audits.formulas.cam_checks import FORMULAS, arguments
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
-from conrod.own.printed.judging import Case, Explanation, Item, Verdict, judge
+from audits.judging import Case, Explanation, Item, judge
+from conrod.own.printed.verdicts import Verdict
 
 DOCUMENT = "004"
 GRID = np.arange(0.0, 181.0, 10.0)  # [deg], the document's table

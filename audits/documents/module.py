@@ -12,9 +12,10 @@ from audits.formulas import module_relations, module_vectors
 from audits.formulas.module import FORMULAS, arguments
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
+from audits.judging import judge
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.own.printed.judging import Kind, Number, Verdict, judge
+from conrod.own.printed.verdicts import Kind, Number, Verdict
 
 
 @dataclass(frozen=True)

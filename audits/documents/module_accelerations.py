@@ -10,7 +10,7 @@ from functools import cache
 
 from audits.documents.module_linkages import SIX_BAR_SPEED, RackLinkage, SixBar, least_misfit
 from audits.documents.module_velocities import CaseOf, caused, contradicted, plain, read_only, slipped
-from conrod.own.printed.judging import Case, Explanation, Item
+from audits.judging import Case, Explanation, Item
 
 HALF_MM = 0.05  # [cm]
 SPEED_SCALE, ACCELERATION_SCALE = 2.0, 75.0  # a cm, in Example 6.15; the printed 81 is a misprint

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from itertools import combinations
 
-from conrod.own.printed.judging import Case, Explanation, Item
+from audits.judging import Case, Explanation, Item
 
 CaseOf = Callable[[Item], Case]
 

@@ -15,8 +15,9 @@ import numpy as np
 from audits.formulas import press_steps
 from audits.formulas.press import FORMULAS
 from audits.formulas.published import verdict_on
+from audits.judging import Case, Explanation, Item, judge
 from conrod.exact.motion import Array
-from conrod.own.printed.judging import Case, Explanation, Item, Number, Verdict, judge
+from conrod.own.printed.verdicts import Number, Verdict
 from conrod.scenes import ShearPress
 
 DOCUMENT = "000"

@@ -8,7 +8,8 @@ from __future__ import annotations
 from audits.formulas import listing_names, saw, saw_listing, saw_vectors
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
-from conrod.own.printed.judging import Case, Item, Verdict, judge
+from audits.judging import Case, Item, judge
+from conrod.own.printed.verdicts import Verdict
 from conrod.scenes import Saw
 
 DOCUMENT = "002"

@@ -9,7 +9,7 @@ import numpy as np
 
 from audits.formulas import cam
 from audits.formulas.published import Formula, Published, derivative
-from conrod.own.printed.judging import Kind
+from conrod.own.printed.verdicts import Kind
 
 
 def arguments() -> dict[str, Any]:

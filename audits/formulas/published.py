@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from conrod.own.printed.judging import Kind, Verdict
+from conrod.own.printed.verdicts import Kind, Verdict
 
 # A formula takes arrays of one shape, real or complex, by name.
 Formula: TypeAlias = Callable[..., Any]

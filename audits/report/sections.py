@@ -8,8 +8,9 @@ from audits.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
 from audits.documents.module_answers import answers
 from audits.formulas.published import SAME
 from audits.listing_survey import runs
+from audits.report.corrections import share_text
 from conrod.report.numbers import quantity
-from conrod.report.printed_values import escaped, share_text, unsigned_zero
+from conrod.report.printed_values import escaped, unsigned_zero
 from conrod.report.table import table
 from conrod.report.template import table_text
 

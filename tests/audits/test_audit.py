@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +17,9 @@ from audits.documents.module_linkages import RackLinkage, SixBar, least_misfit
 from audits.formulas import cam as formulas
 from audits.items import items_of, shipped_items
 from audits.judged import DOCUMENTS, audit
+from audits.judging import Case, Explanation, Item, judge
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Kind, Number, judge
+from conrod.own.printed.verdicts import Kind, Number
 from conrod.scenes import catalogue_scene
 
 # -- the documents ---------------------------------------------------------------------------------------------------
@@ -217,3 +219,32 @@ def test_the_rack_linkage_has_the_catalogues_speeds_and_tangential_accelerations
     across_c, across_rod = linkage.tangential(6.0**2 / 0.3)
     assert abs(float(c.acceleration[0] @ along)) == pytest.approx(across_c, rel=1e-11)
     assert abs(float((c.acceleration - b.acceleration)[0] @ rod)) == pytest.approx(across_rod, rel=1e-11)
+
+
+# -- the engine of verdicts ------------------------------------------------------------------------------------------
+
+ITEM = Item("test", "key", "here", 1, "length", "", Number("2.35"), "mm", "")
+
+
+@pytest.mark.parametrize(("exact", "more", "kind"), [
+    (2.3541, {}, Kind.AGREES),
+    (2.3591, {}, Kind.AFTER_ROUNDING),
+    (2.40, {"causes": (Explanation("pi = 3.14", 2.3502),)}, Kind.EXPLAINED),
+    (2.85, {"neighbours": (Explanation("beside", 2.85, 0.01),)}, Kind.MISPRINT),
+    # A neighbour that contradicts the exact value too proves no misprint.
+    (2.85, {"neighbours": (Explanation("beside", 3.85, 0.01),)}, Kind.NOT_REPRODUCIBLE),
+    (2.40, {"wrong_steps": (Explanation("5 for 6", 2.3549),)}, Kind.WRONG_STEP),
+    (2.40, {"reading": 0.1}, Kind.AFTER_ROUNDING),
+    (2.40, {}, Kind.NOT_REPRODUCIBLE),
+])  # fmt: skip
+def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print(
+    exact: float, more: dict[str, Any], kind: Kind
+) -> None:
+    assert judge(Case(ITEM, exact, "sum", **more)).kind is kind
+
+
+def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
+    near_misses = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
+    verdict = judge(Case(ITEM, 2.40, "sum", causes=near_misses, wrong_steps=(near_misses[1],)))
+    assert verdict.kind is Kind.NOT_REPRODUCIBLE
+    assert "pi" not in verdict.reason

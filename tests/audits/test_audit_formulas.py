@@ -24,7 +24,7 @@ from audits.formulas import press as press_formulas
 from audits.formulas import saw as saw_formulas
 from audits.formulas.published import SAME, derivative, discrepancy, verdict_on
 from audits.listing_survey import runs
-from conrod.own.printed.judging import Kind
+from conrod.own.printed.verdicts import Kind
 
 ARGUMENTS = {
     "000": (press_formulas.FORMULAS, press_formulas.arguments()),

@@ -11,8 +11,8 @@ import pytest
 
 from audits.__main__ import report
 from audits.judged import DOCUMENTS, PAGES, audited
-from conrod.own.printed.judging import Audited
-from conrod.report.printed_values import corrections, rank
+from audits.report.corrections import corrections, rank
+from conrod.own.printed.verdicts import Audited
 from conrod.report.writer import rendered_again
 
 REPORT = Path(__file__).parents[2] / "reports" / "audit"

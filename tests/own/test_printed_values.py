@@ -1,23 +1,25 @@
-"""Printed values of a user's own: judged by the same rules, and refused in one line where they cannot be read."""
+"""`conrod audit`: printed values of a user's own, judged row by row, or refused in one line that names the row."""
 
 from __future__ import annotations
 
+import json
 import math
-from typing import Any
+import re
+from pathlib import Path
 
 import pytest
+from click.testing import CliRunner, Result
 
+from conrod.cli import cli
 from conrod.errors import InvalidInput
-from conrod.own.printed.judging import Case, Explanation, Item, Kind, Number, judge
-from conrod.own.printed.table import audit_table
-from conrod.scenes import ShearPress, scene_named
+from conrod.own.printed.table import audit_file, audit_table
+from conrod.own.printed.verdicts import Kind, Number
+from conrod.scenes import ShearPress, catalogue_text, scene_named
 
+ROOT = Path(__file__).parents[2]
 HEADING = "scene,quantity,angle_deg,printed,unit\n"
+GOOD = "shear-press,G velocity y,10,-33.3,mm/s\n"
 PRESS = ShearPress()
-
-
-def number_of(text: str) -> Item:
-    return Item("test", "key", "here", 1, "length", "", Number(text), "mm", "")
 
 
 def speeds(turn: float = math.pi / 180.0, factor: float = 1e3) -> list[str]:
@@ -31,92 +33,36 @@ def table(printed: list[str]) -> str:
     return HEADING + "\n".join(rows)
 
 
-def test_a_short_pi_is_named_where_it_reproduces_the_column() -> None:
+def test_a_cause_is_named_where_it_reproduces_the_column_and_not_for_a_single_value() -> None:
     verdicts = audit_table("mine", table(speeds(3.14 / 180.0)))
     assert Kind.EXPLAINED in {v.kind for v in verdicts} <= {Kind.EXPLAINED, Kind.AGREES}
     assert all("3.14 " in v.reason for v in verdicts if v.kind is Kind.EXPLAINED)
-
-
-def test_a_wrong_unit_is_a_wrong_step_with_the_right_value() -> None:
     verdict = audit_table("mine", table(speeds(factor=1.0)))[8]
     assert (verdict.kind, verdict.should_be) == (Kind.WRONG_STEP, "-186.88")
-
-
-def test_a_single_wrong_value_among_right_ones_is_given_no_cause() -> None:
+    # Negative control: one wrong value among right ones.
     printed = speeds()
     printed[3] = speeds(3.14 / 180.0)[3]
-    assert printed[3] != speeds()[3]
     verdict = audit_table("mine", table(printed))[3]
     assert (verdict.kind, verdict.should_be) == (Kind.NOT_REPRODUCIBLE, speeds()[3])
 
 
 def test_a_machine_of_one_pass_is_audited_where_it_goes_and_its_slips_do_not_lead_out() -> None:
-    scene = scene_named("swinging-four-bar")
-    angles = range(-10, 60, 10)
+    scene, angles = scene_named("swinging-four-bar"), range(-10, 60, 10)
     values = scene.motion([math.radians(k) for k in angles], scene.speed).point("B").velocity[:, 0]
-    rows = [
-        f"swinging-four-bar,B velocity x,{k},{value / 10.0:.3f},m/s" for k, value in zip(angles, values, strict=True)
-    ]
+    pairs = zip(angles, values, strict=True)
+    rows = [f"swinging-four-bar,B velocity x,{k},{value / 10.0:.3f},m/s" for k, value in pairs]
     found = audit_table("mine", HEADING + "\n".join(rows))
     assert Kind.WRONG_STEP in {v.kind for v in found}
     assert all("a unit 10 times as large" in v.reason for v in found if v.kind is Kind.WRONG_STEP)
 
 
-def test_parameters_of_a_row_are_used() -> None:
+def test_parameters_decimal_commas_and_a_typeset_minus_are_read() -> None:
     text = HEADING.replace("unit\n", "unit,parameters\n") + "saw-40rpm,C position x,180,-250,mm,crank=125mm; offset=0\n"
     assert audit_table("mine", text)[0].kind is Kind.AGREES
     assert audit_table("mine", text.replace("125", "124"))[0].kind is not Kind.AGREES
-
-
-GOOD = "shear-press,G velocity y,10,-33.3,mm/s"
-
-
-@pytest.mark.parametrize(("text", "message"), [
-    (HEADING + GOOD.replace("G velocity", "H velocity"), "unknown point 'H': choose from A, G"),
-    (HEADING + GOOD.replace("-33.3", "1e3"), "is not a decimal number"),
-    (HEADING + GOOD.replace("mm/s", "mm"), "'mm' is not a unit of m/s"),
-    (HEADING + "shear-press", "row 2: quantity: nothing is given"),
-    (HEADING.replace(",unit", ""), "no column 'unit'"),
-    (HEADING.replace("unit", "units"), "unknown column 'units': did you mean 'unit'"),
-])  # fmt: skip
-def test_a_table_or_a_row_that_cannot_be_used_is_named(text: str, message: str) -> None:
-    assert audit_table("mine", HEADING + GOOD)[0].kind is Kind.AGREES
-    with pytest.raises(InvalidInput, match=message):
-        audit_table("mine", text)
-
-
-def test_fields_apart_by_semicolons_with_decimal_commas_and_a_typeset_minus_are_read() -> None:
-    text = HEADING.replace(",", ";") + "shear-press;A velocity y;12,5;\u221244,04;mm/s\n"
-    found = audit_table("mine", text)[0]
+    found = audit_table("mine", HEADING.replace(",", ";") + "shear-press;A velocity y;12,5;\u221244,04;mm/s\n")[0]
     exact = PRESS.motion([math.radians(12.5)], PRESS.speed).point("A").velocity[0, 1] * 1e3
     assert (found.exact, found.condition, found.printed) == (pytest.approx(exact), "12.5 deg", "-44,04")
-
-
-# -- the engine of verdicts ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("exact", "more", "kind"), [
-    (2.3541, {}, Kind.AGREES),
-    (2.3591, {}, Kind.AFTER_ROUNDING),
-    (2.40, {"causes": (Explanation("pi = 3.14", 2.3502),)}, Kind.EXPLAINED),
-    (2.85, {"neighbours": (Explanation("beside", 2.85, 0.01),)}, Kind.MISPRINT),
-    # A neighbour that contradicts the exact value too proves no misprint.
-    (2.85, {"neighbours": (Explanation("beside", 3.85, 0.01),)}, Kind.NOT_REPRODUCIBLE),
-    (2.40, {"wrong_steps": (Explanation("5 for 6", 2.3549),)}, Kind.WRONG_STEP),
-    (2.40, {"reading": 0.1}, Kind.AFTER_ROUNDING),
-    (2.40, {}, Kind.NOT_REPRODUCIBLE),
-])  # fmt: skip
-def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print(
-    exact: float, more: dict[str, Any], kind: Kind
-) -> None:
-    assert judge(Case(number_of("2.35"), exact, "sum", **more)).kind is kind
-
-
-def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
-    near_misses = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
-    verdict = judge(Case(number_of("2.35"), 2.40, "sum", causes=near_misses, wrong_steps=(near_misses[1],)))
-    assert verdict.kind is Kind.NOT_REPRODUCIBLE
-    assert "pi" not in verdict.reason
 
 
 @pytest.mark.parametrize(("text", "value", "rounds", "cuts"), [
@@ -127,3 +73,99 @@ def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
 ])  # fmt: skip
 def test_printed_digits_round_and_cut(text: str, value: float, rounds: bool, cuts: bool) -> None:
     assert (Number(text).is_rounding_of(value), Number(text).is_cut_of(value)) == (rounds, cuts)
+
+
+# -- as a user calls it ------------------------------------------------------------------------------------------------
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(cli, ["audit", *arguments])
+
+
+def refusal(*arguments: str) -> str:
+    result = run(*arguments)
+    assert isinstance(result.exception, InvalidInput)
+    assert "\n" not in str(result.exception)
+    return str(result.exception)
+
+
+def written(folder: Path, text: str, name: str = "values.csv") -> str:
+    path = folder / name
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_example_of_the_documentation_gives_what_it_says(here: Path) -> None:
+    text = (ROOT / "docs" / "audit.md").read_text(encoding="utf-8")
+    values = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]
+    told = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[0]
+    written(here, values, "velocities.csv")
+    result = run("velocities.csv")
+    assert (result.exit_code, result.output) == (0, told)
+    # Negative control: with the digits put right nothing is told.
+    written(here, values.replace("-146.1", "-164.1"), "velocities.csv")
+    assert "should be" not in run("velocities.csv").output
+
+
+def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
+    written(here, HEADING + GOOD + GOOD.replace("-33.3", "-33.4"), "My table.csv")
+    result = run("My table.csv", "--out", "found")
+    assert (result.exit_code, result.output.splitlines()[-1]) == (0, "report: found/my-table.md")
+    entry = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))["parts"]["my-table"]
+    assert entry["command"] == "conrod audit 'My table.csv' --out found"
+    findings = json.loads((here / "found" / entry["data"]).read_text(encoding="utf-8"))
+    assert [item["kind"] for item in findings["verdicts"]] == ["agrees", "not reproducible as printed"]
+    # Pages of other files stay, and all are rendered again from what was saved.
+    page = (here / "found" / "my-table.md").read_text(encoding="utf-8")
+    written(here, HEADING + GOOD, "other.csv")
+    assert run("other.csv", "--out", "found").exit_code == 0
+    assert CliRunner().invoke(cli, ["report", "found", "--out", "again"]).exit_code == 0
+    assert (here / "again" / "my-table.md").read_text(encoding="utf-8") == page
+
+
+def test_a_table_is_tied_to_a_mechanism_file_beside_it_and_to_none_elsewhere(here: Path) -> None:
+    own, row = written(here, catalogue_text("slider-crank"), "mine.toml"), "mine.toml,B position x,0,860.0,mm\n"
+    found = [
+        audit_file(Path(written(here, HEADING + text))).verdicts
+        for text in (row, row.replace("mine.toml", "slider-crank"))
+    ]
+    assert [(v.exact, v.kind) for v in found[0]] == [(v.exact, v.kind) for v in found[1]]
+    written(here / "tables", "")
+    (here / "tables" / "link.toml").symlink_to(own)
+    for name in ("sub/../../mine.toml", "link.toml"):
+        outside = written(here / "tables", HEADING + row.replace("mine.toml", name))
+        assert "leads out of the folder of the table" in refusal(outside)
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    (HEADING + GOOD.replace("shear-press", "shear-pres"), "values.csv: row 2: unknown scene .*mean 'shear-press'"),
+    (HEADING + GOOD.replace("G velocity", "H velocity"), "unknown point 'H': choose from A, G"),
+    (HEADING + GOOD.replace("-33.3", "1e3"), "is not a decimal number"),
+    (HEADING + GOOD.replace("-33.3", "9" * 400), "row 2: printed value '9999"),
+    (HEADING + GOOD.replace("mm/s", "mm"), "'mm' is not a unit of m/s"),
+    (HEADING + "shear-press", "row 2: quantity: nothing is given"),
+    (HEADING + GOOD + GOOD.replace(",10,", ",ten,"), "row 3: angle_deg = 'ten'"),
+    (HEADING + "missing.toml,G velocity y,0,1.0,mm/s\n", r"row 2: .*missing.toml: there is no such file"),
+    (HEADING + "swinging-four-bar,B velocity x,170,1.0,m/s\n", "angle_deg = 170: swinging-four-bar is driven from"),
+    (HEADING.replace(",unit", ""), "no column 'unit'"),
+    (HEADING.replace("unit", "units"), "unknown column 'units': did you mean 'unit'"),
+    (HEADING, "no rows below the heading"),
+])  # fmt: skip
+def test_a_table_or_a_row_that_cannot_be_used_is_named_in_one_line(here: Path, text: str, message: str) -> None:
+    assert run(written(here, HEADING + GOOD)).exit_code == 0
+    assert re.search(message, refusal(written(here, text)))
+
+
+def test_files_that_are_no_tables_are_refused(here: Path) -> None:
+    assert "there is no such file" in refusal("missing.csv")
+    (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
+    assert "no text in UTF-8" in refusal("bytes.csv")
+    written(here, HEADING + GOOD, "README.csv")
+    assert "is taken" in refusal("README.csv")

@@ -1,0 +1,111 @@
+"""What a document has to correct: its wrong items in the order of their importance, its formulas, and causes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from conrod.own.printed.verdicts import DIGITS, Kind, Verdict
+from conrod.report.numbers import MISSING, quantity, rounded
+from conrod.report.printed_values import escaped, verdict_text
+from conrod.report.table import Table, table
+
+# Wrong steps first, because other numbers follow from them.
+IMPORTANCE = (Kind.WRONG_STEP, Kind.MISPRINT)
+
+
+def is_formula(verdict: Verdict) -> bool:
+    """True if the item is no number."""
+    return not DIGITS.fullmatch(verdict.printed)
+
+
+def code(text: str) -> str:
+    """A formula as it stands."""
+    return f"`{text.replace('`', ' ')}`"
+
+
+def share_text(share: float) -> str:
+    """A share in percent, in two significant digits and without an exponent."""
+    percent = rounded(100.0 * share, 2)
+    return f"{percent:.0f}" if percent >= 10.0 else quantity(percent, 2)
+
+
+def off_text(verdict: Verdict) -> str:
+    """Error of the print in percent."""
+    return MISSING if verdict.off is None else f"{share_text(verdict.off)} %"
+
+
+def printed_text(verdict: Verdict) -> str:
+    """The print with its unit, or the formula."""
+    return code(verdict.printed) if is_formula(verdict) else f"{verdict.printed} {escaped(verdict.unit)}".strip()
+
+
+def right_text(verdict: Verdict) -> str:
+    """The text that is to stand in its place, with the unit."""
+    if verdict.should_be is None:
+        return MISSING
+    number = DIGITS.fullmatch(verdict.should_be)
+    if not number and re.search(r"[*^]", verdict.should_be) and " in place of " not in verdict.should_be:
+        # A formula is to be copied: no mark of Markdown may come into it.
+        return f"**{code(verdict.should_be)}**"
+    return f"**{escaped(verdict.should_be)}**" + (f" {escaped(verdict.unit)}".rstrip() if number else "")
+
+
+def corrections(verdicts: Sequence[Verdict]) -> list[tuple[Verdict, ...]]:
+    """Wrong items in the order of their importance; equal ones that stand in several places together."""
+    groups: dict[tuple[str, ...], list[Verdict]] = {}
+    for verdict in verdicts:
+        if verdict.kind in IMPORTANCE:
+            key = (verdict.kind, verdict.quantity, verdict.condition, verdict.printed, str(verdict.should_be))
+            groups.setdefault(key, []).append(verdict)
+    return sorted((tuple(group) for group in groups.values()), key=lambda group: rank(group[0]))
+
+
+def rank(verdict: Verdict) -> tuple[float, ...]:
+    """Key by which corrections are sorted."""
+    return (IMPORTANCE.index(verdict.kind), is_formula(verdict), -round(verdict.off or 0.0, 9), verdict.line)
+
+
+def corrections_table(verdicts: Sequence[Verdict]) -> Table:
+    """Wrong items with what should stand in their places."""
+    rows = [
+        [
+            str(number), _lines(group), escaped(_what(first)), printed_text(first), right_text(first), off_text(first),
+            first.kind.value, escaped(first.reason),
+        ]
+        for number, group in enumerate(corrections(verdicts), start=1)
+        for first in group[:1]
+    ]  # fmt: skip
+    return table(["", "line", "what", "printed", "should be", "off by", "verdict", "computation"], rows)
+
+
+def causes_table(verdicts: Sequence[Verdict]) -> Table:
+    """Causes with how many items each explains."""
+    causes: dict[str, list[Verdict]] = {}
+    for verdict in verdicts:
+        if verdict.kind is Kind.EXPLAINED:
+            causes.setdefault(verdict.cause or "", []).append(verdict)
+    rows = [[escaped(cause.rstrip(",")), str(len(group))] for cause, group in causes.items()]
+    return table(["cause", "items"], rows)
+
+
+def formulas_table(verdicts: Sequence[Verdict]) -> Table:
+    """All formulas of a document."""
+    rows = [
+        [
+            str(v.line), escaped(v.place), escaped(v.quantity), code(v.printed), off_text(v), verdict_text(v),
+            right_text(v), escaped(v.reason),
+        ]
+        for v in verdicts
+        if is_formula(v)
+    ]  # fmt: skip
+    return table(["line", "where", "quantity", "printed", "off by", "verdict", "should be", "computation"], rows)
+
+
+def _lines(group: Sequence[Verdict]) -> str:
+    return ", ".join(str(line) for line in dict.fromkeys(verdict.line for verdict in group))
+
+
+def _what(verdict: Verdict) -> str:
+    subject = ", ".join(filter(None, (verdict.place, verdict.quantity)))
+    return subject if is_formula(verdict) or not verdict.condition else f"{subject}: {verdict.condition}"

@@ -1,0 +1,134 @@
+"""Printed numbers, and verdicts on them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+
+from conrod.errors import InvalidInput
+
+# Digits with a decimal point or comma, as documents of either habit print them.
+DIGITS = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
+MOST_DIGITS = 30  # with sign and mark; a double holds 17
+# An exact value this close to the middle between two prints may be rounded to either.
+TIE = 1e-7
+
+
+@dataclass(frozen=True)
+class Number:
+    """Printed digits.
+
+    Raises:
+        InvalidInput: the text is no decimal number.
+    """
+
+    text: str
+
+    def __post_init__(self) -> None:
+        if len(self.text) > MOST_DIGITS or not DIGITS.fullmatch(self.text):
+            raise InvalidInput(
+                f"printed value {self.text[:40]!r} is not a decimal number: give its digits, like 14.66 or 14,66"
+            )
+
+    @cached_property
+    def value(self) -> float:
+        """Value of the digits."""
+        return float(self.text.replace(",", "."))
+
+    @cached_property
+    def decimals(self) -> int:
+        """Digits after the point."""
+        found = DIGITS.fullmatch(self.text)
+        return len(found.group(2)) - 1 if found and found.group(2) else 0
+
+    @property
+    def last(self) -> float:
+        """The unit of the last printed digit."""
+        return float(10.0**-self.decimals)
+
+    def is_rounding_of(self, value: float) -> bool:
+        """True if the value, rounded to these digits, is this number."""
+        return bool(abs(self.value - value) <= self.last * (0.5 + TIE))
+
+    def is_cut_of(self, value: float) -> bool:
+        """True if the value, its further digits dropped, is this number."""
+        kept = math.floor(abs(value) / self.last + TIE)
+        return value * self.value >= 0.0 and round(abs(self.value) / self.last) == kept
+
+    def like(self, value: float) -> str:
+        """Another value with as many digits and the same mark."""
+        text = f"{value:.{self.decimals}f}"
+        return text.replace(".", ",") if "," in self.text else text
+
+
+class Kind(StrEnum):
+    """The closed list of verdicts; the value is what a reader sees."""
+
+    AGREES = "agrees"
+    AFTER_ROUNDING = "agrees after rounding"
+    EXPLAINED = "explained"
+    MISPRINT = "misprint"
+    WRONG_STEP = "wrong step"
+    NOT_REPRODUCIBLE = "not reproducible as printed"
+
+
+GOOD = (Kind.AGREES, Kind.AFTER_ROUNDING)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One printed item, judged.
+
+    Attributes:
+        document, place, line: where it stands; the line counts in the document's text file.
+        quantity, condition, unit: what it is, when, and in what the print gives it.
+        printed: the digits as they stand there, or the formula.
+        exact: the value that the mechanism determines, in the printed unit; None where the print determines none.
+        difference: printed - exact, in units of the last printed digit.
+        kind: the verdict.
+        reason: the computation that shows it, in one sentence.
+        should_be: what is to be printed in its place; None where the print may stand.
+        off: how far the print is off, as a share of the right value or of its peak; None where there is none.
+        cause: what reproduces the print where that is not the exact motion, in words; items share it.
+    """
+
+    document: str
+    place: str
+    line: int
+    quantity: str
+    condition: str
+    unit: str
+    printed: str
+    exact: float | None
+    difference: float | None
+    kind: Kind
+    reason: str
+    should_be: str | None = None
+    off: float | None = None
+    cause: str | None = None
+
+
+@dataclass(frozen=True)
+class Audited:
+    """Verdicts on one document or table.
+
+    Attributes:
+        document: name of the user's file, or "Document" and the number of one of the four.
+        title: of the document.
+        verdicts: in the order of the items.
+        notes: doubts about the verdicts, a sentence or two each.
+    """
+
+    document: str
+    title: str
+    verdicts: tuple[Verdict, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def counts(self) -> Mapping[Kind, int]:
+        """Number of verdicts of each kind, in the order of the kinds."""
+        return {kind: sum(verdict.kind is kind for verdict in self.verdicts) for kind in Kind}
