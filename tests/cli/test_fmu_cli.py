@@ -111,7 +111,7 @@ def test_co_simulation_is_judged(tmp_path: Path, library: Path) -> None:
     assert "within tolerance: phase" in done.stdout
     assert "it has model-exchange, too: --preset model-exchange" in done.stdout
     found = json.loads((tmp_path / "o.json").read_text())["parts"]["table"]["findings"]
-    units = {column["target"]["name"]: (column["unit"], column["unit_from"]) for column in found["columns"]}
+    units = {column["name"]: (column["unit"], column["unit_from"]) for column in found["columns"]}
     assert units["C.x"] == ("mm", "model description")
     assert units["crank_angle"] == ("deg", "model description")
     sizes = {name: found["errors"]["C"][name]["size"]["max"] for name in ("position", "velocity")}

@@ -15,8 +15,8 @@ from synthetic import synthetic_trajectory
 from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judged
 
 from conrod import InvalidInput, Trajectory, compare
+from conrod.own.tables.errors import Exact
 from conrod.own.tables.estimation import estimate, parse_estimate
-from conrod.own.tables.samples import Observed, Samples
 from conrod.own.tables.study import TableStudy
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
@@ -171,8 +171,7 @@ TURN = 2.0 * math.pi
 
 
 def values(study: TableStudy) -> dict[str, float]:
-    assert study.estimation is not None
-    return {one.name: one.value for one in study.estimation.estimates}
+    return {one.name: one.value for one in study.estimates}
 
 
 @pytest.mark.parametrize(("name", "share"), [("saw-500rpm", 0.37), ("cam-follower", 0.37), ("saw-40rpm", 1e-7)])
@@ -226,14 +225,15 @@ def test_standard_errors_are_the_scatter_of_estimates() -> None:
     motion = scene.reference(times)
     found, told = [], []
     for _ in range(40):
-        points = {}
+        table = {"time": times + 0.01}
         for name, length in scene.lengths.items():
             exact = motion.point(name).position
-            points[name] = {"position": Samples(exact + noise * length * generator.normal(size=exact.shape), (0, 1))}
-        estimation = estimate(Observed(times + 0.01, None, None, None, points), scene, ["time"])
-        found.append(estimation.estimates[0].value)
-        told.append(estimation.estimates[0].error)
-        assert estimation.remaining == pytest.approx(noise * math.sqrt(2.0), rel=0.2)
+            places = exact + noise * length * generator.normal(size=exact.shape)
+            table |= {f"{name}.{axis}": places[:, k] for k, axis in enumerate("xy")}
+        (one,) = estimate(Exact(table, scene), ["time"])
+        found.append(one.value)
+        told.append(one.error)
+        assert one.remaining == pytest.approx(noise * math.sqrt(2.0), rel=0.2)
     error = np.mean(told)
     # Of 40 estimates the scatter is known to 1/sqrt(78) = 11 %, their mean to 1/sqrt(40) = 16 % of it.
     assert np.std(found) == pytest.approx(error, rel=0.35)

@@ -17,6 +17,7 @@ from table_files import read
 
 from conrod import InvalidInput
 from conrod.mechanism.mechanism import Prismatic, Revolute
+from conrod.own.tables.errors import Exact
 from conrod.own.tables.estimation import estimate
 from conrod.own.tables.study import study_table
 from conrod.report.pack import PAGES, mechanism_document, pack_files, pack_to_write
@@ -179,15 +180,14 @@ def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> Non
     scene = catalogue_scene(PASS)
     pack = unpacked(PASS, scene, tmp_path)
     reading = read(pack / "trajectory.csv", scene)
-    observed = reading.observed
-    assert observed.times[0] == pytest.approx(scene.kinematics.span[0] / scene.speed, abs=1e-15)
-    assert observed.angle is not None
-    np.testing.assert_allclose(observed.angle, scene.speed * observed.times, atol=1e-14)
-    late = replace(reading, observed=replace(observed, times=observed.times - observed.times[0]))
+    values = reading.values
+    assert values["time"][0] == pytest.approx(scene.kinematics.span[0] / scene.speed, abs=1e-15)
+    np.testing.assert_allclose(values["crank_angle"], scene.speed * values["time"], atol=1e-14)
+    late = replace(reading, values={**values, "time": values["time"] - values["time"][0]})
     with pytest.raises(InvalidInput, match=r"from crank angle 0 to .* deg, out of the pass from -10 to 60 deg"):
         study_table("late.csv", PASS, scene, late)
     with pytest.raises(InvalidInput, match="the input makes one pass"):
-        estimate(observed, scene, ("time",))
+        estimate(Exact(values, scene), ("time",))
 
 
 def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from conrod.cli.options import RunOptions, as_given
 from conrod.cli.validate_request import CheckOptions, Request
 from conrod.errors import InvalidInput
 from conrod.own.models.results import AS_GIVEN, OWN, JudgedRun, ModelStudy
-from conrod.own.tables.samples import ERRORS
+from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.terminal import console, print_lines
 from conrod.report.writer import environment

@@ -18,8 +18,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput, nearest, unknown_choice
 from conrod.exact.motion import Array
-from conrod.own.tables.columns import LISTED, Column, Request, column_of
-from conrod.own.tables.headings import TIME, bare_unit, targets
+from conrod.own.tables.columns import LISTED, TIME, Column, Request, bare_unit, column_of, quantities
 from conrod.own.tables.reading import MOST_ROWS, Reading, reading_of
 from conrod.scenes import Scene
 from conrod.studies.execution import local
@@ -71,7 +70,7 @@ COMPARED = 20_000  # names among which a mistyped one is looked for
 
 
 def choose_variables(fmu: Description, points: Sequence[str], asked: Request) -> list[Column]:
-    """The columns of an FMU's runs, in the order of `targets`; the time is the first.
+    """The columns of an FMU's runs, in the order of `quantities`; the time is the first.
 
     An output that is called as a quantity of the scene is, `C.x`, is that quantity unless another is named.
 
@@ -81,20 +80,21 @@ def choose_variables(fmu: Description, points: Sequence[str], asked: Request) ->
     variables = {variable.name: (place, variable) for place, variable in enumerate(fmu.variables, start=1)}
     outputs = [variable.name for variable in fmu.variables if variable.output]
     listed = f"its outputs are {', '.join(outputs[:LISTED]) or 'none'}{', ...' if len(outputs) > LISTED else ''}"
-    clock, *others = targets(points)
-    columns = [Column(clock, 0, TIME, "s", 1.0, "FMI")]
-    for target in others:
-        name = asked.columns.get(target.name, target.name if target.name in outputs else None)
-        if name is None:
+    columns = [Column(TIME, 0, TIME, "s", 1.0, "FMI")]
+    for quantity, dimension in quantities(points).items():
+        name = asked.columns.get(quantity, quantity if quantity in outputs else None)
+        if name is None or quantity == TIME:
             continue
         if name not in variables:
             near = " or ".join(map(repr, nearest(name, list(variables)[:COMPARED]))) or "none like it"
             raise InvalidInput(f"it has no variable {name!r}, but {near} among {len(variables)}; {listed}")
         place, variable = variables[name]
-        column = column_of(target, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, asked)
+        column = column_of(
+            quantity, dimension, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, asked
+        )
         if column.unit_from == "assumed":
-            unit = f"--unit {target.unit}"
-            raise InvalidInput(f"{name} has no unit in the model description: say with {unit} what it is in")
+            said = f"say with --unit {dimension} what it is in"
+            raise InvalidInput(f"{name} has no unit in the model description: {said}")
         columns.append(replace(column, unit_from=column.unit_from.replace("heading", "model description")))
     if len(columns) == 1:
         said = f"--column {points[0]}.x=VARIABLE"

@@ -7,7 +7,7 @@ from typing import Any
 
 from conrod.mechanism.units import in_prose
 from conrod.own.tables.causes import Cause
-from conrod.own.tables.samples import ERRORS
+from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.charts.panels import table_figure
@@ -56,14 +56,13 @@ def _allowed(name: str, limit: float) -> str:
 
 def estimation_lines(study: TableStudy) -> list[str]:
     """Estimates in words with their standard errors, and what is left."""
-    found, lines = study.estimation, []
-    for one in found.estimates if found else ():
+    lines = []
+    for one in study.estimates:
         unit, factor, meaning = SHOWN[one.name]
         error = numbers.measured(one.error * factor)
-        lines.append(f"{one.name}, {meaning}: {one.value * factor:.10g} {unit}, standard error {error} {unit}")
-    if found:
-        left = numbers.error("total" if study.errors else "phase", found.remaining, study.scene.lengths)
-        lines.append(f"estimated from {found.rows} rows; what is left is {left} rms")
+        left = numbers.error("total" if study.errors else "phase", one.remaining, study.scene.lengths)
+        value = f"{one.value * factor:.10g} {unit}, standard error {error} {unit}"
+        lines.append(f"{one.name}, {meaning}: {value}; what is left is {left} rms")
     return lines
 
 
@@ -96,7 +95,7 @@ def _cause_line(study: TableStudy, cause: Cause) -> str:
 
 def columns_table(study: TableStudy) -> Table:
     """The columns that are used."""
-    rows = [(column.target.name, column.heading, in_prose(column.unit), column.unit_from) for column in study.columns]
+    rows = [(column.name, column.heading, in_prose(column.unit), column.unit_from) for column in study.columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 

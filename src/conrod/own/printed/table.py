@@ -10,7 +10,7 @@ import csv
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -179,8 +179,7 @@ Way: TypeAlias = tuple[Callable[[Array], Array], float]
 # Values of pi that a document may have turned degrees into radians with.
 SHORT_PI = {"3.14": 3.14, "3.142": 3.142, "3.1416": 3.1416, "3.14159": 3.14159, "22/7": 22.0 / 7.0}
 CAUSES: dict[str, Way] = {
-    f"pi taken as {text} for the angle": (lambda degrees, pi=pi: degrees * (pi / 180.0), 1.0)
-    for text, pi in SHORT_PI.items()
+    f"pi taken as {text} for the angle": (partial(np.multiply, pi / 180.0), 1.0) for text, pi in SHORT_PI.items()
 }
 SLIPS: dict[str, Way] = {
     "the opposite sign": (np.radians, -1.0),

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
-from conrod.own.tables.estimation import TURN, fitted
-from conrod.own.tables.samples import ERRORS, Exact, Observed, Samples
+from conrod.own.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
+from conrod.own.tables.errors import ERRORS, Exact
+from conrod.own.tables.estimation import TURN, ahead, anywhere, late, nearest_to
 
 # The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
 LENGTHS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
@@ -22,9 +20,6 @@ ANGLES = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / T
 SPEEDS = {("deg/s", "rad/s"): 180.0 / math.pi, ("rpm", "rad/s"): 30.0 / math.pi}
 # Stamps that differ by less than this share are one and the same.
 SAME_STAMP = 0.02
-FINE = 1e-13  # relative, of a stamp and of what it leaves
-BEYOND = 1e6  # times L, where the linkage does not go
-HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
 # Fewer numbers for each unknown are fitted by almost anything.
 NUMBERS_EACH = 3
 # A cause reproduces a difference where no more than this share of it is left once the cause is undone; of a difference
@@ -56,7 +51,7 @@ def likely_causes(table: Exact, wrong: Sequence[str]) -> tuple[Cause, ...]:
     Args:
         wrong: names of the errors that are to be explained.
     """
-    rows = replace(table, observed=table.observed.thinned(MOST_ROWS))
+    rows = table.thinned(MOST_ROWS)
     before = {name: size for name in wrong if (size := rows.largest(name))}
     found: dict[str, Cause] = {}
     for kind, text, undone, concerns in _hypotheses(rows, tuple(before)):
@@ -91,39 +86,36 @@ def _left(cause: Cause) -> float:
 # -- slips -----------------------------------------------------------------------------------------------------------
 
 # A slip undone: kind and text as in `Cause`, the table without the slip, names of the errors that it can be behind.
-Hypothesis: TypeAlias = tuple[str, str, Exact, Sequence[str]]
+Hypothesis: TypeAlias = tuple[str, str, Exact, Collection[str]]
 
 
-def _hypotheses(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
+def _hypotheses(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
     """All slips that a table may suffer from, undone; of one kind the simplest first."""
-    observed = table.observed
     yield from _units(table)
     opposite = table.scene.with_parameters(speed=-table.scene.speed)
-    backwards = replace(table, scene=opposite, observed=observed.with_crank(np.negative))
+    backwards = replace(table.scaled(-1.0, *CRANK), scene=opposite)
     yield "opposite sense", "the crank turns in the opposite sense", backwards, ERRORS
-    swapped = observed.with_samples(lambda _, s: replace(s, axes=tuple(1 - axis for axis in s.axes)))
-    yield "axes swapped", "x and y are swapped", replace(table, observed=swapped), ERRORS
+    other = str.maketrans(AXES, AXES[::-1])
+    swapped = {f"{n[:-1]}{n[-1].translate(other)}" if "." in n else n: values for n, values in table.values.items()}
+    yield "axes swapped", "x and y are swapped", replace(table, values=swapped), ERRORS
     if "total" in wrong or "position" in wrong:
         yield from _frame(table)
     yield from _times(table, wrong)
 
 
 def _units(table: Exact) -> Iterator[Hypothesis]:
-    observed = table.observed
+    moving = [name for name in table.values if "." in name]
     for factor, slip in _slips(LENGTHS):
-        scaled = observed.with_samples(partial(_smaller, factor))
-        text = f"lengths are {factor:.6g} times too large: {slip}"
-        yield "length unit", text, replace(table, observed=scaled), ERRORS
-    for factor, slip in _slips(ANGLES) if observed.angle is not None else ():
-        scaled = observed.with_crank(partial(np.multiply, 1.0 / factor))
-        text = f"crank angles are {factor:.6g} times too large: {slip}"
-        yield "angle unit", text, replace(table, observed=scaled), ERRORS
+        scaled = table.scaled(1.0 / factor, *moving)
+        yield "length unit", f"lengths are {factor:.6g} times too large: {slip}", scaled, ERRORS
+    for factor, slip in _slips(ANGLES) if CRANK_ANGLE in table.values else ():
+        scaled = table.scaled(1.0 / factor, *CRANK)
+        yield "angle unit", f"crank angles are {factor:.6g} times too large: {slip}", scaled, ERRORS
     # Positions alone: at another speed, velocities are others too.
-    concerns = ("total",) if observed.angle is not None else ("total", "position")
+    concerns = ("total",) if CRANK_ANGLE in table.values else ("total", "position")
     for factor, slip in _slips(SPEEDS):
-        scaled = replace(observed, times=observed.times * factor)
-        text = f"the crank turns at {factor:.6g} times the nominal speed: {slip}"
-        yield "speed unit", text, replace(table, observed=scaled), concerns
+        scaled = table.scaled(factor, TIME)
+        yield "speed unit", f"the crank turns at {factor:.6g} times the nominal speed: {slip}", scaled, concerns
 
 
 def _slips(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]]:
@@ -133,112 +125,79 @@ def _slips(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]
         yield 1.0 / factor, f"{other} taken for {one}"
 
 
-def _smaller(factor: float, _: str, samples: Samples) -> Samples:
-    return replace(samples, values=samples.values / factor)
-
-
 def _frame(table: Exact) -> Iterator[Hypothesis]:
     """Another origin, and another origin with axes that are turned: the mean, and the closed solution in the plane."""
-    places = {point: own["position"] for point, own in table.observed.points.items() if "position" in own}
-    weights = {point: table.scene.lengths[point] ** -2 for point in places}
-    if not _determined(table.observed, 2):
+    points = table.points("total")
+    off = {point: table.difference("position", point) for point in points}
+    if not _determined(table, 2):
         return
-
-    def mean(values: Mapping[str, Array]) -> complex:
-        """Weighted mean over all rows and points of what each has (T,)."""
-        whole = sum(weights[point] * own.sum() for point, own in values.items())
-        return complex(whole / (sum(weights[point] * len(own) for point, own in values.items()) or 1.0))
-
-    def undone(offset: complex, turn: float) -> Hypothesis:
-        turned = f" and turned by {math.degrees(turn):.6g} deg" if turn else ""
-        text = f"the table's frame is offset by ({1e3 * offset.real:.6g}, {1e3 * offset.imag:.6g}) mm{turned}"
-        reframed = table.observed.with_samples(partial(_reframed, offset, turn))
-        return "frame", text, replace(table, observed=reframed), ERRORS
-
-    off = {point: table.difference("position", point) for point in places}
-    x, y = (mean({p: off[p][:, own.axes.index(k)] for p, own in places.items() if k in own.axes}) for k in (0, 1))
-    yield undone(x + 1j * y, 0.0)
-    every = [own for samples in table.observed.points.values() for own in samples.values()]
-    if any(len(own.axes) == 1 for own in every) or not _determined(table.observed, 3):
+    along = [
+        [off[p][:, list(axes).index(k)] for p in points if k in (axes := table.axes("position", p))] for k in (0, 1)
+    ]
+    x, y = (float(np.mean(np.concatenate(parts))) if parts else 0.0 for parts in along)
+    yield _reframed(table, x + 1j * y, 0.0)
+    every = [axes for name in ERRORS for point in points if (axes := table.axes(name, point))]
+    if any(len(axes) == 1 for axes in every) or not _determined(table, 3):
         return
-    found = {point: own.values @ [1.0, 1.0j] for point, own in places.items()}
-    exact = {point: found[point] - off[point] @ [1.0, 1.0j] for point in places}
-    middle, centre = mean(exact), mean(found)
-    turn = float(np.angle(mean({p: np.conj(exact[p] - middle) * (found[p] - centre) for p in places})))
-    yield undone(centre - complex(np.exp(1j * turn)) * middle, turn)
+    found = np.concatenate([table.values[f"{p}.x"] + 1j * table.values[f"{p}.y"] for p in points])
+    exact = found - np.concatenate([off[p] @ [1.0, 1.0j] for p in points])
+    turn = float(np.angle(np.sum(np.conj(exact - exact.mean()) * (found - found.mean()))))
+    yield _reframed(table, complex(found.mean() - np.exp(1j * turn) * exact.mean()), turn)
 
 
-def _reframed(offset: complex, turn: float, quantity: str, samples: Samples) -> Samples:
-    """Samples in a frame that is offset [m] and turned [rad], back in the scene's."""
-    moved = [(offset.real, offset.imag)[axis] for axis in samples.axes]
-    values = samples.values - (moved if quantity == "position" else 0.0)
-    c, s = math.cos(turn), math.sin(turn)
-    return replace(samples, values=values @ np.array([[c, -s], [s, c]]) if turn else values)
+def _reframed(table: Exact, offset: complex, turn: float) -> Hypothesis:
+    """A table in a frame that is offset [m] and turned [rad], back in the scene's."""
+    values, back = dict(table.values), np.exp(-1j * turn)
+    for name in table.values:
+        owner, axis = name[:-1], name[-1]
+        if "." in name:
+            moved = 1.0 if owner.endswith(".") else 0.0
+            x, y = (table.values.get(f"{owner}{one}", np.zeros(1)) for one in AXES)
+            both = ((x - moved * offset.real) + 1j * (y - moved * offset.imag)) * back
+            values[name] = both.real if axis == "x" else both.imag
+    turned = f" and turned by {math.degrees(turn):.6g} deg" if turn else ""
+    text = f"the table's frame is offset by ({1e3 * offset.real:.6g}, {1e3 * offset.imag:.6g}) mm{turned}"
+    return "frame", text, replace(table, values=values), ERRORS
 
 
-def _determined(observed: Observed, unknowns: int) -> bool:
+def _determined(table: Exact, unknowns: int) -> bool:
     """True if there are enough numbers to determine so many unknowns."""
-    numbers = sum(s["position"].values.size for s in observed.points.values() if "position" in s)
+    numbers = sum(len(table.axes("position", point)) for point in table.points("position")) * len(table.times)
     return numbers >= NUMBERS_EACH * unknowns
 
 
-def _times(table: Exact, wrong: Sequence[str]) -> Iterator[Hypothesis]:
+def _times(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
     """The crank's zero and the clock, found from anywhere in the turn; then single quantities at other instants."""
-    observed, scene = table.observed, table.scene
+    scene, shifts = table.scene, []
     # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
-    anywhere = scene.kinematics.mechanism.driver.span is None and _determined(observed, 1)
-    shifts = []
-    if anywhere and observed.angle is not None and "position" in wrong:
-        by, _, _ = fitted(table, "position")
-        shifts.append(by / scene.speed)
+    turns = scene.kinematics.mechanism.driver.span is None and _determined(table, 1)
+    if turns and CRANK_ANGLE in table.values and "position" in wrong:
+        by, *_ = anywhere(table, "position", ahead)
+        shifts.append(by)
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
-        yield "crank zero", text, replace(table, observed=replace(observed, angle=observed.angle + by)), ERRORS
-    if anywhere and "total" in wrong:
-        clock = fitted(table, "total")[0] / scene.speed
-        shifts.append(clock)
-        degrees = math.degrees(abs(clock * scene.speed))
-        text = f"each row belongs {_steps(clock, observed)} than its time says (or the crank is {degrees:.4g} deg off)"
+        yield "crank zero", text, ahead(table, by), ERRORS
+    if turns and "total" in wrong:
+        by, *_ = anywhere(table, "total", late)
+        shifts.append(by)
+        off = f"(or the crank is {math.degrees(abs(by)):.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        yield "time offset", text, _shifted(table, clock), ERRORS
+        yield "time offset", f"each row belongs {_steps(by, table)} than its time says {off}", late(table, by), ERRORS
     for name in ("velocity", "acceleration"):
-        stamp = _stamp_of(name, table) if name in wrong else None
-        if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):
-            text = f"each {name} belongs {_steps(stamp, observed)} than its row says"
-            yield f"{name} stamp", text, _shifted(table, stamp), (name,)
+        if name not in wrong:
+            continue
+        by, _, left = nearest_to(table, name, late, 0.0)
+        before = float(np.sum(table.misses(name) ** 2))
+        known = any(abs(by - shift) <= SAME_STAMP * abs(by) for shift in shifts)
+        if left < before and abs(by) < 0.99 * math.pi and not known:
+            yield (
+                f"{name} stamp",
+                f"each {name} belongs {_steps(by, table)} than its row says",
+                late(table, by),
+                (name,),
+            )
 
 
-def _steps(by: float, observed: Observed) -> str:
-    return f"{abs(by):.4g} s ({abs(by) / observed.step:.3g} of a step) {'later' if by > 0 else 'earlier'}"
-
-
-def _shifted(table: Exact, by: float) -> Exact:
-    """The table with all its rows so much later [s], the crank as far on as it turns in that time."""
-    observed = table.observed
-    rate = table.scene.speed if observed.rate is None else observed.rate
-    angle = None if observed.angle is None else observed.angle + rate * by
-    return replace(table, observed=replace(observed, times=observed.times + by, angle=angle))
-
-
-def _stamp_of(name: str, table: Exact) -> float | None:
-    """Time by which the values of a quantity belong later than their rows say [s], by least squares.
-
-    Returns:
-        None where no shift within half a turn makes the difference smaller.
-    """
-    samples = {point: own[name] for point, own in table.observed.points.items() if name in own}
-    lengths, period = table.scene.lengths, table.scene.period
-
-    def residuals(by: Array) -> Array:
-        try:
-            shifted = _shifted(table, float(by[0]) * period)
-            return np.concatenate([shifted.difference(name, p).ravel() / lengths[p] for p in samples])
-        except InvalidInput:  # the linkage does not come to where the crank would then be
-            return np.full(sum(own.values.size for own in samples.values()), BEYOND)
-
-    start = np.zeros(1)
-    before = 0.5 * float(np.sum(residuals(start) ** 2))
-    found = least_squares(
-        residuals, start, jac="3-point", bounds=(-HALF_TURN, HALF_TURN), xtol=FINE, ftol=FINE, gtol=FINE
-    )
-    within = abs(found.x[0]) < 0.99 * HALF_TURN
-    return float(found.x[0]) * period if within and found.cost < before else None
+def _steps(turn: float, table: Exact) -> str:
+    by = turn / table.scene.speed
+    step = float(np.median(np.diff(table.times)))
+    return f"{abs(by):.4g} s ({abs(by) / step:.3g} of a step) {'later' if by > 0 else 'earlier'}"

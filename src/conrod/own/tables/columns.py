@@ -1,16 +1,34 @@
-"""Columns of a table by what they hold, with their units."""
+"""Columns of a table by what they hold, and their units: from headings as "C.x [mm]", "time (s)", "x_C"."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from conrod.errors import InvalidInput, named_values, unknown_choice
-from conrod.own.tables.headings import DIMENSIONS, TIME, Target, factor, is_unit, meant_by, parted, targets
+from conrod.mechanism.units import parse_quantity
 
-LISTED = 20  # headings of a table that an error names
+TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
+CRANK = {CRANK_ANGLE: "rad", CRANK_SPEED: "rad/s", CRANK_ACCELERATION: "rad/s^2"}
+OTHER_NAMES = {TIME: "t", CRANK_ANGLE: "theta", CRANK_SPEED: "omega", CRANK_ACCELERATION: "alpha"}
+AXES = "xy"
+# Quantity -> letter in conrod's own headings, SI unit.
+MOTION = {"position": ("", "m"), "velocity": ("v", "m/s"), "acceleration": ("a", "m/s^2")}
+# What may stand in a table, and what a user calls it.
+DIMENSIONS = {
+    "s": "time",
+    "m": "length",
+    "m/s": "velocity",
+    "m/s^2": "acceleration",
+    "rad": "angle",
+    "rad/s": "angular speed",
+    "rad/s^2": "angular acceleration",
+}
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
 KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
+LISTED = 20  # headings of a table that an error names
 
 
 @dataclass(frozen=True)
@@ -31,7 +49,7 @@ class Column:
     """A column that is used.
 
     Attributes:
-        target: what it is.
+        name: of the quantity, a key of `quantities`.
         index: its place in the table, from 0.
         heading: as in the table.
         unit: in words.
@@ -39,12 +57,18 @@ class Column:
         unit_from: source of the unit: heading, --unit, or assumed.
     """
 
-    target: Target
+    name: str
     index: int
     heading: str
     unit: str
     factor: float
     unit_from: str
+
+
+def quantities(points: Sequence[str]) -> dict[str, str]:
+    """All that columns may be in a table of some observed points, as `C.x`, `C.vx`, `crank_angle`: SI unit by name."""
+    own = {f"{p}.{letter}{axis}": unit for p in points for letter, unit in MOTION.values() for axis in AXES}
+    return {TIME: "s", **CRANK, **own}
 
 
 def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:
@@ -53,8 +77,8 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
     Raises:
         InvalidInput: something that is no quantity of the scene, or no unit.
     """
-    known = {target.name: target for target in targets(points)}
-    named = named_values(columns, "--column", "QUANTITY=..., e.g. --column time=t", "quantity", known)
+    form = "QUANTITY=..., e.g. --column time=t"
+    named = named_values(columns, "--column", form, "quantity", quantities(points))
     for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
@@ -62,7 +86,7 @@ def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str])
 
 
 def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
-    """The columns of a table that are used, in the order of `targets`.
+    """The columns of a table that are used, in the order of `quantities`.
 
     Args:
         headings: of all columns, with their units where they have any.
@@ -71,8 +95,7 @@ def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> li
     Raises:
         InvalidInput: a column that is missing, may be several things, or whose unit cannot be determined.
     """
-    known = targets(points)
-    places = _places(headings, known, asked)
+    places = _places(headings, points, asked)
     missing = () if places.keys() - {TIME} else (f"any of {', '.join(points)} or the crank", f"{points[0]}.x")
     missing = missing if TIME in places else ("the time", TIME)
     if missing:
@@ -80,26 +103,37 @@ def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> li
             f"no column for {missing[0]} among {', '.join(map(repr, filter(None, headings[:LISTED])))}; "
             f"say which it is, by its name or its number from 1, with --column {missing[1]}=..."
         )
-    found = [(target, place, headings[place]) for target in known if (place := places.get(target.name)) is not None]
-    columns = [column_of(target, place, heading, parted(heading)[1], asked) for target, place, heading in found]
-    _check_units(columns)
+    columns = [
+        column_of(name, dimension, places[name], headings[places[name]], parted(headings[places[name]])[1], asked)
+        for name, dimension in quantities(points).items()
+        if name in places
+    ]
+    # Of a length that has a unit and one that has none either guess may be a factor 1000 off.
+    for kind in KINDS:
+        units = {column.name: column for column in columns if quantities(points)[column.name] in kind}
+        without = [name for name, column in units.items() if column.unit_from == "assumed"]
+        if without and (stated := [name for name in units if name not in without]):
+            raise InvalidInput(
+                f"mixed units: {without[0]} has no unit, {stated[0]} is in {units[stated[0]].unit}; say with --unit "
+                "what it is in"
+            )
     return columns
 
 
-def _places(headings: Sequence[str], known: Sequence[Target], asked: Request) -> dict[str, int]:
+def _places(headings: Sequence[str], points: Sequence[str], asked: Request) -> dict[str, int]:
     """Place of the column of each quantity that the table has."""
     places = {name: _place_of(wanted, name, headings) for name, wanted in asked.columns.items()}
-    free = [target for target in known if target.name not in places]
+    free = [name for name in quantities(points) if name not in places]
     for place, heading in enumerate(headings):
-        found = meant_by(parted(heading)[0], free)
-        if found is None or place in places.values():
+        name = meant_by(parted(heading)[0], free, points)
+        if name is None or place in places.values():
             continue
-        if found.name in places:
+        if name in places:
             raise InvalidInput(
-                f"columns {headings[places[found.name]]!r} and {heading!r} may both be {found.name}: say which with "
-                f"--column {found.name}=..."
+                f"columns {headings[places[name]]!r} and {heading!r} may both be {name}: say which with "
+                f"--column {name}=..."
             )
-        places[found.name] = place
+        places[name] = place
     return places
 
 
@@ -115,13 +149,69 @@ def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
     raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
 
 
+def meant_by(heading: str, among: Collection[str], points: Sequence[str]) -> str | None:
+    """The one quantity that a name stands for; None where it is none, or may be several.
+
+    Upper and lower case tell things apart before they are taken for the same: `Ax` is x of a point A, `ax` an
+    acceleration. The only point needs no name.
+    """
+    if heading in among:
+        return heading
+    for way in (str, str.casefold):
+        found = [name for name in among if way(_letters(heading)) in map(way, _spellings(name, len(points) == 1))]
+        if found:
+            return found[0] if len(found) == 1 else None
+    return None
+
+
+def _spellings(name: str, is_only: bool) -> list[str]:
+    point, _, component = name.rpartition(".")
+    others = [f"{component}{_letters(point)}", *([component] if is_only else [])] if point else [OTHER_NAMES[name]]
+    return [_letters(name), *others]
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name)
+
+
 # -- units -----------------------------------------------------------------------------------------------------------
 
+# What begins with a digit is no unit but an index: r_0[1].
+BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[(]\s*(?P<unit>[^\])\d\s][^\])]*)[\])]\s*")
+NONE = ("", "-", "1")
 
-def column_of(target: Target, place: int, heading: str, stated: str, asked: Request) -> Column:
+
+def parted(heading: str) -> tuple[str, str]:
+    """The name in a heading and the unit that stands in brackets behind it, empty for none."""
+    found = BRACKETED.fullmatch(" ".join(heading.split()))
+    return (found["name"], found["unit"].strip()) if found else (heading.strip(), "")
+
+
+def bare_unit(cell: str) -> str | None:
+    """The unit in a cell of a row of units, with or without brackets; empty for none, None where it is no unit."""
+    text = cell.strip().strip("[]()").strip()
+    return "" if text in NONE else text if is_unit(text) else None
+
+
+def is_unit(text: str) -> bool:
+    """True if this is a unit of anything that may stand in a table."""
+    return any(factor(text, dimension) is not None for dimension in DIMENSIONS)
+
+
+@cache
+def factor(unit: str, dimension: str) -> float | None:
+    """Factor from a unit to SI; None where it is no unit of the dimension, which is a key of `DIMENSIONS`."""
+    try:
+        return parse_quantity("unit", f"1 {unit.replace('°', 'deg')}", dimension) if unit.strip() else None
+    except InvalidInput:
+        return None
+
+
+def column_of(name: str, dimension: str, place: int, heading: str, stated: str, asked: Request) -> Column:
     """A column with its unit: that which is stated, or else a named one that fits.
 
     Args:
+        dimension: SI unit of what it holds.
         stated: its unit by the heading or another account, empty for none.
 
     Raises:
@@ -129,22 +219,8 @@ def column_of(target: Target, place: int, heading: str, stated: str, asked: Requ
     """
     # Whose lengths are in mm, its velocities are in mm/s.
     ways = [way for unit in asked.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
-    general = next((way for way in ways if factor(way, target.unit) is not None), "")
-    unit, source = (stated, "heading") if stated else (general, "--unit") if general else (target.unit, "assumed")
-    if (scale := factor(unit, target.unit)) is None:
-        raise InvalidInput(f"column {heading!r}: {unit!r} is no unit of {DIMENSIONS[target.unit]}")
-    return Column(target, place, heading, unit, scale, source)
-
-
-def _check_units(columns: Sequence[Column]) -> None:
-    """Refuse a table in which one length has a unit and another has none: both guesses may be a factor 1000 off."""
-    for kind in KINDS:
-        of_kind = [column for column in columns if column.target.unit in kind]
-        without = [column for column in of_kind if column.unit_from == "assumed"]
-        stated = [column for column in of_kind if column.unit_from != "assumed"]
-        if without and stated:
-            one, other = without[0].target, stated[0]
-            raise InvalidInput(
-                f"mixed units: {one.name} has no unit, {other.target.name} is in {other.unit}; say with "
-                "--unit what it is in"
-            )
+    general = next((way for way in ways if factor(way, dimension) is not None), "")
+    unit, source = (stated, "heading") if stated else (general, "--unit") if general else (dimension, "assumed")
+    if (scale := factor(unit, dimension)) is None:
+        raise InvalidInput(f"column {heading!r}: {unit!r} is no unit of {DIMENSIONS[dimension]}")
+    return Column(name, place, heading, unit, scale, source)

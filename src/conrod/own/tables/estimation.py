@@ -6,16 +6,18 @@ All of them shift the crank angle: the shift is looked for around the turn, and 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
-from conrod.own.tables.samples import Exact, Observed
-from conrod.scenes import Scene
+from conrod.own.tables.columns import CRANK_ANGLE, TIME
+from conrod.own.tables.errors import Exact
 
 CHOICES = ("time", "phase")
 TURN = 2.0 * math.pi
@@ -24,6 +26,7 @@ MOST_ROWS, SCAN_ROWS = 50_000, 300
 STARTS = 120  # in a turn
 PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope
 STILL = 1e-7  # a slope below this share of L leaves a shift undetermined
+BEYOND = 1e6  # times L, where the linkage does not go
 
 
 @dataclass(frozen=True)
@@ -34,36 +37,13 @@ class Estimate:
         name: `time` is the table's clock minus the scene's, `phase` the crank angle at the scene's time 0, `zero` that
             where the table's own is 0.
         error: its standard error, for errors of one size (relative to L) that are independent from row to row.
+        remaining: rms error that is left, divided by L; of the crank angle [rad] where a table has no positions.
     """
 
     name: str
     value: float
     error: float
-
-
-@dataclass(frozen=True)
-class Estimation:
-    """Estimated quantities, from so many rows.
-
-    Attributes:
-        remaining: rms error that is left, divided by L; of the crank angle [rad] where a table has no positions.
-    """
-
-    estimates: tuple[Estimate, ...]
-    rows: int
     remaining: float
-
-    def aligned(self, observed: Observed, speed: float) -> Observed:
-        """A table by the scene's clock and crank."""
-        for one in self.estimates:
-            observed = _moved(observed, one.name, one.value, speed)
-        return observed
-
-
-def _moved(observed: Observed, name: str, value: float, speed: float) -> Observed:
-    if name == "zero" and observed.angle is not None:
-        return replace(observed, angle=observed.angle + value)
-    return replace(observed, times=observed.times + (-value if name == "time" else value / speed))
 
 
 def parse_estimate(text: str) -> tuple[str, ...]:
@@ -79,75 +59,101 @@ def parse_estimate(text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def estimate(observed: Observed, scene: Scene, asked: Sequence[str]) -> Estimation:
+def estimate(table: Exact, asked: Sequence[str]) -> tuple[Estimate, ...]:
     """Estimate what was asked for.
 
     Raises:
         InvalidInput: the table does not have what it would be determined from, or too little of it.
     """
-    what, rows = f"--estimate {','.join(asked)}", observed.thinned(MOST_ROWS)
-    has_places = observed.has("position")
-    if not has_places and observed.angle is None:
+    what, has_places, has_angle = f"--estimate {','.join(asked)}", table.points("position"), CRANK_ANGLE in table.values
+    if not has_places and not has_angle:
         raise InvalidInput(f"{what}: the table has no positions to estimate it from")
-    if scene.kinematics.mechanism.driver.span is not None:
+    if table.scene.kinematics.mechanism.driver.span is not None:
         raise InvalidInput(f"{what}: it would be looked for anywhere in a turn, and the input makes one pass")
-    if len(asked) > 1 and not (has_places and observed.angle is not None):
+    if len(asked) > 1 and not (has_places and has_angle):
         raise InvalidInput(f"{what}: at constant speed one looks like the other in this table: ask for one of them")
-    found = list(_estimates(rows, scene, asked))
-    if still := [one.name for one, _ in found if math.isinf(one.error)]:
+    found = tuple(_estimates(table.thinned(MOST_ROWS), asked))
+    if still := [one.name for one in found if math.isinf(one.error)]:
         raise InvalidInput(f"{what}: {still[0]} cannot be determined: nothing in this table depends on it")
-    return Estimation(tuple(one for one, _ in found), len(rows.times), found[0][1])
+    return found
 
 
-def _estimates(observed: Observed, scene: Scene, asked: Sequence[str]) -> Iterator[tuple[Estimate, float]]:
-    """Estimates, and what is left of each: of the crank's own zero first, then of the clock."""
-    table, clock = Exact(observed, scene), "time" if "time" in asked else "phase"
-    if "phase" in asked and observed.angle is not None and observed.has("position"):
-        shift, error, left = fitted(table, "position")
-        yield Estimate("zero", shift, error), left
-    if observed.has("position"):
-        shift, error, left = fitted(table, "total")
+def _estimates(table: Exact, asked: Sequence[str]) -> Iterator[Estimate]:
+    """The crank's own zero first, then the clock."""
+    has_places, clock = table.points("position"), "time" if "time" in asked else "phase"
+    if "phase" in asked and has_places and CRANK_ANGLE in table.values:
+        yield Estimate("zero", *anywhere(table, "position", ahead))
+    if has_places:
+        shift, error, left = anywhere(table, "total", late)
     else:
         off = np.unwrap(table.angle) - table.nominal_angle
         spread = float(np.sum((off - off.mean()) ** 2))
         error, left = math.sqrt(spread / (len(off) - 1) / len(off)), math.sqrt(spread / len(off))
         shift = math.remainder(float(off.mean()), TURN)
-    by = -scene.speed if clock == "time" else 1.0
-    yield Estimate(clock, shift / by, error / abs(by)), left
+    by = -table.scene.speed if clock == "time" else 1.0
+    yield Estimate(clock, shift / by, error / abs(by), left)
 
 
-def fitted(table: Exact, name: str) -> tuple[float, float, float]:
-    """The shift of the crank angle that brings the exact places nearest to those of a table.
+def aligned(table: Exact, estimates: Sequence[Estimate]) -> Exact:
+    """A table by the scene's clock and crank."""
+    for one in estimates:
+        if one.name == "zero":
+            table = ahead(table, one.value)
+        else:
+            by = -one.value if one.name == "time" else one.value / table.scene.speed
+            table = table.changed(partial(np.add, by), TIME)
+    return table
+
+
+# -- shifts of the crank -----------------------------------------------------------------------------------------------
+
+# What moves a table by crank angles [rad], a number or (T,).
+Moved: TypeAlias = Callable[[Exact, float | Array], Exact]
+
+
+def ahead(table: Exact, by: float | Array) -> Exact:
+    """The table with its own crank angle so much further on [rad]."""
+    return table.changed(lambda angle: angle + by, CRANK_ANGLE)
+
+
+def late(table: Exact, by: float | Array) -> Exact:
+    """The table with all its rows so much later, in crank angle at the scene's speed [rad]."""
+    return table.later(by / table.scene.speed)
+
+
+def anywhere(table: Exact, name: str, moved: Moved) -> tuple[float, float, float]:
+    """The smallest shift that brings the exact motion nearest to that of a table, looked for around the turn.
 
     Args:
-        name: `total` at the nominal time, `position` at the table's own crank angle.
+        name: of the errors that are to be small.
 
     Returns:
-        The smallest such shift and its standard error [rad], infinite where nothing depends on it, and the rms error
-        that is left, divided by L.
+        The shift and its standard error [rad], infinite where nothing depends on it, and the rms error that is left.
     """
-    samples = {point: own["position"] for point, own in table.observed.points.items() if "position" in own}
-    count, vectors = sum(own.values.size for own in samples.values()), len(table.observed.times) * len(samples)
-
-    def off(angle: Array, rows: slice = slice(None)) -> tuple[Array, Array]:
-        """Table minus exact over L, and its derivative by the angle; of angles (.., T), with the numbers last."""
-        motion = table.scene.motion(angle.ravel(), 1.0)
-        parts = []
-        for point, own in samples.items():
-            exact, length, shape = motion.point(point), table.scene.lengths[point], (*angle.shape, len(own.axes))
-            places, slopes = (v[:, own.axes].reshape(shape) for v in (exact.position, exact.velocity))
-            parts.append(np.stack([own.values[rows] - places, -slopes]).reshape(2, *angle.shape[:-1], -1) / length)
-        values, slopes = np.concatenate(parts, axis=-1)
-        return values, slopes
-
-    angle = table.nominal_angle if name == "total" else table.angle
-    turns, few = np.arange(STARTS) * (TURN / STARTS), slice(None, None, max(1, len(angle) // SCAN_ROWS))
-    start = turns[int(np.argmin(np.sum(off(turns[:, None] + angle[few], few)[0] ** 2, axis=-1)))]
-    found = least_squares(
-        lambda by: off(angle + by[0])[0], [start], jac=lambda by: off(angle + by[0])[1][:, None],
-        method="lm", xtol=PRECISION, ftol=PRECISION, gtol=PRECISION,
-    )  # fmt: skip
-    slope, squares = float(np.linalg.norm(found.jac)), 2.0 * float(found.cost)
+    few, turns = table.thinned(SCAN_ROWS), np.arange(STARTS) * (TURN / STARTS)
+    tiled = replace(few, values={column: np.tile(values, STARTS) for column, values in few.values.items()})
+    tried = moved(tiled, np.repeat(turns, len(few.times))).misses(name).reshape(STARTS, -1)
+    shift, slope, left = nearest_to(table, name, moved, float(turns[np.argmin(np.sum(tried**2, axis=1))]))
+    count = len(table.times) * tried.shape[1] // len(few.times)
     # Of independent errors of one size: the square root of s^2 / (J^T J), s^2 = r^T r / (N - 1).
-    error = math.inf if slope <= STILL * math.sqrt(count) else math.sqrt(squares / (count - 1)) / slope
-    return math.remainder(float(found.x[0]), TURN), error, math.sqrt(squares / vectors)
+    error = math.inf if slope <= STILL * math.sqrt(count) else math.sqrt(left / (count - 1)) / slope
+    return math.remainder(shift, TURN), error, math.sqrt(left / (len(table.points(name)) * len(table.times)))
+
+
+def nearest_to(table: Exact, name: str, moved: Moved, start: float) -> tuple[float, float, float]:
+    """The shift [rad] within half a turn of a first one that leaves the smallest sum of squares of normalised errors.
+
+    Returns:
+        The shift, the slope of the errors (as the root of the sum of squares), and the sum that is left.
+    """
+    beyond = np.full(table.misses(name).size, BEYOND)
+
+    def errors(by: Array) -> Array:
+        try:
+            return moved(table, float(by[0])).misses(name).ravel()
+        except InvalidInput:  # the linkage does not come to where the crank would then be
+            return beyond
+
+    bounds = (start - 0.5 * TURN, start + 0.5 * TURN)
+    found = least_squares(errors, [start], jac="3-point", bounds=bounds, xtol=PRECISION, ftol=PRECISION, gtol=PRECISION)
+    return float(found.x[0]), float(np.linalg.norm(found.jac)), 2.0 * float(found.cost)

@@ -7,7 +7,7 @@ import re
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.files import check_readable, of_file
-from conrod.own.tables.columns import Column, Request, choose
-from conrod.own.tables.headings import CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, TIME, bare_unit, with_unit
-from conrod.own.tables.samples import QUANTITIES, Observed, Samples
+from conrod.own.tables.columns import TIME, Column, Request, bare_unit, choose, parted
 
 # So many rows of two points with all their rates take a gigabyte, the exact motion beside them included (measured).
 MOST_ROWS = 2_000_000
@@ -30,8 +28,8 @@ LARGEST = 1e30  # SI: squares of it are still numbers
 
 
 # How a file is written, in words; headings of all columns; and what gives values (T, columns) of some columns and the
-# number of each row (T,), of at most so many rows.
-Opened: TypeAlias = tuple[str, tuple[str, ...], Callable[[Sequence[Column], int], tuple[Array, NDArray[np.int64]]]]
+# number of each row (T,).
+Opened: TypeAlias = tuple[str, tuple[str, ...], Callable[[Sequence[Column]], tuple[Array, NDArray[np.int64]]]]
 
 
 @dataclass(frozen=True)
@@ -39,14 +37,14 @@ class Reading:
     """A table that was read.
 
     Attributes:
-        observed: what it says, SI.
+        values: SI, (T,) by name of the quantity.
         columns: that were used.
         unused: headings of the others.
         form: how the file is written, in words.
         repeated: rows that said the same as the one before, and were left out.
     """
 
-    observed: Observed
+    values: Mapping[str, Array]
     columns: tuple[Column, ...]
     unused: tuple[str, ...]
     form: str
@@ -68,7 +66,7 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
             raise InvalidInput("it is empty")
         form, headings, read = _open_npz(path) if path.suffix.lower() == ".npz" else _open_text(path)
         columns = choose(headings, points, asked)
-        values, numbers = read(columns, MOST_ROWS)
+        values, numbers = read(columns)
         used = {column.index for column in columns}
         unused = tuple(heading for k, heading in enumerate(headings) if k not in used)
         return reading_of(columns, values, numbers, unused, form)
@@ -92,19 +90,19 @@ def reading_of(
         bad = ~(np.abs(values * [column.factor for column in columns]) < LARGEST)
     if bad.any():
         row, place = np.argwhere(bad)[0]
-        value, name = values[row, place], columns[place].target.name
+        value = values[row, place]
         what = "is too large to be a motion" if np.isfinite(value) else "is not finite"
-        raise InvalidInput(f"row {numbers[row]}: {name} = {value:g} {what}")
-    keep = _new(values, [column.target.name for column in columns].index(TIME))
+        raise InvalidInput(f"row {numbers[row]}: {columns[place].name} = {value:g} {what}")
+    keep = _new(values, [column.name for column in columns].index(TIME))
     values, numbers = values[keep], numbers[keep]
-    by_name = {column.target.name: values[:, k] * column.factor for k, column in enumerate(columns)}
+    by_name = {column.name: values[:, k] * column.factor for k, column in enumerate(columns)}
     times = by_name[TIME]
     for k in np.flatnonzero(np.diff(times) <= 0.0)[:1]:
         what = "repeated" if times[k + 1] == times[k] else "not in order"
         raise InvalidInput(
             f"times are {what}: {times[k + 1]:.9g} s in row {numbers[k + 1]} after {times[k]:.9g} s in row {numbers[k]}"
         )
-    return Reading(_observed(columns, by_name), tuple(columns), unused, form, count - len(values))
+    return Reading(by_name, tuple(columns), unused, form, count - len(values))
 
 
 def _new(values: Array, time: int) -> NDArray[np.bool_]:
@@ -115,16 +113,9 @@ def _new(values: Array, time: int) -> NDArray[np.bool_]:
     return keep
 
 
-def _observed(columns: Sequence[Column], values: dict[str, Array]) -> Observed:
-    points: dict[str, dict[str, Samples]] = {}
-    for point in dict.fromkeys(column.target.point for column in columns if column.target.point):
-        for quantity in QUANTITIES:
-            own = [c.target for c in columns if (c.target.point, c.target.quantity) == (point, quantity)]
-            if own:
-                stacked = np.column_stack([values[target.name] for target in own])
-                points.setdefault(point, {})[quantity] = Samples(stacked, tuple(target.axis for target in own))
-    angle, rate, acceleration = map(values.get, (CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION))
-    return Observed(values[TIME], angle, rate, acceleration, points)
+def _check_rows(rows: int) -> None:
+    if rows > MOST_ROWS:
+        raise InvalidInput(f"it has {rows} rows: at most {MOST_ROWS} are kept: thin it out")
 
 
 # -- archives ----------------------------------------------------------------------------------------------------------
@@ -149,13 +140,13 @@ def _open_npz(path: Path) -> Opened:
             arrays |= {f"{name}.{axis}": array[:, k] for k, axis in enumerate("xy")}
     names = tuple(arrays)
 
-    def read(wanted: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
-        found = {column.target.name: np.asarray(arrays[names[column.index]], dtype=float) for column in wanted}
+    def read(wanted: Sequence[Column]) -> tuple[Array, NDArray[np.int64]]:
+        found = {column.name: np.asarray(arrays[names[column.index]], dtype=float) for column in wanted}
         lengths = {name: len(values) for name, values in found.items()}
         if len(set(lengths.values())) > 1:
             raise InvalidInput(f"columns of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
-        if (rows := max(lengths.values())) > most:
-            raise InvalidInput(f"it has {rows} rows: at most {most} are kept: thin it out")
+        rows = max(lengths.values())
+        _check_rows(rows)
         return np.column_stack(list(found.values())), np.arange(1, rows + 1)
 
     return "numpy archive", names, read
@@ -164,7 +155,7 @@ def _open_npz(path: Path) -> Opened:
 # -- text, whatever its separator and decimal mark ---------------------------------------------------------------------
 
 
-SAMPLE = 400  # lines that the layout is derived from
+SAMPLE = 400  # rows that the layout is derived from
 BLANKS = " "  # as a separator: any run of blanks
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", BLANKS: "blanks"}
 # Where two fit as well, the earlier one is meant: `0, 1, 2` is separated by commas.
@@ -185,19 +176,25 @@ def _open_text(path: Path) -> Opened:
         InvalidInput: it is no text, or no table.
     """
     lines = _lines(path)
-    found = {way: _numeric_rows(lines[:SAMPLE], *way) for way in WRITTEN}
-    separator, decimal = max(WRITTEN, key=lambda way: sum(numbers for _, _, numbers in found[way]))
-    if not (numeric := found[separator, decimal]):
+    rows = [line for line in lines if not COMMENT.match(line[1])]
+    found = {way: _layout(rows[:SAMPLE], *way) for way in WRITTEN}
+    separator, decimal = max(WRITTEN, key=lambda way: found[way][0])
+    numbers, first, width = found[separator, decimal]
+    if not numbers:
         raise InvalidInput(
             f"there is no row of numbers with at least two columns in its first {SAMPLE} rows; give times in seconds, "
             "not as dates"
         )
-    first, width = numeric[0][0], len(numeric[0][1])
-    headings = _headings([_heading_cells(line, separator) for number, line in lines if number < first], width)
-    rows = [one for one in lines if one[0] >= first and not COMMENT.match(one[1])]
+    above = [
+        COMMENT.sub("", line, count=1) if COMMENT.match(line) else line for number, line in lines if number < first
+    ]
+    headings = _headings(
+        [WORD.findall(line) if separator == BLANKS else cells(line, separator) for line in above], width
+    )
+    rows = [line for line in rows if line[0] >= first]
 
-    def read(columns: Sequence[Column], most: int) -> tuple[Array, NDArray[np.int64]]:
-        return _numbers(rows, columns, (separator, decimal), width, most)
+    def read(columns: Sequence[Column]) -> tuple[Array, NDArray[np.int64]]:
+        return _numbers(rows, columns, separator, decimal, width)
 
     marks = {".": "decimal points", ",": "decimal commas"}
     return f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, read
@@ -222,18 +219,16 @@ def cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
 
 
-def _numeric_rows(sample: Sequence[Line], separator: str, decimal: str) -> list[tuple[int, list[str], int]]:
-    """Rows with numbers, of the most common width: the line, the cells, and how many of them are numbers."""
-    rows = [(number, cells(line, separator)) for number, line in sample if not COMMENT.match(line)]
-    counted = [(number, row, sum(map(bool, map(NUMBERS[decimal].fullmatch, row)))) for number, row in rows]
+def _layout(sample: Sequence[Line], separator: str, decimal: str) -> tuple[int, int, int]:
+    """Of rows with numbers, of the most common width: how many numbers they hold, the line of the first, the width."""
+    rows = [(number, cells(line, separator)) for number, line in sample]
+    counted = [(number, len(row), sum(map(bool, map(NUMBERS[decimal].fullmatch, row)))) for number, row in rows]
     numeric = [one for one in counted if one[2] >= LEAST]
-    width = Counter(len(row) for _, row, _ in numeric).most_common(1)
-    return [one for one in numeric if len(one[1]) == width[0][0]]
-
-
-def _heading_cells(line: str, separator: str) -> list[str]:
-    text = COMMENT.sub("", line.strip(), count=1) if COMMENT.match(line) else line
-    return WORD.findall(text) if separator == BLANKS else cells(text, separator)
+    if not numeric:
+        return 0, 0, 0
+    width = Counter(wide for _, wide, _ in numeric).most_common(1)[0][0]
+    own = [(number, numbers) for number, wide, numbers in numeric if wide == width]
+    return sum(numbers for _, numbers in own), own[0][0], width
 
 
 def _headings(above: Sequence[list[str]], width: int) -> tuple[str, ...]:
@@ -243,22 +238,21 @@ def _headings(above: Sequence[list[str]], width: int) -> tuple[str, ...]:
     """
     fitting = [row for row in above if len(row) == width] or [[str(k + 1) for k in range(width)]]
     units = [unit for unit in map(bare_unit, fitting[-1]) if unit is not None]
-    if len(fitting) > 1 and len(units) == width:
-        return tuple(map(with_unit, fitting[-2], units))
-    return tuple(fitting[-1])
+    if len(fitting) == 1 or len(units) < width:
+        return tuple(fitting[-1])
+    pairs = zip(fitting[-2], units, strict=True)
+    return tuple(name if unit in ("", parted(name)[1]) else f"{name} [{unit}]" for name, unit in pairs)
 
 
 def _numbers(
-    rows: Sequence[Line], columns: Sequence[Column], written: tuple[str, str], width: int, most: int
+    rows: Sequence[Line], columns: Sequence[Column], separator: str, decimal: str, width: int
 ) -> tuple[Array, NDArray[np.int64]]:
     """Values (T, columns), and the line of each row (T,); a million rows take a few seconds.
 
     Raises:
         InvalidInput: a cell that is no number, or more rows than may be kept.
     """
-    separator, decimal = written
-    if len(rows) > most:
-        raise InvalidInput(f"it has {len(rows)} rows: at most {most} are kept: thin it out")
+    _check_rows(len(rows))
     for number, line in rows:
         # Cells left out at the end of a row are empty; what stands beyond the last heading belongs nowhere.
         if line.count(separator) >= width and any(cells(line, separator)[width:]):
@@ -267,18 +261,12 @@ def _numbers(
     delimiter, places = None if separator == BLANKS else separator, [column.index for column in columns]
     try:
         values = np.loadtxt(plain, delimiter=delimiter, usecols=places, comments=None, quotechar='"', ndmin=2)
-    except ValueError:
-        raise InvalidInput(_bad_cell(rows, columns, written)) from None
+    except ValueError as error:
+        for number, line in rows:
+            for column in columns:
+                cell = "".join(cells(line, separator)[column.index : column.index + 1])
+                if not NUMBERS[decimal].fullmatch(cell) and cell.lower().lstrip("+-") not in ("nan", "inf", "infinity"):
+                    what = f"{column.name} = {cell!r} is no number (a time is in seconds, no date)"
+                    raise InvalidInput(f"row {number}: {what}") from None
+        raise InvalidInput(f"its rows cannot be read as numbers: {error}") from None
     return values, np.array([number for number, _ in rows])
-
-
-def _bad_cell(rows: Sequence[Line], columns: Sequence[Column], written: tuple[str, str]) -> str:
-    """The first cell that is no number, in words."""
-    for number, line in rows:
-        row = cells(line, written[0])
-        for column in columns:
-            cell = row[column.index] if column.index < len(row) else ""
-            if not NUMBERS[written[1]].fullmatch(cell) and cell.lower().lstrip("+-") not in ("nan", "inf", "infinity"):
-                what = f"= {cell!r} is no number (a time is in seconds, no date)" if cell else "is empty"
-                return f"row {number}: {column.target.name} {what}"
-    return "its rows cannot be read as numbers"

@@ -12,11 +12,10 @@ from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.causes import Cause, likely_causes
-from conrod.own.tables.columns import Column
-from conrod.own.tables.estimation import Estimation, estimate
-from conrod.own.tables.headings import CRANK_ANGLE, TIME, targets
+from conrod.own.tables.columns import CRANK_ANGLE, TIME, Column, quantities
+from conrod.own.tables.errors import ERRORS, Errors, Exact
+from conrod.own.tables.estimation import Estimate, aligned, estimate
 from conrod.own.tables.reading import Reading
-from conrod.own.tables.samples import ERRORS, Errors, Exact, largest
 from conrod.scenes import Scene
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
@@ -44,7 +43,7 @@ class TableStudy:
         span: first and last time [s].
         errors: by point and by name.
         phase: largest deviation of the crank from the nominal [rad]; None where the table does not say where it was.
-        estimation: None where nothing was to be estimated.
+        estimates: of what was to be estimated.
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
         notes: what is not judged, or not as one might think, a sentence each.
@@ -60,7 +59,7 @@ class TableStudy:
     span: tuple[float, float]
     errors: Errors
     phase: float | None
-    estimation: Estimation | None
+    estimates: tuple[Estimate, ...]
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
     notes: tuple[str, ...]
@@ -74,7 +73,8 @@ class TableStudy:
         """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None where there is none."""
         if name == "phase":
             return self.phase
-        return largest(self.errors, "velocity", "rms") if name == RMS else largest(self.errors, name)
+        of, measure = ("velocity", "rms") if name == RMS else (name, "max")
+        return max((getattr(curves[of].size, measure) for curves in self.errors.values() if of in curves), default=None)
 
     @property
     def exceeded(self) -> dict[str, tuple[float, float]]:
@@ -107,9 +107,9 @@ def study_table(
     Raises:
         InvalidInput: a tolerance of what the table has not, or an estimate of what it does not tell.
     """
-    observed = reading.observed
-    estimation = estimate(observed, scene, asked) if asked else None
-    table = Exact(estimation.aligned(observed, scene.speed) if estimation else observed, scene)
+    table = Exact(reading.values, scene)
+    estimates = estimate(table, asked) if asked else ()
+    table = aligned(table, estimates)
     _check_pass(table)
     found = TableStudy(
         file=file,
@@ -118,11 +118,11 @@ def study_table(
         columns=reading.columns,
         unused=reading.unused,
         form=reading.form,
-        rows=len(observed.times),
-        span=(float(observed.times[0]), float(observed.times[-1])),
+        rows=len(table.times),
+        span=(float(reading.values[TIME][0]), float(reading.values[TIME][-1])),
         errors=table.errors,
         phase=table.phase,
-        estimation=estimation,
+        estimates=estimates,
         tolerance=dict(tolerance or {}),
         causes=(),
         notes=tuple(_notes(reading, scene)),
@@ -165,11 +165,10 @@ def _wrong(found: TableStudy) -> list[str]:
 def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
     if reading.repeated:
         yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
-    assumed = [column.target.name for column in reading.columns if column.unit_from == "assumed"]
+    assumed = [column.name for column in reading.columns if column.unit_from == "assumed"]
     if assumed:
         yield f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise"
-    there = {column.target.name for column in reading.columns}
-    if missing := [target.name for target in targets(tuple(scene.lengths)) if target.name not in there]:
+    if missing := [name for name in quantities(tuple(scene.lengths)) if name not in reading.values]:
         yield f"not in the table: {', '.join(missing)}; motion is not judged then, and the crank taken at its nominal"
 
 
@@ -183,13 +182,13 @@ def clock_limits(table: Exact, reading: Reading, asked: Mapping[str, float]) -> 
     by the digits that its column and that of the time are written with; the position at the nominal time by what
     `position` is allowed, and by what the phase moves the point.
     """
-    observed, scene, nominal = reading.observed, table.scene, table.nominal_angle
-    if observed.angle is None or not asked or "total" in asked:
+    values, scene, nominal = reading.values, table.scene, table.nominal_angle
+    if CRANK_ANGLE not in values or not asked or "total" in asked:
         return {}
-    factors = {column.target.name: column.factor for column in reading.columns}
+    factors = {column.name: column.factor for column in reading.columns}
     rounding = phase_bound(len(nominal), float(np.abs(nominal).max()) / (2.0 * math.pi))
-    written = abs(scene.speed) * _written(observed.times, observed.times, factors[TIME])
-    written += _written(observed.angle, np.unwrap(observed.angle), factors[CRANK_ANGLE])
+    written = abs(scene.speed) * _written(values[TIME], values[TIME], factors[TIME])
+    written += _written(values[CRANK_ANGLE], np.unwrap(values[CRANK_ANGLE]), factors[CRANK_ANGLE])
     phase = asked.get("phase", rounding + written)
     limits = {"phase": phase}
     if "position" in asked:

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import Array
-from conrod.own.tables.samples import ERRORS
+from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import (
     HUES,
