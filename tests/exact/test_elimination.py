@@ -43,7 +43,7 @@ def test_it_solves_and_signs_as_lapack_does_and_solves_the_transposed_matrix(loo
     )
     np.testing.assert_allclose(factors.solve([0.0, *right[1:]]), plain, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(factors.solve_transposed(list(right)), transposed, rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(factors.determinant_sign(), np.sign(np.linalg.det(matrix)))
+    np.testing.assert_array_equal(np.sign(factors.determinant()), np.sign(np.linalg.det(matrix)))
     # Negative control: the matrix itself has other solutions.
     assert loops == 0 or np.abs(plain - transposed).max() > 1e-3
 
@@ -59,7 +59,7 @@ def test_a_singular_sample_has_no_finite_solution_and_spares_none_that_it_need_n
     solution = Elimination(rows, SAMPLES).solve([np.ones(SAMPLES)] * len(rows))
     assert not np.isfinite(solution[2]).all()
     assert loops > 1 or np.isfinite(np.delete(solution, 2, axis=0)).all()
-    assert Elimination(rows, SAMPLES).determinant_sign()[2] == 0.0
+    assert np.sign(Elimination(rows, SAMPLES).determinant())[2] == 0.0
 
 
 def test_a_number_that_may_be_rounding_is_no_pivot() -> None:
@@ -76,7 +76,7 @@ def test_known_pivots_give_the_same_bits_as_looked_for_ones(seed: int) -> None:
     searched = Elimination(rows, SAMPLES)
     known = Elimination(rows, SAMPLES, searched.order)
     np.testing.assert_array_equal(known.solve(right), searched.solve(right))
-    np.testing.assert_array_equal(known.determinant_sign(), searched.determinant_sign())
+    np.testing.assert_array_equal(np.sign(known.determinant()), np.sign(searched.determinant()))
     assert known.order == searched.order
 
 
@@ -85,6 +85,6 @@ def test_a_matrix_with_an_empty_column_is_singular_and_not_an_error() -> None:
     rows = [{0: np.ones(2), 1: 0.0}, {0: 2.0 * np.ones(2), 1: 0.0}]
     factors = Elimination(rows, 2)
     assert not np.isfinite(factors.solve([1.0, 1.0])).all()
-    assert (factors.determinant_sign() == 0.0).all()
+    assert (np.sign(factors.determinant()) == 0.0).all()
     # Negative control.
     assert np.isfinite(Elimination([{0: np.ones(2)}, {0: 2.0 * np.ones(2), 1: 1.0}], 2).solve([1.0, 1.0])).all()

@@ -64,8 +64,8 @@ def test_loops_of_a_chain_are_closed_one_at_a_time(largest: DescribedScene) -> N
 
 
 def test_what_cannot_be_told_apart_is_one_block() -> None:
-    assert len(triangular_blocks({0: (0, 1), 1: (1, 2), 2: (2, 0)})) == 1
-    assert len(triangular_blocks({0: (0, 1), 1: (0, 1), 2: (2, 0)})) == 2
+    assert len(triangular_blocks({0: (0, 1), 1: (1, 2), 2: (2, 0)}, (0, 1, 2))) == 1
+    assert len(triangular_blocks({0: (0, 1), 1: (0, 1), 2: (2, 0)}, (0, 1, 2))) == 2
 
 
 def test_every_loop_is_closed_in_the_models(largest: DescribedScene) -> None:

@@ -100,7 +100,7 @@ class BranchWalk:
 
     def branch_of(self, poses: Array) -> Array:
         """Sign of the determinant of the Jacobian (T,); it distinguishes assembly branches."""
-        return self.equations.elimination(poses).determinant_sign()
+        return np.asarray(np.sign(self.equations.elimination(poses).determinant()))
 
     def poses(self, angle: Array) -> Array:
         """Exact poses (T, 3 n) at crank angles (T,) [rad].

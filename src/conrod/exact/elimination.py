@@ -19,7 +19,6 @@ from conrod.exact.motion import Array
 
 Entry = float | Array
 Block = tuple[tuple[int, ...], tuple[int, ...]]  # rows, and as many columns
-Pivots = tuple[tuple[int, int], ...]
 # A number smaller than this may be a rounding error, or small beside other entries: it is no pivot.
 LEAST_PIVOT = 0.5
 
@@ -39,8 +38,16 @@ class _Step:
 class PivotOrder:
     """Order of elimination: row and column of each number that is eliminated along, then blocks of the rest."""
 
-    pivots: Pivots
+    pivots: tuple[tuple[int, int], ...]
     blocks: tuple[Block, ...]
+
+    @cached_property
+    def sign(self) -> float:
+        """+1 where rows and columns are put together by an even permutation, -1 by an odd one."""
+        places = dict(self.pivots)
+        for rows, columns in self.blocks:
+            places |= zip(rows, columns, strict=True)
+        return float(np.linalg.det(np.eye(len(places))[[places[row] for row in sorted(places)]]))
 
 
 class Elimination:
@@ -59,18 +66,13 @@ class Elimination:
         self._steps: list[_Step] = [_eliminate(left, *place) for place in (order.pivots if order else ())]
         while order is None and (place := _constant_pivot(left)) is not None:
             self._steps.append(_eliminate(left, *place))
-        self.order = order or PivotOrder(
-            tuple((step.row, step.column) for step in self._steps),
-            self._square(triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()})),
-        )
-        self._blocks = [_Block(block, left, samples) for block in self.order.blocks]
-
-    def _square(self, blocks: tuple[Block, ...]) -> tuple[Block, ...]:
-        """Blocks as they are; that of a singular matrix with the columns in which there is nothing at all."""
-        if all(len(rows) == len(columns) for rows, columns in blocks):
-            return blocks
-        gone = {step.column for step in self._steps}
-        return tuple((rows, tuple(c for c in range(self._size) if c not in gone)) for rows, _ in blocks)
+        if order is None:
+            pivots = {step.row: step.column for step in self._steps}
+            columns = [c for c in range(self._size) if c not in pivots.values()]
+            blocks = triangular_blocks({i: tuple(sorted(row)) for i, row in left.items()}, columns)
+            order = PivotOrder(tuple(pivots.items()), blocks)
+        self.order = order
+        self._blocks = [_Block(block, left, samples) for block in order.blocks]
 
     def solve(self, right: Sequence[Entry]) -> Array:
         """Solutions (T, n) for one right-hand side, given row by row; not finite where the matrix is singular."""
@@ -113,20 +115,13 @@ class Elimination:
 
     def determinant(self) -> Array:
         """The determinant (T,)."""
-        order = dict(self.order.pivots)
-        for rows, columns in self.order.blocks:
-            order |= zip(rows, columns, strict=True)
-        constant = math.prod([_permutation_sign(order), *(step.pivot for step in self._steps)])
+        constant = math.prod([self.order.sign, *(step.pivot for step in self._steps)])
         return np.asarray(constant * self.block_determinants().prod(axis=1))
 
     def block_determinants(self) -> Array:
         """The determinants of what is solved together (T, k): where one of them vanishes the matrix is singular."""
         determinants = [np.linalg.det(block.matrix) for block in self._blocks]
         return np.stack(determinants, axis=1) if determinants else np.empty((self._samples, 0))
-
-    def determinant_sign(self) -> Array:
-        """Sign of the determinant (T,); 0 where the matrix is singular."""
-        return np.asarray(np.sign(self.determinant()))
 
 
 class _Block:
@@ -177,18 +172,6 @@ class _Block:
             return np.full_like(self.matrix, np.nan)
 
 
-def _permutation_sign(order: Mapping[int, int]) -> float:
-    """+1 for an even permutation, -1 for an odd one: each cycle of even length changes it."""
-    sign, seen = 1.0, set[int]()
-    for start in order:
-        place, length = start, 0
-        while place not in seen:
-            seen.add(place)
-            place, length = order[place], length + 1
-        sign = -sign if length and length % 2 == 0 else sign
-    return sign
-
-
 def _is_zero(entry: Entry) -> bool:
     return isinstance(entry, float | int) and entry == 0.0
 
@@ -228,29 +211,31 @@ def _eliminate(left: dict[int, dict[int, Entry]], row: int, column: int) -> _Ste
 #
 # Rows and columns are put in such an order that the matrix is block lower triangular, with blocks as small as its
 # structure allows (Dulmage and Mendelsohn; Duff, Erisman and Reid, Direct Methods for Sparse Matrices, 2nd ed., chapter
-# 6: a transversal first, then the strong components by Tarjan's algorithm).
+# 6: a transversal first, then the strong components).
 
 
-def triangular_blocks(entries: Mapping[int, Sequence[int]]) -> tuple[Block, ...]:
+def triangular_blocks(entries: Mapping[int, Sequence[int]], columns: Sequence[int]) -> tuple[Block, ...]:
     """Blocks in the order in which they are solved: what a row has outside of its own, stands in columns before.
 
     Args:
         entries: of each row the columns where it has some.
+        columns: as many as there are rows.
 
     Returns:
         One block of everything where no choice of one entry in each row meets every column: that is singular.
     """
-    matched = _transversal(entries)
+    matched, rows = _transversal(entries), list(entries)
     if len(matched) < len(entries):
-        return ((tuple(entries), tuple(sorted({c for columns in entries.values() for c in columns}))),)
-    row_of = {column: row for row, column in matched.items()}
-    needed = {row: [row_of[column] for column in columns] for row, columns in entries.items()}
-    place = {row: k for k, row in enumerate(entries)}
-    blocks = []
-    for component in _components(needed):
-        rows = sorted(component, key=place.__getitem__)
-        blocks.append((tuple(rows), tuple(sorted(matched[row] for row in rows))))
-    return tuple(blocks)
+        return ((tuple(entries), tuple(columns)),)
+    # Whose rows are needed for a row's unknown, and for theirs.
+    needed = np.array([[matched[other] in entries[row] for other in rows] for row in rows], dtype=bool)
+    needed = needed.reshape(len(rows), len(rows))
+    for _ in range(len(rows).bit_length()):
+        needed |= needed @ needed
+    # Rows that need each other are a block; it needs more rows than any block that is solved before it for its sake.
+    order = np.argsort(needed.sum(axis=1), kind="stable")
+    blocks = dict.fromkeys(tuple(np.flatnonzero(needed[k] & needed[:, k])) for k in order)
+    return tuple((tuple(rows[k] for k in block), tuple(sorted(matched[rows[k]] for k in block))) for block in blocks)
 
 
 def _transversal(entries: Mapping[int, Sequence[int]]) -> dict[int, int]:
@@ -269,30 +254,3 @@ def _transversal(entries: Mapping[int, Sequence[int]]) -> dict[int, int]:
     for row in entries:
         find(row, set())
     return {row: column for column, row in taken.items()}
-
-
-def _components(needed: Mapping[int, Sequence[int]]) -> list[list[int]]:
-    """Strong components of a graph, each after those that it needs (Tarjan, 1972)."""
-    reached: dict[int, int] = {}
-    lowest: dict[int, int] = {}
-    pending: list[int] = []
-    found: list[list[int]] = []
-
-    def visit(node: int) -> None:
-        reached[node] = lowest[node] = len(reached)
-        pending.append(node)
-        for other in needed[node]:
-            if other not in reached:
-                visit(other)
-                lowest[node] = min(lowest[node], lowest[other])
-            elif other in pending:
-                lowest[node] = min(lowest[node], reached[other])
-        if lowest[node] == reached[node]:
-            first = pending.index(node)
-            found.append(pending[first:])
-            del pending[first:]
-
-    for node in needed:
-        if node not in reached:
-            visit(node)
-    return found
