@@ -77,23 +77,11 @@ class BranchContinuation:
 
     def solved(self, guess: Array, angle: Array) -> Array:
         """Poses (T, 3 n) of the turn or stretch, by Newton iteration; near a change point by its series."""
-        return self.apart(angle, guess, 0, lambda rows: [self.equations.newton(guess[rows], angle[rows])])[0]
+        return self.changes.apart(angle, guess, 0, lambda rows: [self.equations.newton(guess[rows], angle[rows])])[0]
 
     def slope(self, poses: Array, angle: Array) -> Array:
         """Slope (T, 3 n) of poses, near a change point by its series."""
-        return self.apart(angle, poses, 1, lambda rows: [poses[rows], self.equations.slope(poses[rows])])[1]
-
-    def apart(self, angle: Array, poses: Array, order: int, away: Callable[[Rows], list[Array]]) -> list[Array]:
-        """Taylor coefficients of poses (T, 3 n): near a change point by its series, else by a function of the rows."""
-        near = self.changes.near(angle)
-        if not near.any():
-            return away(slice(None))
-        found = [np.empty_like(poses) for _ in range(order + 1)]
-        if not near.all():
-            for filled, values in zip(found, away(~near), strict=True):
-                filled[~near] = values
-        self.changes.fill(angle, found)
-        return found
+        return self.changes.apart(angle, poses, 1, lambda rows: [poses[rows], self.equations.slope(poses[rows])])[1]
 
     def steps(self, here: BranchPoint, goal: float, last: float | None = None) -> Iterator[BranchPoint]:
         """Points on the way to a goal, or where a change point is next to it, on the way to the last goal beyond it.
@@ -160,14 +148,15 @@ class BranchContinuation:
         crossed = crossing(self.equations, here.angle, here.poses, LOOK_AHEAD * step)
         if crossed is None:
             return None
-        beyond = self.place(crossed.angle, crossed.poses)
-        if np.sign(beyond.determinant) != np.sign(here.determinant) * (-1.0) ** crossed.change.freedoms:
+        change, angle, poses = crossed
+        beyond = self.place(angle, poses)
+        if np.sign(beyond.determinant) != np.sign(here.determinant) * (-1.0) ** change.freedoms:
             return None
-        self.changes.add(crossed.change)
-        if abs(goal - here.angle) >= abs(crossed.angle - here.angle):
+        self.changes.add(change)
+        if abs(goal - here.angle) >= abs(angle - here.angle):
             return beyond
         ending = np.array([goal])
-        poses = self.solved(crossed.change.series(ending, 0)[0], ending)
+        poses = self.solved(change.series(ending, 0)[0], ending)
         return BranchPoint(goal, poses, self.slope(poses, ending), math.nan)
 
     def steps_at_once(self, passed: Sequence[BranchPoint], goals: Array) -> list[BranchPoint]:
@@ -254,13 +243,18 @@ class ChangePointCache:
             result |= change.near(angle) if distance is None else np.abs(angle - change.angle) < distance
         return result
 
-    def fill(self, angle: Array, coefficients: list[Array]) -> None:
-        """Put Taylor coefficients of the poses, as many orders of (T, 3 n) as are given, where angles are near."""
+    def apart(self, angle: Array, poses: Array, order: int, away: Callable[[Rows], list[Array]]) -> list[Array]:
+        """Taylor coefficients of poses (T, 3 n): near a change point by its series, else by a function of the rows."""
+        far = ~self.near(angle)
+        if far.all():
+            return away(slice(None))
+        found = np.empty((order + 1, *poses.shape))
+        if far.any():
+            found[:, far] = away(far)
         for change in self._changes:
-            near = change.near(angle)
-            if near.any():
-                for filled, values in zip(coefficients, change.series(angle[near], len(coefficients) - 1), strict=True):
-                    filled[near] = values
+            if (near := change.near(angle)).any():
+                found[:, near] = change.series(angle[near], order)
+        return list(found)
 
     def sign(self, angle: Array) -> Array:
         """Sign of the determinant (T,) on the smooth course at angles (T,) [rad], against that at crank angle 0."""

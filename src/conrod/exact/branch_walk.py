@@ -134,7 +134,7 @@ class BranchWalk:
     def series(self, angle: Array, order: int, side: Side) -> list[Array]:
         """Taylor coefficients of the poses by the crank angle at angles (T,) up to an order; each (T, 3 n)."""
         poses, equations = self.poses(angle), self.equations
-        coefficients = self._continuation.apart(
+        coefficients = self._continuation.changes.apart(
             self._within(angle)[0],
             poses,
             order,

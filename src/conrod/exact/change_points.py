@@ -63,20 +63,11 @@ class ChangePoint:
         return result
 
 
-@dataclass(frozen=True)
-class Crossing:
-    """A change point with the place on its other side, as far from it as the one that it was seen from."""
-
-    change: ChangePoint
-    angle: float
-    poses: Array  # (1, 3 n)
-
-
-def crossing(equations: Equations, angle: float, poses: Array, way: float) -> Crossing | None:
+def crossing(equations: Equations, angle: float, poses: Array, way: float) -> tuple[ChangePoint, float, Array] | None:
     """The first change point on a way [rad] from poses (1, 3 n) at a crank angle; None if there is none.
 
     A place where the motion does not go on smoothly is none, nor is one of a mechanism with cams: their arcs have no
-    series through a joint.
+    series through a joint. With it the angle and the poses on its other side, as far from it.
     """
     if equations.mechanism.cam_contacts:
         return None
@@ -87,16 +78,14 @@ def crossing(equations: Equations, angle: float, poses: Array, way: float) -> Cr
     away = _vanishing(equations, here, way)
     try:
         change = None if away is None else _settled(equations, here, away)
-        return None if change is None else _beyond(equations, here, change)
+        if change is None:
+            return None
+        beyond = np.array([2.0 * change.angle - angle])
+        guess = here.series(beyond, 0)[0]
+        poses = change.series(beyond, 0)[0] if change.near(beyond)[0] else equations.newton(guess, beyond)
+        return change, float(beyond[0]), poses
     except (InvalidInput, np.linalg.LinAlgError):  # no poses beside it, or no one way to go on: it is none
         return None
-
-
-def _beyond(equations: Equations, here: ChangePoint, change: ChangePoint) -> Crossing:
-    angle = np.array([2.0 * change.angle - here.angle])
-    if change.near(angle)[0]:
-        return Crossing(change, float(angle[0]), change.series(angle, 0)[0])
-    return Crossing(change, float(angle[0]), equations.newton(here.series(angle, 0)[0], angle))
 
 
 def _vanishing(equations: Equations, here: ChangePoint, way: float) -> float | None:

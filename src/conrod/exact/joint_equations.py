@@ -105,7 +105,8 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             bx, by = b.point(joint.point_b)
             line = direction(bx - ax, by - ay)
             rolled = (a.phi - line) * joint.radius_a + (b.phi - line) * joint.radius_b - joint.offset
-            return [_nearest_turn(rolled, 2.0 * np.pi * joint.distance)]
+            turn = 2.0 * np.pi * joint.distance  # the line of centres is known up to whole ones
+            return [rolled - turn * np.rint(rolled.coefficients[0] / turn)]
         case Rack():
             ax, ay = a.point(joint.point_a)
             bx, by = b.point(joint.point_b)
@@ -114,12 +115,6 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             return [way + (a.phi - b.phi) * joint.radius - joint.offset]
         case _:
             assert_never(joint)
-
-
-def _nearest_turn(rolled: Jet, turn: float) -> Jet:
-    """Residual of a rolling pair's equation where the line of centres is known up to whole turns."""
-    first = rolled.coefficients[0]
-    return rolled - turn * np.rint(first / turn)
 
 
 def _from_cam(joint: CamContact, poses: dict[str, PoseJet]) -> tuple[Jet, Jet]:
@@ -208,9 +203,10 @@ def law_gap(profile: LawProfile, x: Jet, y: Jet, turn: Jet, segment: NDArray[np.
     polar = direction(x, y) - turn
     if e != 0.0:
         polar = polar - direction(height, height * 0.0 + e)
-    lift, slope = _law_jets(profile, (profile.begin - polar) * sense, segment)
-    on_curve = lift + profile.least_height
-    across = slope + sense * e
+    angle = (profile.begin - polar) * sense
+    derivatives = profile.lift(np.asarray(angle.coefficients[0]), len(angle.coefficients), segment)
+    on_curve = _composed(derivatives[:-1], angle) + profile.least_height
+    across = _composed(derivatives[1:], angle) + sense * e
     cosine = on_curve * reciprocal(square_root(across * across + on_curve * on_curve))
     return (height - on_curve) * cosine
 
@@ -231,13 +227,6 @@ def law_normal(profile: LawProfile, x: Array, y: Array, segment: NDArray[np.intp
     by_angle = (height - on_curve) * cosine_slope - cosine * slope
     out, around = cosine * height_out + by_angle * angle_out, by_angle * angle_round
     return (x * out - y * around) / reach, (y * out + x * around) / reach
-
-
-def _law_jets(profile: LawProfile, angle: Jet, segment: NDArray[np.intp]) -> tuple[Jet, Jet]:
-    """Lift and its slope at a law angle."""
-    order = len(angle.coefficients) - 1
-    derivatives = profile.lift(np.asarray(angle.coefficients[0]), order + 1, segment)
-    return _composed(derivatives[:-1], angle), _composed(derivatives[1:], angle)
 
 
 def _composed(derivatives: list[Array], angle: Jet) -> Jet:

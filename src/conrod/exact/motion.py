@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -65,52 +66,26 @@ def motion_in_time(
         acceleration: crank angular acceleration [rad/s^2], a number or (T,).
         length: samples that are computed together.
     """
-    points: dict[str, PointMotion] = {}
+    # Zeros in one block of memory cost the system least; all x stand together and all y.
+    found: defaultdict[str, Array] = defaultdict(lambda: np.zeros((4, 2, len(angle))))
     for rows in cache_blocks(len(angle), length):
-        here = _Rates(_some(speed, angle, rows), _some(acceleration, angle, rows))
+        w, turning = (
+            np.broadcast_to(value, angle.shape)[rows] if np.ndim(value) else np.asarray(value, dtype=float)
+            for value in (speed, acceleration)
+        )
+        powers = (1.0, w, w**2, w**3)
         for name, planar in derivatives(angle[rows]).items():
-            if name not in points:
-                points[name] = _unfilled(len(angle))
             for axis, along in enumerate(planar):
-                here.apply(along, points[name], rows, axis)
+                filled = found[name][:, axis, rows]
+                for zeros, values, factor in zip(filled, along, powers, strict=True):
+                    # What stays zero is not touched, which spares the system its memory.
+                    if isinstance(values, np.ndarray) or values != 0.0:
+                        np.multiply(values, factor, out=zeros)
+                if turning.ndim or turning != 0.0:
+                    filled[2] += along[1] * turning
+                    filled[3] += 3.0 * along[2] * w * turning
+    points = {name: PointMotion(*motion.transpose(0, 2, 1)) for name, motion in found.items()}
     return Motion(angle, Named(points, "observed point"))
-
-
-def _unfilled(count: int) -> PointMotion:
-    """Zeros, in one block of memory, which costs the system least; all x stand together and all y."""
-    return PointMotion(*np.zeros((4, 2, count)).transpose(0, 2, 1))
-
-
-def _some(values: ArrayLike, angle: Array, rows: slice) -> Array:
-    """Those of some samples, where there is one for each."""
-    array = np.asarray(values, dtype=float)
-    return np.broadcast_to(array, angle.shape)[rows] if array.ndim else array
-
-
-class _Rates:
-    """Crank speed and angular acceleration of some samples, each a number () or (T,)."""
-
-    def __init__(self, speed: Array, acceleration: Array) -> None:
-        self._w, self._w2, self._w3 = speed, speed**2, speed**3
-        self._a = acceleration
-        self._steady = acceleration.ndim == 0 and acceleration == 0.0
-
-    def apply(self, along: Derivatives, point: PointMotion, rows: slice, axis: int) -> None:
-        """Fill the samples of a point along an axis."""
-        x, x1, x2, x3 = along
-        _fill(point.position[rows, axis], x, 1.0)
-        _fill(point.velocity[rows, axis], x1, self._w)
-        _fill(point.acceleration[rows, axis], x2, self._w2)
-        _fill(point.jerk[rows, axis], x3, self._w3)
-        if not self._steady:
-            point.acceleration[rows, axis] += x1 * self._a
-            point.jerk[rows, axis] += 3.0 * x2 * self._w * self._a
-
-
-def _fill(zeros: Array, values: Array | float, factor: Array | float) -> None:
-    """Values times a factor in place of zeros; what stays zero is not touched, which spares the system its memory."""
-    if isinstance(values, np.ndarray) or values != 0.0:
-        np.multiply(values, factor, out=zeros)
 
 
 def hermite(at: Array, values: Array, slopes: Array, where: Array) -> Array:
@@ -148,16 +123,8 @@ def cache_blocks(count: int, length: int) -> Iterator[slice]:
 
     In blocks whose intermediate arrays stay in a core's own cache a long series takes less time than all at once.
     """
-    _let_memory_be_kept()
+    # The GNU C library hands freed memory back to the system at once, and has it cleared page by page when it is next
+    # needed, which takes as long as the arithmetic; but it keeps up to twice the largest block that was ever freed.
+    np.empty(KEPT)
     for first in range(0, max(count, 1), length):
         yield slice(first, min(first + length, count))
-
-
-def _let_memory_be_kept() -> None:
-    """Have intermediate arrays of a piece take the memory of those of the piece before.
-
-    The GNU C library hands freed memory back to the system at once, and has it cleared page by page when it is next
-    needed, which takes as long as the arithmetic; but it keeps up to twice the largest block that was ever freed.
-    """
-    block = np.empty(KEPT)
-    del block
