@@ -53,7 +53,7 @@ def test_order_of_declaration_does_not_matter(path: Path) -> None:
     usual, other = read_scene(path), scene_of(shuffled(tables(path), 1))
     assert other.mechanism() == usual.mechanism()
     assert other.parameters_text == usual.parameters_text
-    angles = np.linspace(*(usual.span or (0.0, 6.0)), 9)
+    angles = np.linspace(*usual.kinematics.span, 9)
     for name, point in usual.motion(angles, usual.speed).points.items():
         assert np.array_equal(other.motion(angles, usual.speed).point(name).jerk, point.jerk)
 

@@ -68,7 +68,7 @@ def test_every_machine_tells_where_it_comes_from_and_what_was_assumed() -> None:
 def test_every_machine_is_read_and_makes_its_turn_or_its_pass(name: str) -> None:
     scene = catalogue_scene(name)
     assert scene.kind == name
-    assert catalogue_heading(name).one_pass == (scene.span is not None)
+    assert catalogue_heading(name).one_pass == (scene.mechanism().driver.span is not None)
     assert catalogue_heading(name).links == len(scene.mechanism().bodies)
     angles = np.linspace(*scene.kinematics.span, 37)
     assert all(np.isfinite(p.position).all() for p in scene.motion(angles, scene.speed).points.values())

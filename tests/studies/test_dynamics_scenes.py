@@ -150,7 +150,7 @@ def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: 
         kind, _, its_name = load.name.partition(".")
         del tables[kind][its_name]
     scene = scene_of(tables)
-    exact = exact_acceleration(scene, scene.span[0] if scene.span else 0.0)
+    exact = exact_acceleration(scene, scene.kinematics.span[0])
     found = crank_acceleration(*compiled(name, catalogue_scene(name)))
     assert found == pytest.approx(exact, rel=1e-3)
     for some in ("springs", "dampers", "torques"):

@@ -237,7 +237,7 @@ def one_line(error: InvalidInput) -> str:
 
 def moved(scene: DescribedScene) -> None:
     """Its exact motion is one."""
-    low, high = scene.span or (0.0, 2.0 * math.pi)
+    low, high = scene.kinematics.span
     for point in scene.motion(np.linspace(low, high, 9), scene.speed).points.values():
         assert np.isfinite(point.position).all()
 

@@ -16,7 +16,10 @@ from conrod.mechanism.mechanism import Mechanism
 
 
 class ExactReference(ABC):
-    """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed."""
+    """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed.
+
+    That of the generic solver, where there is no closed form.
+    """
 
     speed: float  # crank speed [rad/s]; the crank angle is speed x time
 
@@ -24,7 +27,6 @@ class ExactReference(ABC):
     def mechanism(self) -> Mechanism:
         """The declarative description that the generic solver and the engines' models are made from."""
 
-    @abstractmethod
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
         """Exact motion of all observed points.
 
@@ -34,18 +36,19 @@ class ExactReference(ABC):
             acceleration: crank angular acceleration [rad/s^2], constant in time where jerk is asked for.
             side: which limit to take where the acceleration jumps, seen along increasing crank angle.
         """
+        return self.kinematics.motion(angle, speed, acceleration, side)
 
-    @abstractmethod
     def break_angles(self) -> tuple[float, ...]:
         """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
+        return self.kinematics.break_angles
 
     @property
-    @abstractmethod
     def lengths(self) -> Mapping[str, float]:
         """L [m] of each observed point: the largest distance between two of its exact positions.
 
         The normalising length of the errors (docs/design.md, 'Errors have names').
         """
+        return self.kinematics.lengths
 
     @property
     def period(self) -> float:
@@ -68,23 +71,8 @@ class ExactReference(ABC):
 class GenericReference(ExactReference):
     """A mechanism without a closed form, solved by Newton iteration on its joint equations."""
 
-    described: Mechanism  # the mechanism
-    speed: float  # crank speed [rad/s]
+    described: Mechanism
+    speed: float
 
     def mechanism(self) -> Mechanism:
-        """The mechanism."""
         return self.described
-
-    @property
-    def lengths(self) -> Mapping[str, float]:
-        """L [m] of each observed point."""
-        return self.kinematics.lengths
-
-    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
-        """Exact motion of the observed points."""
-        theta = np.atleast_1d(np.asarray(angle, dtype=float))
-        rate, turn = np.asarray(speed, dtype=float), np.asarray(acceleration, dtype=float)
-        return self.kinematics.motion(theta, rate, turn, side)
-
-    def break_angles(self) -> tuple[float, ...]:
-        return self.kinematics.break_angles

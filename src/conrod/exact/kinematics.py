@@ -13,17 +13,16 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from conrod.errors import InvalidInput
 from conrod.exact.branch_walk import BranchWalk
 from conrod.exact.elimination import Elimination
 from conrod.exact.equations import Equations
-from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.motion import (
     BREAK_WIDTH,
     Array,
-    Derivatives,
     Motion,
     PointDerivatives,
     Side,
@@ -71,11 +70,6 @@ class Kinematics:
         """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
         coefficients = self._walk.series(angle, order, side)
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
-
-    @property
-    def assembled_branch(self) -> float:
-        """The branch that the start poses picked, +1 or -1."""
-        return self._walk.branch
 
     @property
     def change_angles(self) -> Array:
@@ -186,29 +180,28 @@ class Kinematics:
 
     # -- observed points ---------------------------------------------------------------------------------------
 
-    def motion(
-        self, angle: Array, speed: Array | float, acceleration: Array | float = 0.0, side: Side = "right"
-    ) -> Motion:
-        """Exact motion of the observed points; arguments as in `Scene.motion`."""
+    def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
+        """Exact motion of the observed points; arguments as in `ExactReference.motion`."""
         angle = np.atleast_1d(np.asarray(angle, dtype=float))
         return motion_in_time(
-            lambda some: self._points(self.derivatives(some, MOTION_ORDER, side)), angle, speed, acceleration, CHUNK
+            lambda some: self.planar_derivatives(self.derivatives(some, side=side)), angle, speed, acceleration, CHUNK
         )
 
     def point_derivatives(self, derivatives: list[Array]) -> dict[str, list[Array]]:
         """Observed points and their derivatives, each (T, 2), from those of the poses."""
         return {
             name: [np.column_stack([x, y]) for x, y in zip(*planar, strict=True)]
-            for name, planar in self._points(derivatives).items()
+            for name, planar in self.planar_derivatives(derivatives).items()
         }
 
-    def _points(self, derivatives: list[Array]) -> dict[str, PointDerivatives]:
+    def planar_derivatives(self, derivatives: list[Array]) -> dict[str, PointDerivatives]:
         """x and y of the observed points with their derivatives, each (T,), from those of the poses."""
         bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
         points = {}
         for observed in self.mechanism.observed:
-            x, y = bodies[observed.body].point(observed.point)
-            points[observed.name] = (_derivatives(x), _derivatives(y))
+            planar = [jet.coefficients for jet in bodies[observed.body].point(observed.point)]
+            x, y = ([math.factorial(k) * c for k, c in enumerate(along)] for along in planar)
+            points[observed.name] = x, y
         return points
 
     # -- equations ---------------------------------------------------------------------------------------------
@@ -216,10 +209,6 @@ class Kinematics:
     def solve(self, poses: Array, right: Array) -> Array:
         """Changes of the poses (T, 3 n) that make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
         return self.factors(poses).solve(list(right.T))
-
-    def solve_transposed(self, poses: Array, right: Array) -> Array:
-        """Multipliers (T, 3 n) of all equations that make forces (T, 3 n) along the poses: J^-T right."""
-        return self.factors(poses).solve_transposed(list(right.T))
 
     def factors(self, poses: Array) -> Elimination:
         """The factors of J at poses (T, 3 n), for several right-hand sides."""
@@ -255,7 +244,3 @@ class _Geometry:
 def _walk_of(geometry: _Geometry) -> BranchWalk:
     """The walk around the turn, whose table takes longer than many runs: once for machines that differ in masses."""
     return BranchWalk(Equations(geometry.mechanism))
-
-
-def _derivatives(jet: Jet) -> Derivatives:
-    return [math.factorial(k) * c for k, c in enumerate(jet.coefficients)]

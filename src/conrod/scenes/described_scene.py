@@ -81,11 +81,6 @@ class DescribedScene(Scene):
             "exact motion is the smooth continuation."
         )
 
-    @property
-    def span(self) -> tuple[float, float] | None:
-        """Crank angles [rad] of the one pass that an input makes which cannot turn fully; None for one that turns."""
-        return self.mechanism().driver.span
-
     @cached_property
     def parameters(self) -> dict[str, float]:
         return Named(self.described.values, "parameter")
@@ -114,21 +109,11 @@ class DescribedScene(Scene):
         """Those that the file gives in [start]; where it gives none, the crank's at its speed."""
         return dict(self.described.rates) or super().start_rates
 
-    @cached_property
-    def parameters_text(self) -> str:
-        return canonical(self.identity())
-
-    # -- motion --------------------------------------------------------------------------------------------------
-
     def mechanism(self) -> Mechanism:
         return self.described.mechanism
 
-    def break_angles(self) -> tuple[float, ...]:
-        return self.kinematics.break_angles
-
     def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
-        exact = self.kinematics.point_derivatives(self.kinematics.derivatives(angle, side=side))
-        return {name: ([d[:, 0] for d in along], [d[:, 1] for d in along]) for name, along in exact.items()}
+        return self.kinematics.planar_derivatives(self.kinematics.derivatives(angle, side=side))
 
     # -- checks --------------------------------------------------------------------------------------------------
 

@@ -69,14 +69,7 @@ class Scene(ExactReference):
     def _angle_derivatives(self, angle: Array, side: Side) -> Mapping[str, PointDerivatives]:
         """x and y of every observed point with their derivatives by the crank angle at angles (T,), exact."""
 
-    def break_angles(self) -> tuple[float, ...]:
-        """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
-        return ()
-
-    # -- motion ------------------------------------------------------------------------------------------------
-
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
-        """Exact motion of all observed points; see `ExactReference.motion`."""
         theta = np.atleast_1d(np.asarray(angle, dtype=float))
         return motion_in_time(lambda some: self._angle_derivatives(some, side), theta, speed, acceleration, CHUNK)
 
@@ -114,7 +107,6 @@ class Scene(ExactReference):
 
     @cached_property
     def lengths(self) -> dict[str, float]:
-        """L [m] of each observed point."""
         span = self.mechanism().driver.span
         angles = np.linspace(*(span or (0.0, 2.0 * np.pi)), SAMPLES_PER_TURN, endpoint=span is not None)
         travel = {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}

@@ -88,7 +88,7 @@ def reactions(kinematics: Kinematics, angle: Array, speed: float) -> JointForces
     mechanism, rates = kinematics.mechanism, first * speed
     right = inertia_forces(mechanism, poses, rates, second * speed**2)
     right -= load_forces(mechanism, poses, rates, angle / speed)
-    return _forces_of(mechanism, kinematics.solve_transposed(poses, right))
+    return _forces_of(mechanism, kinematics.factors(poses).solve_transposed(list(right.T)))
 
 
 def motion_of(kinematics: Kinematics, state: State) -> tuple[Array, Array, Array]:

@@ -149,7 +149,7 @@ class _Trace:
 
     def __init__(self, kinematics: Kinematics, curve: JointCurve) -> None:
         self._kinematics, self._curve, self._walk = kinematics, curve, CurveWalk(curve)
-        self._branch = kinematics.assembled_branch
+        self._branch = float(kinematics.branch(kinematics.start)[0])
 
     def from_start(self, sense: float) -> tuple[list[CurvePoint], End]:
         """Places from the start on in a sense of the crank angle, and what ends them; after a whole turn nothing does.
