@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import copy
 import math
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from typing import Self
@@ -21,19 +22,18 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism
 NEWTON_STEPS, NEWTON_DONE = 12, 1e-9  # after a step this small its square is left
 
 
-def one_thread() -> AbstractContextManager[object]:
+_libraries = cache(ThreadpoolController)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
     """Solve for points of curves in one thread while it is open.
 
     Threads cost more than they save on matrices this small: 46 s of CPU time in place of 3 s for a chain of 20
     four-bars. With one, last digits do not depend on the number of cores either.
     """
-    limited: AbstractContextManager[object] = _libraries().limit(limits=1, user_api="blas")
-    return limited
-
-
-@cache
-def _libraries() -> ThreadpoolController:
-    return ThreadpoolController()
+    with _libraries().limit(limits=1, user_api="blas"):
+        yield
 
 
 @dataclass(frozen=True)

@@ -63,14 +63,9 @@ class Configurations:
         while self.loop is None and along < (self.behind[-1].start if self.behind else 0.0):
             self.behind.append(_reversed(self._back.following()))
             if self._back.closed:
-                self._close_from_behind()
-
-    def _close_from_behind(self) -> None:
-        length = -self.behind[-1].start
-        gain = self.start.point[0] - self.behind[-1].points[0]
-        self.loop = Loop(length, gain)
-        moved = [_shifted(s, length, gain) for s in self.behind[::-1]]
-        self.ahead, self.behind = moved, []
+                last = self.behind[-1]
+                self.loop = Loop(-last.start, self.start.point[0] - last.points[0])
+                self.ahead, self.behind = [_shifted(s, self.loop) for s in self.behind[::-1]], []
 
 
 class _Pieces:
@@ -85,28 +80,21 @@ class _Pieces:
         self._returned = False
         self.closed = False
 
+    @one_thread()
     def following(self) -> Samples:
         """The next piece; raises InvalidInput where the curve cannot be followed further."""
-        with one_thread():
-            return self._following()
-
-    def _following(self) -> Samples:
-        while True:
-            ends = self._gather()
-            piece, used = self._longest_of(ends)
-            if piece is not None:
-                break
+        while (found := self._longest_of(ends := self._gather())) is None:
             self._finer()
-        at_joint = used == ends and self._joint
+        piece, used = found
         self._places = self._places[used - 1 :]
-        if at_joint:
+        if used == ends and self._joint:
             self._places[0] = self._walk.leaving(self._places[0])
         self._along, self._length = piece.stop, piece.stop - piece.start
         self.closed = self._returned and len(self._places) == 1
         return piece
 
-    def _longest_of(self, ends: int) -> tuple[Samples | None, int]:
-        """A piece that converges from the first place on, and how many places it takes."""
+    def _longest_of(self, ends: int) -> tuple[Samples, int] | None:
+        """A piece that converges from the first place on, and how many places it takes; None if there is none."""
         reach = self._places[0].along + FURTHER * self._length
         count = min(ends, max(LEAST_PLACES, sum(place.along <= reach for place in self._places)))
         while True:
@@ -115,7 +103,7 @@ class _Pieces:
             if piece is not None and tail <= TAIL:
                 return piece, count
             if count <= LEAST_PLACES:
-                return None, 0
+                return None
             # Coefficients fall with the power of the degree in the length of the piece.
             share = 2.0 / 3.0 if piece is None else 0.95 * max(0.5, (TAIL / tail) ** (1.0 / DEGREE))
             count = max(LEAST_PLACES, min(count - 1, int(share * count)))
@@ -171,8 +159,7 @@ def _reversed(piece: Samples) -> Samples:
     )  # fmt: skip
 
 
-def _shifted(piece: Samples, length: float, gain: Array) -> Samples:
-    crossing = None if piece.crossing is None else piece.crossing + length
-    return replace(
-        piece, start=piece.start + length, stop=piece.stop + length, points=piece.points + gain, crossing=crossing
-    )
+def _shifted(piece: Samples, loop: Loop) -> Samples:
+    crossing = None if piece.crossing is None else piece.crossing + loop.length
+    start, stop = piece.start + loop.length, piece.stop + loop.length
+    return replace(piece, start=start, stop=stop, points=piece.points + loop.gain, crossing=crossing)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -15,7 +16,6 @@ from scipy.optimize import brentq
 
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.line import Line
-from conrod.exact.dynamics.pieces import Samples
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, StrokePulse, TimePulse
 
@@ -136,17 +136,11 @@ def kinks(line: Line, loads: Sequence[Load]) -> list[Event]:
 
 
 def _reaches(line: Line, place: int, value: float) -> Event:
-    def event(_: float, state: Array) -> float:
-        return float(line.at(float(state[0])).values[place]) - value
-
-    return event
+    return lambda _, state: float(line.at(float(state[0])).values[place]) - value
 
 
 def _turns(line: Line, place: int) -> Event:
-    def event(_: float, state: Array) -> float:
-        return float(line.at(float(state[0])).rates[place]) * float(state[1])
-
-    return event
+    return lambda _, state: float(line.at(float(state[0])).rates[place]) * float(state[1])
 
 
 class _CamJoints:
@@ -158,7 +152,6 @@ class _CamJoints:
     def __init__(self, line: Line) -> None:
         self._line = line
         self._known: tuple[int, int, bool] | None = None
-        self._arcs: dict[int, tuple[Samples, dict[str, int]]] = {}
         self._joints: list[float] = []
 
     def __call__(self, _: float, state: Array) -> float:
@@ -181,19 +174,8 @@ class _CamJoints:
         key = (len(known.ahead), len(known.behind), known.loop is None)
         if key != self._known:
             pieces = [*known.behind[::-1], *known.ahead]
-            arcs = [self._arcs_of(piece) for piece in pieces]
-            self._joints = [
-                piece.start
-                for piece, before, after in zip(pieces[1:], arcs[:-1], arcs[1:], strict=True)
-                if before != after
-            ]
-            if known.loop is not None and arcs and arcs[0] != arcs[-1]:
+            self._joints = [after.start for before, after in pairwise(pieces) if before.arcs != after.arcs]
+            if known.loop is not None and pieces[0].arcs != pieces[-1].arcs:
                 self._joints.insert(0, pieces[0].start)
             self._known = key
         return self._joints
-
-    def _arcs_of(self, piece: Samples) -> dict[str, int]:
-        if id(piece) not in self._arcs:
-            middle = piece.points[len(piece.points) // 2][None]
-            self._arcs[id(piece)] = piece, self._line.configurations.curve.arcs(middle)
-        return self._arcs[id(piece)][1]

@@ -31,6 +31,7 @@ class Samples:
 
     start: float
     stop: float
+    arcs: dict[str, int]  # of cams, that their rollers are on
     points: Array
     tangents: Array
     curvatures: Array
@@ -67,14 +68,13 @@ def sampled(curve: JointCurve, places: list[CurvePoint], start: float) -> Sample
     points, frame, good = found
     noise = float(ROUNDING / frame.nearness.min() ** 2)
     if good.all():
-        return Samples(start, start + length, points, frame.tangent, frame.curvature, noise=noise)
+        return Samples(start, start + length, first.arcs, points, frame.tangent, frame.curvature, noise=noise)
     some = (points, frame.tangent, frame.curvature)
-    points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some)
+    fitted = [chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some]
+    if float(np.abs(curve.coefficient(fitted[:1])).max()) > FITS:
+        return None
     crossing = start + 0.5 * length * (1.0 + _crossing(good, frame.nearness))
-    fits = float(np.abs(curve.coefficient([points])).max()) <= FITS
-    return (
-        Samples(start, start + length, points, tangents, curvatures, crossing, noise, _degree(good)) if fits else None
-    )
+    return Samples(start, start + length, first.arcs, *fitted, crossing, noise, _degree(int(good.sum())))
 
 
 def _followed(
@@ -113,13 +113,13 @@ def _crossing(good: NDArray[np.bool_], nearness: Array) -> float:
     return float(np.polyfit(signed[inside], nodes[inside], len(inside) - 1)[-1])
 
 
-def _degree(good: NDArray[np.bool_]) -> int:
-    return DEGREE - LOST_ORDERS * int(np.count_nonzero(~good))
+def _degree(nodes: int) -> int:
+    return DEGREE - LOST_ORDERS * (DEGREE + 1 - nodes)
 
 
 def _fitted(nodes: Array, values: Array) -> Array:
     """Chebyshev coefficients (DEGREE + 1, ...) of values at some nodes; without the highest orders if not at all."""
-    degree = DEGREE - LOST_ORDERS * (DEGREE + 1 - len(nodes))
+    degree = _degree(len(nodes))
     low = np.linalg.lstsq(chebyshev.chebvander(nodes, degree), values, rcond=None)[0]
     return np.concatenate([low, np.zeros((DEGREE - degree, *values.shape[1:]))])
 
