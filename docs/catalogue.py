@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from conrod.scenes import catalogue_heading, catalogue_names
+from conrod.scenes import catalogue_names, catalogue_tables
 
 HEAD = """# The catalogue
 
@@ -24,9 +24,9 @@ def page() -> str:
 
 
 def _row(name: str) -> str:
-    heading = catalogue_heading(name)
-    links = f"{heading.links}, one pass" if heading.one_pass else str(heading.links)
-    cells = (f"[{name}](../src/conrod/scenes/catalogue/{name}.toml)", heading.title, links, heading.source)
+    tables = catalogue_tables(name)
+    links = f"{len(tables['bodies'])}, one pass" if "from" in tables["driver"] else str(len(tables["bodies"]))
+    cells = (f"[{name}](../src/conrod/scenes/catalogue/{name}.toml)", tables["title"], links, tables["source"])
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |\n"
 
 

@@ -17,7 +17,7 @@ from conrod.report.results import described
 from conrod.report.table import Table, table
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.runs.plain import plain
-from conrod.scenes import SCENES, Scene, catalogue_heading, catalogue_names, dynamics_names
+from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
 
 # -- a scene -----------------------------------------------------------------------------------------------------------
@@ -31,8 +31,8 @@ def show_catalogue() -> None:
         ("catalogue (machines from files)", catalogue_names()),
         ("dynamics (under loads, or in free motion)", dynamics_names()),
     ):
-        headings = {name: catalogue_heading(name) for name in names}
-        machines = [(name, heading.title, str(heading.links)) for name, heading in headings.items()]
+        files = {name: catalogue_tables(name) for name in names}
+        machines = [(name, file["title"], str(len(file["bodies"]))) for name, file in files.items()]
         tables.append(table(("name", "title", "moving links"), machines, title=title))
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     title = "machines in space (in MuJoCo: validate, export --format mjcf)"

@@ -61,17 +61,6 @@ class PoseTable:
         poses = self.poses[k] if self.gain is None else self.poses[k] + turns * self.gain
         return float(self.angles[k] + 2.0 * np.pi * turns), poses[None]
 
-    def with_rows(self, angles: Array, poses: Array, slopes: Array) -> PoseTable:
-        """The table with further rows, in order."""
-        merged = np.concatenate([self.angles, angles])
-        order = np.argsort(merged, kind="stable")
-        return PoseTable(
-            merged[order],
-            np.concatenate([self.poses, poses])[order],
-            np.concatenate([self.slopes, slopes])[order],
-            self.gain,
-        )
-
 
 class BranchWalk:
     """Poses on the branch of the start poses.
@@ -250,9 +239,11 @@ class BranchWalk:
                 break
             if len(table.angles) > MOST_ROWS * math.ceil((table.angles[-1] - table.angles[0]) / (2.0 * math.pi)):
                 raise OutOfSteps(self._continuation.out_of_steps(float(middle[coarse][0])))
-            table = table.with_rows(
-                middle[coarse], poses[coarse], self._continuation.slope(poses[coarse], middle[coarse])
-            )
+            slopes = self._continuation.slope(poses[coarse], middle[coarse])
+            rows = {"angles": middle[coarse], "poses": poses[coarse], "slopes": slopes}
+            after = np.flatnonzero(coarse) + 1
+            merged = {name: np.insert(getattr(table, name), after, new, axis=0) for name, new in rows.items()}
+            table = replace(table, **merged)
         return table
 
     def _walk(self, angle: float, poses: Array, goal: float) -> Array:

@@ -44,11 +44,7 @@ class Pitch(NamedTuple):
 
 @dataclass(frozen=True)
 class LawProfile:
-    """The profile in the cam's frame: shaft at the origin.
-
-    Raises:
-        InvalidInput: there is no such pitch curve.
-    """
+    """The profile in the cam's frame: shaft at the origin; raises InvalidInput where there is no such pitch curve."""
 
     base_radius: float  # least distance of the profile from the shaft, without an offset [m]
     roller_radius: float  # of the roller whose centre follows the law [m]

@@ -7,10 +7,9 @@ chains of parallelogram four-bars of any length, `four-bar-chain-N`.
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.scenes.cam_follower import CamFollower as CamFollower
@@ -38,16 +37,6 @@ CATALOGUE = "catalogue"
 LISTED_CHAINS = (2, 10, 40)
 _MACHINES, _DYNAMICS = (Path(__file__).parent / name for name in ("catalogue", "dynamics"))
 _ENDING = ".toml"
-
-
-@dataclass(frozen=True)
-class Heading:
-    """A line about a machine, read from its file without building anything."""
-
-    title: str
-    source: str
-    links: int  # number of moving links
-    one_pass: bool  # whether its input cannot turn fully and is driven once from one angle to another
 
 
 @cache
@@ -81,10 +70,9 @@ def catalogue_text(name: str) -> str:
     raise unknown_choice("scene", name, [*SCENES, *catalogue_names(), *dynamics_names()])
 
 
-def catalogue_heading(name: str) -> Heading:
-    """The line about a machine; raises InvalidInput as `catalogue_text`."""
-    tables = tomllib.loads(catalogue_text(name))
-    return Heading(tables["title"], tables["source"], len(tables["bodies"]), "from" in tables["driver"])
+def catalogue_tables(name: str) -> dict[str, Any]:
+    """What stands in the file of a machine, of which nothing is built; raises InvalidInput as `catalogue_text`."""
+    return tomllib.loads(catalogue_text(name))
 
 
 @cache
@@ -92,7 +80,7 @@ def catalogue_scene(name: str) -> DescribedScene:
     """The machine of a name, always the same object; raises InvalidInput as `catalogue_text`."""
     from conrod.scenes.described_scene import scene_of  # what reads units takes its time to load
 
-    return scene_of(tomllib.loads(catalogue_text(name)))
+    return scene_of(catalogue_tables(name))
 
 
 def scene_named(name: str) -> Scene:

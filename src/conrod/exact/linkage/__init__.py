@@ -72,12 +72,12 @@ def _output(course: Course, link: str, joint: LowerPair) -> Output:
     full = course.periodic
     gain = float(values[-1] - values[0]) if full else _steady_gain(course, weights, values)
     unit = "m" if isinstance(joint, Prismatic) else "rad"
-    signs = _signs(rates)
+    limit = AT_REST * float(np.abs(rates).max())
+    signs = np.where(np.abs(rates) <= limit, 0.0, np.sign(rates))
     if full:
         # Twice round, so that a rest across angle 0 is seen whole.
         parameter = np.concatenate([parameter[:-1], parameter[:-1] + TURN])
         signs = np.concatenate([signs[:-1], signs[:-1]])
-    limit = AT_REST * float(np.abs(rates).max())
     centres = [
         _dead_centre(course, weights, limit, (parameter, signs), before, after)
         for before, after in _turns(signs, len(course.parameter) - 1 if full else len(signs))
@@ -112,10 +112,6 @@ def _weights(course: Course, link: str, joint: LowerPair) -> Array:
     else:
         weights[first + 2] = 1.0
     return weights
-
-
-def _signs(rates: Array) -> Array:
-    return np.where(np.abs(rates) <= AT_REST * np.abs(rates).max(), 0.0, np.sign(rates))
 
 
 def _turns(signs: Array, count: int) -> list[tuple[int, int]]:

@@ -103,7 +103,7 @@ def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, H
     names = tuple(body.name for body in bodies)
     hints = read_start(fields, places, crank=names[0])
     if fields.truth("drawn"):
-        if driver.start or any(hint.tells_pose for hint in hints.values()):
+        if driver.start or any(hint.turn is not None or hint.places for hint in hints.values()):
             raise InvalidInput(
                 "drawn = true: all points are where they are at the start; leave out start and driver.start"
             )
@@ -157,14 +157,13 @@ def _ordered(
             f"bodies.{loose[0]}: no chain of joints leads to it from the crank {reached[0]!r}: it would not move"
         )
     place = {name: k for k, name in enumerate([GROUND, *reached])}
-    ordered = sorted(bodies, key=lambda body: place[body.name])
-    return tuple(ordered), tuple(_turned(joint, place) for joint in taken)
-
-
-def _turned(joint: Joint, place: dict[str, int]) -> Joint:
-    if isinstance(joint, Revolute) and place[joint.a] > place[joint.b]:
-        return replace(joint, a=joint.b, b=joint.a, point_a=joint.point_b, point_b=joint.point_a)
-    return joint
+    turned = [
+        replace(joint, a=joint.b, b=joint.a, point_a=joint.point_b, point_b=joint.point_a)
+        if isinstance(joint, Revolute) and place[joint.a] > place[joint.b]
+        else joint
+        for joint in taken
+    ]
+    return tuple(sorted(bodies, key=lambda body: place[body.name])), tuple(turned)
 
 
 def _check_mobility(bodies: tuple[Body, ...], joints: tuple[Joint, ...]) -> None:

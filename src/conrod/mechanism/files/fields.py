@@ -8,7 +8,7 @@ from __future__ import annotations
 import datetime
 import difflib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -128,15 +128,15 @@ class Fields:
         """Place of a field, as a user would write it."""
         return f"{self.place}.{name}" if self.place else name
 
-    def raw(self, name: str) -> Any:
-        """A field as it stands, which has to be there."""
+    def raw(self, name: str, default: Any = None) -> Any:
+        """A field as it stands; what is left out is an error without a default."""
         self._known.add(name)
-        if name not in self._given:
-            near = difflib.get_close_matches(name, [key for key in self._given if len(key) <= SHOWN], n=1, cutoff=0.7)
-            meant = f"; is {near[0]!r} meant for it?" if near else ""
-            where = f"{self.place}: " if self.place else ""
-            raise InvalidInput(f"{where}there is no {name!r}, which is needed{meant}")
-        return self._given[name]
+        if name in self._given or default is not None:
+            return self._given.get(name, default)
+        near = difflib.get_close_matches(name, [key for key in self._given if len(key) <= SHOWN], n=1, cutoff=0.7)
+        meant = f"; is {near[0]!r} meant for it?" if near else ""
+        where = f"{self.place}: " if self.place else ""
+        raise InvalidInput(f"{where}there is no {name!r}, which is needed{meant}")
 
     def end(self) -> None:
         """Refuse what nobody asked for, by the first unknown field and the nearest known one."""
@@ -148,22 +148,19 @@ class Fields:
     # -- values --------------------------------------------------------------------------------------------------
 
     def text(self, name: str, default: str | None = None) -> str:
-        """A text in one line; what is left out is an error without a default."""
-        self._known.add(name)
-        return default if default is not None and name not in self else one_line(self.at(name), self.raw(name))
+        """A text in one line."""
+        return one_line(self.at(name), self.raw(name, default))
 
     def texts(self, name: str) -> tuple[str, ...]:
         """A list of texts, empty where it is left out."""
-        self._known.add(name)
-        given = self._given.get(name, [])
+        given = self.raw(name, [])
         if not isinstance(given, list):
             raise InvalidInput(f"{self.at(name)} = {shown(given)}: a list of texts is wanted")
         return tuple(one_line(f"{self.at(name)}[{k}]", some) for k, some in enumerate(given))
 
     def truth(self, name: str) -> bool:
         """True or false; false where it is left out."""
-        self._known.add(name)
-        given = self._given.get(name, False)
+        given = self.raw(name, False)
         if not isinstance(given, bool):
             raise InvalidInput(f"{self.at(name)} = {shown(given)}: give true or false")
         return given
@@ -176,33 +173,27 @@ class Fields:
         return given
 
     def number(self, name: str, kind: Parameter, meaning: str, default: float | None = None) -> float:
-        """A quantity, SI; what is left out is an error without a default."""
-        self._known.add(name)
-        given = self.raw(name) if default is None or name in self else default
-        return self.numbers.take(self.at(name), given, kind, meaning)
+        """A quantity, SI."""
+        return self.numbers.take(self.at(name), self.raw(name, default), kind, meaning)
 
     def optional(self, name: str, kind: Parameter, meaning: str) -> float | None:
         """A quantity, SI, that is no parameter where it is left out."""
         self._known.add(name)
         return self.number(name, kind, meaning) if name in self else None
 
-    def listed(self, name: str, wanted: str, least: int = 2, most: int = 2, kind: type = object) -> list[Any]:
+    def listed(
+        self, name: str, wanted: str, least: int = 2, most: int = 2, kind: type = object, default: Any = None
+    ) -> list[Any]:
         """A list of so many entries of a kind; `wanted` says in the message what they are."""
-        given = self.raw(name)
-        if (
-            not isinstance(given, list)
-            or not least <= len(given) <= most
-            or not all(isinstance(x, kind) for x in given)
-        ):
+        given = self.raw(name, default)
+        if not (isinstance(given, list) and least <= len(given) <= most and all(isinstance(x, kind) for x in given)):
             raise InvalidInput(f"{self.at(name)} = {shown(given)}: {wanted}")
         return given
 
     def pair(self, name: str, kind: Parameter, meaning: str, default: Point | None = None) -> Point:
         """Two quantities, along x and along y."""
-        self._known.add(name)
-        given: Sequence[object] = default or ()
-        if default is None or name in self:
-            given = self.listed(name, "two numbers are wanted, [x, y], with decimal points; mechanisms are planar")
+        wanted = "two numbers are wanted, [x, y], with decimal points; mechanisms are planar"
+        given = self.listed(name, wanted, default=default and list(default))
         x, y = (self.numbers.take(f"{self.at(name)}.{a}", v, kind, meaning) for a, v in zip("xy", given, strict=True))
         return (x, y)
 
@@ -210,8 +201,7 @@ class Fields:
 
     def table(self, name: str) -> Fields:
         """A table in this one, empty where it is left out."""
-        self._known.add(name)
-        return Fields(self._given.get(name, {}), self.at(name), self.numbers)
+        return Fields(self.raw(name, {}), self.at(name), self.numbers)
 
     def tables(self, name: str, wanted: str, most: int) -> list[Fields]:
         """The tables in a list of at least one."""

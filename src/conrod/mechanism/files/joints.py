@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.cam import DWELL, LAWS, CamProfile, Segment, symmetric_cam
-from conrod.mechanism.cam_law import TURN, LawProfile, Profile, check_cut
+from conrod.mechanism.cam_law import TURN, LawProfile, check_cut
 from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_apart
 from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHOWN, SPEED, SPEED_NAME, Fields
 from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Rack, Revolute, Rolling
@@ -22,11 +22,7 @@ OVER = Parameter("rad", SHORTEST, TURN)
 
 
 def read_joints(fields: Fields, places: Places) -> tuple[Joint, ...]:
-    """All joints in alphabetical order.
-
-    Raises:
-        InvalidInput: names what cannot be used.
-    """
+    """All joints in alphabetical order; raises InvalidInput, which names what cannot be used."""
     tables = fields.named("joints")
     if len(tables) > MOST_JOINTS:
         raise InvalidInput(f"there are {len(tables)} joints: at most {MOST_JOINTS} are read")
@@ -83,7 +79,10 @@ def _cam(fields: Fields, name: str, places: Places) -> CamContact:
     if cam.name != ORIGIN:
         raise InvalidInput(f"{fields.at('cam')}: name the body alone; the profile is given in its frame")
     radius = fields.number("roller_radius", LENGTH, f"radius of the roller on {roller.body}")
-    profile = read_profile(fields.table("profile"), radius)
+    inside = fields.table("profile")
+    symmetric = inside.choice("kind", ("symmetric", "law")) == "symmetric"
+    profile = _symmetric(inside) if symmetric else _law(inside, radius)
+    inside.end()
     return CamContact(name, cam.body, roller.body, profile, roller.point, radius)
 
 
@@ -124,21 +123,6 @@ def read_drive(fields: Fields, joints: tuple[Joint, ...]) -> tuple[Driver, float
 
 
 # -- cams --------------------------------------------------------------------------------------------------------------
-
-
-def read_profile(fields: Fields, roller_radius: float) -> Profile:
-    """The profile of a cam, in the frame of its body, for a roller [m].
-
-    Raises:
-        InvalidInput: it is not closed, not convex, the roller would cut into it, or something cannot be used.
-    """
-    profile: Profile
-    if fields.choice("kind", ("symmetric", "law")) == "symmetric":
-        profile = _symmetric(fields)
-    else:
-        profile = _law(fields, roller_radius)
-    fields.end()
-    return profile
 
 
 def _symmetric(fields: Fields) -> CamProfile:

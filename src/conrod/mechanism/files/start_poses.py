@@ -43,11 +43,6 @@ class Hint:
     places: tuple[tuple[Point, Point], ...] = ()  # points of the body [m], in its frame, and in the document's
     rate: float | None = None  # exact, of its turn where nothing drives the crank [rad/s], counter-clockwise
 
-    @property
-    def tells_pose(self) -> bool:
-        """True of a hint that says more than a rate."""
-        return self.turn is not None or bool(self.places)
-
 
 def read_start(fields: Fields, places: Places, crank: str) -> dict[str, Hint]:
     """The start poses that a file gives, by body."""
