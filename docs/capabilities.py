@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from conrod.cli.show import capabilities_table
-from conrod.engines import Engine, installed_extras, loadable_engines
+from conrod.engines import Engine
+from conrod.engines import installed_extras, loadable_engines
 from conrod.report.table import table
 from conrod.report.template import table_text
 

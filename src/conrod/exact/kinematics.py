@@ -197,7 +197,7 @@ class Kinematics:
     def planar_derivatives(self, derivatives: list[Array]) -> dict[str, PointDerivatives]:
         """x and y of the observed points with their derivatives, each (T,), from those of the poses."""
         bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
-        points = {}
+        points: dict[str, PointDerivatives] = {}
         for observed in self.mechanism.observed:
             planar = [jet.coefficients for jet in bodies[observed.body].point(observed.point)]
             x, y = ([math.factorial(k) * c for k, c in enumerate(along)] for along in planar)

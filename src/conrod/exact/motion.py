@@ -73,7 +73,7 @@ def motion_in_time(
             np.broadcast_to(value, angle.shape)[rows] if np.ndim(value) else np.asarray(value, dtype=float)
             for value in (speed, acceleration)
         )
-        powers = (1.0, w, w**2, w**3)
+        powers: tuple[Array | float, ...] = (1.0, w, w**2, w**3)
         for name, planar in derivatives(angle[rows]).items():
             for axis, along in enumerate(planar):
                 filled = found[name][:, axis, rows]

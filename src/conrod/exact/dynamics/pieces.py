@@ -70,11 +70,11 @@ def sampled(curve: JointCurve, places: list[CurvePoint], start: float) -> Sample
     if good.all():
         return Samples(start, start + length, first.arcs, points, frame.tangent, frame.curvature, noise=noise)
     some = (points, frame.tangent, frame.curvature)
-    fitted = [chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some]
-    if float(np.abs(curve.coefficient(fitted[:1])).max()) > FITS:
+    points, tangents, curvatures = (chebyshev.chebvander(NODES, DEGREE) @ _fitted(NODES[good], f) for f in some)
+    if float(np.abs(curve.coefficient([points])).max()) > FITS:
         return None
-    crossing = start + 0.5 * length * (1.0 + _crossing(good, frame.nearness))
-    return Samples(start, start + length, first.arcs, *fitted, crossing, noise, _degree(int(good.sum())))
+    crossing, degree = start + 0.5 * length * (1.0 + _crossing(good, frame.nearness)), _degree(int(good.sum()))
+    return Samples(start, start + length, first.arcs, points, tangents, curvatures, crossing, noise, degree)
 
 
 def _followed(
