@@ -246,7 +246,7 @@ def main() -> None:
     asked = parser.parse_args()
     scenes = {name: SCENES.get(name) or scene_named(name) for name in asked.scenes or [*SCENES, *catalogue_names()]}
     with Runner.of(RunOptions(ledger=asked.ledger, jobs=asked.jobs)) as runner:
-        machines = runner.pursue(detection(scenes, asked.healthy))
+        (machines,) = runner.pursue([detection(scenes, asked.healthy)])
     text = page(machines)
     print(text)
     if asked.out:

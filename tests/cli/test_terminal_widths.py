@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,12 +16,12 @@ import pytest
 from command_line import conrod
 from rich.table import Table as CutTable
 
-from conrod.cli.ablate import print_ablations
-from conrod.cli.harden import print_hardened
-from conrod.cli.limits import print_limits
-from conrod.cli.lint import print_report
-from conrod.cli.sweep import print_fronts
-from conrod.cli.validate_scenes import print_forces, print_motions, print_verdicts
+from conrod.cli.ablate import ablations
+from conrod.cli.harden import hardened
+from conrod.cli.limits import limits_found
+from conrod.cli.lint import report_found
+from conrod.cli.sweep import fronts
+from conrod.cli.validate_scenes import force_verdicts, motion_verdicts, verdicts
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
@@ -30,6 +30,7 @@ from conrod.report import terminal
 from conrod.report.folder import restored
 from conrod.report.kind import kind_named
 from conrod.report.table import Table, Toned, table
+from conrod.report.terminal import Part, tell
 
 ROOT = Path(__file__).parents[2]
 WIDTHS = (60, 100)
@@ -66,15 +67,15 @@ def measured(kind: str, *arguments: str) -> list[Any]:
 # The same as in studies/test_validate_ledger.py, which keeps its runs.
 FORCES = ["saw-40rpm", "--quantity", "torque", "--steps-per-rev", "200", "--revolutions", "1", "--preset", "tuned"]
 MOTION = ["pendulum", "--motion", "free", "--seconds", "0.5", "--engine", "pymunk", "--preset", "tuned"]
-PRINTED: dict[str, Print] = {
-    "validate": lambda: print_verdicts([*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
-    "validate --quantity": lambda: print_forces(measured("forces", *FORCES)),
-    "validate --motion": lambda: print_motions(measured("motion", *MOTION)),
-    "sweep": lambda: print_fronts(saved("sweep", "sweep")),
-    "limits": lambda: print_limits(saved("limits", "limits")),
-    "ablate": lambda: print_ablations(saved("ablate", "ablate")),
-    "harden": lambda: print_hardened(found_in_model()[0], None),
-    "lint": lambda: print_report(found_in_model()[1], None),
+PRINTED: dict[str, Callable[[], Iterable[Part]]] = {
+    "validate": lambda: verdicts([*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
+    "validate --quantity": lambda: force_verdicts(measured("forces", *FORCES)),
+    "validate --motion": lambda: motion_verdicts(measured("motion", *MOTION)),
+    "sweep": lambda: fronts(saved("sweep", "sweep")),
+    "limits": lambda: limits_found(saved("limits", "limits")),
+    "ablate": lambda: ablations(saved("ablate", "ablate")),
+    "harden": lambda: hardened(found_in_model()[0], None),
+    "lint": lambda: report_found(found_in_model()[1], None),
 }
 COMMANDS = {
     "show": ("show",),
@@ -114,7 +115,7 @@ def check_whole(narrow: Sequence[str], piped: Sequence[str], width: int) -> None
 
 @pytest.mark.parametrize("verb", [*PRINTED, *COMMANDS])
 def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    what = PRINTED[verb] if verb in PRINTED else lambda: conrod(*COMMANDS[verb])
+    what = (lambda: tell(PRINTED[verb]())) if verb in PRINTED else lambda: conrod(*COMMANDS[verb])
     piped = lines_of(what, None, capsys)
     assert [line for line in piped if line != line.rstrip()] == []
     code = found_in_model()[0].lines.splitlines() if verb == "harden" else []

@@ -11,7 +11,7 @@ from command_line import conrod
 from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 
 from conrod.cli.validate_file import question_of
-from conrod.cli.validate_request import ModelOptions
+from conrod.cli.validate_request import Request
 from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Question
@@ -83,7 +83,7 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
 )
 def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, object], words: str) -> None:
     options = {"crank": "motor", "points": ("C=body:bow",)} | asked
-    put = question_of(ModelOptions(**options), SCENE)  # type: ignore[arg-type]
+    put = question_of(Request(**options), SCENE)  # type: ignore[arg-type]
     with pytest.raises(InvalidInput) as refused:
         study(HACKSAW, *as_saw(put))
     assert words in str(refused.value)

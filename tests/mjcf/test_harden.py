@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.cli.harden import print_hardened
+from conrod.cli.harden import hardened
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
@@ -29,6 +29,7 @@ from conrod.mjcf.harden_recipe import (
 )
 from conrod.mjcf.results import HardenedModel, Request
 from conrod.mjcf.runs import STATE
+from conrod.report.terminal import tell
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
 
@@ -113,7 +114,7 @@ def saw(keyframe: str | None) -> HardenedModel:
 
 def printed(found: HardenedModel, capsys: pytest.CaptureFixture[str]) -> dict[str, list[str]]:
     """Cells of the printed table by the heading of their row; of two rows the last."""
-    print_hardened(found, None)
+    tell(hardened(found, None))
     rows = (re.split(r"\s{2,}", line.strip()) for line in capsys.readouterr().out.splitlines())
     return {heading: cells for heading, *cells in rows if cells}
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from conrod.cli.validate_scenes import print_verdicts
+from conrod.cli.validate_scenes import verdicts
 from conrod.engines import engine_named
+from conrod.report.terminal import tell
 from conrod.scenes import Saw
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.results import SceneStudy
@@ -19,7 +20,7 @@ def test_the_drive_that_stock_mujoco_carries_is_named(
 ) -> None:
     plan = Plan(steps_per_revolution=80, revolutions=1.0)
     found = validate_dynamic("saw", Saw(speed=4.0), engine_named(engine), preset, plan)
-    print_verdicts([SceneStudy("saw", Saw(speed=4.0), (found,))])
+    tell(verdicts([SceneStudy("saw", Saw(speed=4.0), (found,))]))
     text = " ".join(capsys.readouterr().out.split())
     assert text.count("stock is MuJoCo as it comes, and a drive: a flywheel of") == said
     assert text.count("and a solver tolerance of 0") == said

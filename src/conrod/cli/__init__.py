@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import signal
 import sys
@@ -11,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from io import TextIOWrapper
-from typing import Any
 
 import click
 
@@ -20,8 +18,6 @@ from conrod.report.table import one_line, visible
 from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
 FAILED, USAGE, INTERRUPTED = 1, 2, 130  # exit statuses
-HEADING = "Options"
-ALL = "conrod.help-all"  # set in a context whose whole help is asked for
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
@@ -62,52 +58,6 @@ class Verbs(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(VERBS.items()))
-
-
-class Verb(click.Command):
-    """A command whose --help is one screen; --help-all is all of it, with every option under its heading."""
-
-    def __init__(self, *arguments: Any, **attributes: Any) -> None:
-        super().__init__(*arguments, **attributes)
-
-        def show(context: click.Context, _: click.Parameter, asked: bool) -> None:
-            if asked and not context.resilient_parsing:
-                context.meta[ALL] = True
-                click.echo(context.get_help())
-                context.exit()
-
-        words = "Show every option; -h, --help shows this."
-        self.params.append(
-            click.Option(["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=show, help=words)
-        )
-
-    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        paragraphs = inspect.cleandoc(self.help or "").split("\n\n")
-        formatter.write_paragraph()
-        with formatter.indentation():
-            formatter.write_text("\n\n".join(paragraphs if ALL in ctx.meta else paragraphs[:1]))
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        headings: dict[str, list[tuple[str, str]]] = {HEADING: []}
-        names: dict[str, list[str]] = {}
-        for parameter in self.get_params(ctx):
-            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
-            if record is not None and (ALL in ctx.meta or "--help" not in parameter.opts):
-                heading = getattr(parameter, "heading", HEADING)
-                headings.setdefault(heading, []).append(record)
-                names.setdefault(heading, []).append(parameter.opts[-1])
-        for heading, records in headings.items():
-            if ALL in ctx.meta or heading == HEADING:
-                with formatter.section(heading):
-                    formatter.write_dl(records)
-        if ALL not in ctx.meta and len(headings) > 1:
-            others = (f"{one.split(' (')[0]}: {', '.join(names[one])}." for one in headings if one != HEADING)
-            formatter.write_paragraph()
-            formatter.write_text(" ".join(["More with --help-all.", *others]))
-
-    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        if ALL in ctx.meta:
-            super().format_epilog(ctx, formatter)
 
 
 @click.group(cls=Verbs, context_settings=CONTEXT)
@@ -159,8 +109,6 @@ def _drop_output() -> None:
 
 
 def _fail(message: str) -> None:
-    from conrod.report.table import one_line
-
     click.echo(f"conrod: {one_line(message)}", err=True)
     sys.exit(USAGE)
 

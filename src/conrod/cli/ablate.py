@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import options
-from conrod.cli.options import RunOptions, StudyOptions, option
+from conrod.cli.options import StudyOptions, option
 
 if TYPE_CHECKING:
+    from conrod.report.terminal import Part
     from conrod.studies.ablate_findings import AblationStudy
-    from conrod.studies.frame.case import Case
+    from conrod.studies.frame.case import Case, Measurement
 
 CAPTION = (
     "cost: with it over without it, the median and the interval that holds it with 95 %; change: of the position, "
@@ -24,7 +25,7 @@ LEAST_ROUNDS, MOST_ROUNDS = 2, 100_000
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions, RunOptions):
+class Asked(StudyOptions):
     """Request to `conrod ablate`, as typed; None or empty where nothing was given."""
 
     steps_per_rev: int | None = option(
@@ -35,9 +36,8 @@ class Asked(StudyOptions, RunOptions):
     )
 
 
-@options.verb()
+@options.verb(Asked)
 @click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
-@options.gathered("asked", Asked)
 def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what a model requires and what is optional: each ingredient's cost, and what it does to the motion.
 
@@ -49,11 +49,10 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.engines.capabilities import HasIngredients, Lacking, capability
     from conrod.mechanism.units import check_count
     from conrod.report.ablate import KIND
-    from conrod.studies.ablate import ablate_engine, ablation_study
+    from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import check_table, select_scenes
     from conrod.studies.frame.run import REVOLUTIONS
-    from conrod.studies.frame.writing import naming
 
     chosen, steps = select_scenes(scenes, asked.assignments), asked.steps_per_rev
     able = {one: capability(one, HasIngredients) for one in options.chosen_engines(asked.engine)}
@@ -66,33 +65,28 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     engines = [one for one in able if one.name not in unsupported]
     asked_for = [ablate_engine(*pair, one, steps, asked.rounds) for pair in chosen.items() for one in engines]
     with Runner.of(asked) as runner, runner.answering() as run:
-        # Runs of all side by side; timings after them, alone.
-        found = iter(pursue(asked_for, lambda cases: runner.run_alone(cases, "costs") if _timed(cases) else run(cases)))
+
+        def answer(cases: Sequence[Case]) -> Mapping[str, Measurement]:
+            # Runs of all side by side; timings after them, alone.
+            timed = any(isinstance(case, CostCase) for case in cases)
+            return runner.run_alone(cases, "costs") if timed else run(cases)
+
+        found = iter(pursue(asked_for, answer))
     studies = [
         ablation_study(name, scene, [next(found) for _ in engines], unsupported) for name, scene in chosen.items()
     ]
-    with naming("standard output"):
-        print_ablations(studies)
-    files.write({study.name: study for study in studies}, "ablate", scenes, asked)
+    files.answer({study.name: study for study in studies}, ablations(studies), "ablate", scenes)
 
 
-def _timed(cases: Sequence[Case]) -> bool:
-    from conrod.studies.ablate import CostCase
-
-    return any(isinstance(case, CostCase) for case in cases)
-
-
-def print_ablations(studies: Sequence[AblationStudy]) -> None:
+def ablations(studies: Sequence[AblationStudy]) -> Iterator[Part]:
     """For each scene and engine, what every ingredient costs and changes, and what follows."""
     from conrod.report.ablate import ingredients_table, speed_up
     from conrod.report.numbers import lengths
-    from conrod.report.terminal import console, print_lines, print_table
 
-    out = console()
     for study in studies:
         for found in study.engines:
             if found.ingredients:
-                print_table(out, ingredients_table(found, f"{study.name}, {found.engine}"))
-                print_lines(out, [CAPTION + lengths(study.lengths)])
-            print_lines(out, [speed_up(found).replace("**", "")])
-        print_lines(out, [f"{name} unsupported: {why}" for name, why in study.unsupported.items()])
+                yield ingredients_table(found, f"{study.name}, {found.engine}")
+                yield CAPTION + lengths(study.lengths)
+            yield speed_up(found).replace("**", "")
+        yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())

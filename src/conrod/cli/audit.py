@@ -14,9 +14,8 @@ from conrod.errors import InvalidInput
 MOST_ITEMS = 20  # of a file that are printed one by one
 
 
-@options.verb()
+@options.verb(options.ReportOptions)
 @click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
-@options.gathered("asked", options.ReportOptions)
 def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     """Judge printed values of a textbook by the exact motion, each with a verdict.
 
@@ -28,18 +27,12 @@ def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     from conrod.cli.outputs import outputs
     from conrod.own.printed.table import audit_file
     from conrod.report.printed_values import KIND, console_lines, counts_table
-    from conrod.report.terminal import console, print_lines, print_table
-    from conrod.studies.frame.writing import naming
 
     pages = _pages(files)
     target = outputs(KIND, pages, asked, {file: Path(file) for file in files})
     audits = {page: audit_file(Path(file)) for page, file in pages.items()}
-    with naming("standard output"):
-        terminal = console()
-        print_table(terminal, counts_table({one.document: one for one in audits.values()}))
-        for audited in audits.values():
-            print_lines(terminal, console_lines(audited, MOST_ITEMS))
-    target.write(audits, "audit", pages, asked)
+    lines = [line for audited in audits.values() for line in console_lines(audited, MOST_ITEMS)]
+    target.answer(audits, [counts_table({one.document: one for one in audits.values()}), *lines], "audit", pages)
 
 
 def _pages(files: Sequence[str]) -> dict[str, str]:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import math
 import os
-import shlex
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from conrod.cli.options import RunOptions, as_given
-from conrod.cli.validate_request import CheckOptions, Request
-from conrod.errors import InvalidInput
+from conrod.cli.options import RUNS, as_given
+from conrod.cli.validate_request import CHECKS, Judge, Request
 from conrod.own.models.results import AS_GIVEN, OWN, JudgedRun, ModelStudy
 from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
-from conrod.report.terminal import console, print_lines
 from conrod.report.writer import environment
 from conrod.runs.plain import plain
 from conrod.scenes import Scene
@@ -41,9 +37,8 @@ from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.resolve_arguments import TOLERANCES
 from conrod.studies.frame.result import Result, SceneResults
 
-Again = Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
 # What does not change the motion that is compared.
-NO_PART = (RunOptions, CheckOptions, "tolerance", "scene", "assignments", "out", "document")
+NO_PART = (RUNS, CHECKS, "tolerance", "scene", "assignments", "out", "document", "html")
 
 
 def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
@@ -102,21 +97,16 @@ class Holding:
     now: Baseline
 
     @classmethod
-    def of(cls, asked: Request, scenes: Mapping[str, Scene]) -> Holding | None:
-        """The baseline of a study; None where none is asked for.
+    def of(cls, file: Path, asked: Request, scenes: Mapping[str, Scene]) -> Holding:
+        """The baseline of a study.
 
         Raises:
             InvalidInput: the file cannot be read or written, or is the baseline of something else.
         """
-        if asked.baseline is None:
-            if asked.accept:
-                raise InvalidInput("--accept: it is for a baseline, name its file with --baseline")
-            return None
         of = {"scene": list(scenes)} | {name.lstrip("-"): value for name, value in as_given(asked, *NO_PART).items()}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
         digest = key_of(canonical(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
         now = Baseline(of, digest, {"conrod": version("conrod"), **environment()}, {})
-        file = Path(asked.baseline)
         before = read(file) if os.path.lexists(file) else None
         if before is None or asked.accept:
             check_writable_folder(file.parent)
@@ -124,11 +114,11 @@ class Holding:
             check_same(file, before, now)
         return cls(file, asked.accept, scenes, before, now)
 
-    def held(self, found: Sequence[Any], again: Again) -> Held:
-        """Studies held against the baseline, which is written where it is to be.
+    def held(self, judge: Judge, asked: Request, found: Sequence[Any]) -> Held:
+        """Findings held against the baseline, which is written where it is to be.
 
         Args:
-            again: the same studies of each of some scenes.
+            judge: finds the same of other scenes, as `asked`.
         """
         now, drift = replace(self.now, results=_lines_of(found)), None
         if self.before is not None and self.before.hash == now.hash:
@@ -140,14 +130,5 @@ class Holding:
             for factor in FACTORS
         ]
         like = {AS_GIVEN: OWN} if OWN in now.results else {}
-        write(self.file, banded(now, [_lines_of(one) for one in again(others)], like))
+        write(self.file, banded(now, [_lines_of(one) for one in judge(replace(asked, qualify=False), others)], like))
         return replace(drift or Held(self.file), written=True, accepted=self.accept)
-
-
-def holds(held: Held | None) -> bool:
-    """True if nothing is to be said against a baseline; prints what is, and the command that accepts it."""
-    if held is None:
-        return True
-    accept = [] if held.passed or held.written else [f"accept it: {shlex.join(['conrod', *sys.argv[1:], '--accept'])}"]
-    print_lines(console(), [*held.text.splitlines(), *accept])
-    return held.passed

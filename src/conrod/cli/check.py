@@ -13,19 +13,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from conrod.cli.baseline import Holding
-from conrod.cli.options import refuse
-from conrod.cli.runner import Runner
-from conrod.cli.validate import check_file
-from conrod.cli.validate_file import MODEL, TABLE, Subject, held_file, part_of, subject_of
-from conrod.cli.validate_loops import LOOPS, is_spatial, judge_file, judge_machine, question_of
-from conrod.cli.validate_request import MODELS, TABLES, CheckOptions, ModelOptions, Request, TableOptions
-from conrod.cli.validate_scenes import held_scenes, measured_of, print_verdicts, scene_verdict
+from conrod.cli import validate_scenes
+from conrod.cli.validate import holding_of, judging_of
+from conrod.cli.validate_request import CHECKS, MODEL, TABLE, Judging, Request
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.loops.results import LoopStudy
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
-from conrod.report.validation import KIND
+from conrod.report.terminal import tell
 from conrod.report.writer import document_text
 from conrod.scenes import Scene
 from conrod.studies.frame.baseline import Held
@@ -35,14 +30,16 @@ from conrod.studies.frame.result import SceneResults
 if TYPE_CHECKING:
     import mujoco
 
-# A value as the command line takes it, a number in SI, several in a list, or by name.
 AnyStudy: TypeAlias = ModelStudy | LoopStudy | TableStudy | SceneResults[Any]
+# A value as the command line takes it, a number in SI, several in a list, or by name.
 Given: TypeAlias = str | Path | float | Sequence[str] | Mapping[str, Any] | None
-# How each is shown and put in words.
-SCENES = Subject(KIND, lambda *_: None, lambda study: print_verdicts([study]), scene_verdict, 0.0)
-SUBJECTS = {ModelStudy: MODEL, LoopStudy: LOOPS, TableStudy: TABLE}
 # Options that are keywords, beside those of models and tables, and of baselines.
 OF_RUNS = ("engine", "preset", "steps_per_rev", "revolutions", "assignments", "tolerance")
+KEYWORDS = {
+    str(one.metadata["option"]).lstrip("-").replace("-", "_"): one
+    for one in dataclasses.fields(Request)
+    if one.name in OF_RUNS or (one.metadata.get("heading") in (MODEL, TABLE, CHECKS) and one.name != "invariances")
+}
 
 
 @dataclass(frozen=True)
@@ -52,10 +49,12 @@ class Checked:
     Attributes:
         study: all that was found, as objects.
         baseline: how that compares with the baseline that was named; None where none was.
+        work: what was judged, which shows the study.
     """
 
     study: AnyStudy
-    baseline: Held | None = None
+    baseline: Held | None
+    work: Judging
 
     @property
     def in_law(self) -> bool | None:
@@ -74,25 +73,19 @@ class Checked:
     @property
     def verdict(self) -> str:
         """The answer in a few sentences, the first of which says it."""
-        return self._subject.verdict(self.study)
+        return self.work.verdict(self.study)
 
     @property
     def text(self) -> str:
         """All that `conrod validate` prints."""
         with redirect_stdout(io.StringIO()) as printed:
-            self._subject.show(self.study)
+            tell(self.work.told([self.study]))
         return "\n".join([printed.getvalue(), *([self.baseline.text] if self.baseline else [])])
 
     @property
     def json(self) -> str:
         """Content that `--json` writes."""
-        study, subject = self.study, self._subject
-        part = study.name if isinstance(study, SceneResults) else part_of(subject, Path(study.file))
-        return document_text(subject.kind, {part: study})
-
-    @property
-    def _subject(self) -> Subject:
-        return SUBJECTS.get(type(self.study), SCENES)
+        return document_text(self.work.kind, dict(zip(self.work.parts, [self.study], strict=True)))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
@@ -121,65 +114,55 @@ def check(
         InvalidInput: the subject, the scene or a keyword cannot be used.
     """
     asked = _request(keywords)
-    if isinstance(subject, str) and is_spatial(subject):
-        return Checked(judge_machine(subject, question_of(asked)))
-    if asked.drives or (isinstance(scene, str) and is_spatial(scene)):
-        asked = dataclasses.replace(asked, scene=None if scene is None else str(scene))
-        if not isinstance(subject, str | Path):
-            return _check_in_memory(subject, "", asked, LOOPS)
-        check_file(Path(subject))
-        return Checked(judge_file(Path(subject), None, asked))
-    if scene is None:
-        return _check_scene(subject, asked)
-    machine = scene if isinstance(scene, Scene) else str(scene)
+    if isinstance(scene, Scene):
+        asked = dataclasses.replace(asked, machine=scene, scene=scene.kind)
+    elif scene is not None:
+        asked = dataclasses.replace(asked, scene=str(scene))
+    if isinstance(subject, Scene):
+        return _checked(validate_scenes.judging(asked, dict([select_scene(subject, asked.assignments)])), asked)
     if isinstance(subject, str | Path):
-        path = Path(subject)
-        check_file(path)
-        return _check_file(subject_of(path), path, machine, asked)
-    return _check_in_memory(subject, machine, asked)
+        return _checked_file(subject, asked)
+    if scene is None and not asked.drives:
+        raise InvalidInput(f"a {type(subject).__name__}: say with scene=... what machine it is")
+    return _checked_in_memory(subject, asked)
 
 
-def _check_file(kind: Subject, path: Path, machine: str | Scene, asked: Request) -> Checked:
-    holding = None if kind is LOOPS else Holding.of(asked, dict([select_scene(machine, asked.assignments)]))
-    study = kind.judge(path, machine, asked)
-    return Checked(study, held_file(holding, kind.judge, path, asked, study))
+def _checked_file(subject: str | Path, asked: Request) -> Checked:
+    asked = dataclasses.replace(asked, subjects=(str(subject),))
+    return _checked(judging_of(asked), asked)
 
 
-def _check_in_memory(subject: Any, machine: str | Scene, asked: Request, kind: Subject = MODEL) -> Checked:
-    """Judge a model in memory in a process of its own, too, which takes a file."""
+def _checked(work: Judging, asked: Request) -> Checked:
+    if len(work.parts) > 1:
+        raise InvalidInput(f"{asked.subjects[0]!r} stands for many machines: name one of them")
+    holding = holding_of(asked, work)
+    with tempfile.TemporaryDirectory() as folder, redirect_stderr(io.StringIO()):
+        # What is tested is run: no result of an earlier day answers for it.
+        own = dataclasses.replace(asked, ledger=str(Path(folder, "ledger.sqlite")), fresh=True, jobs=1)
+        ((study,),) = work.judge(own, [work.scenes])
+        return Checked(study, holding.held(work.judge, own, [study]) if holding else None, work)
+
+
+def _checked_in_memory(subject: Any, asked: Request) -> Checked:
+    """Judge a model or a table in memory in a process of its own, too, which takes a file."""
     with tempfile.TemporaryDirectory() as folder:
         model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
+        columns = _columns_of(subject)
+        named, file = ("the model", model) if columns is None else ("the table", table)
         try:
-            if (columns := _columns_of(subject)) is not None:
-                np.savez(table, allow_pickle=False, **_arrays(columns))
-                checked = _check_file(TABLE, table, machine, asked)
-            else:
+            if columns is None:
                 from conrod.own.models.loading import save_model
 
                 save_model(subject, model)
-                checked = _check_file(kind, model, machine, asked)
+            else:
+                np.savez(table, allow_pickle=False, **_arrays(columns))
+            checked = _checked_file(file, asked)
         except InvalidInput as error:
-            said = str(error).replace(str(model), "the model").replace(str(table), "the table")
-            raise type(error)(said) from None
-    named: Any = {"file": "the table" if isinstance(checked.study, TableStudy) else "the model"}
-    return dataclasses.replace(checked, study=dataclasses.replace(checked.study, **named))
-
-
-def _check_scene(subject: Any, asked: Request) -> Checked:
-    if isinstance(subject, str | Path) and not str(subject).lower().endswith(MODELS + TABLES):
-        subject = str(subject)
-    elif not isinstance(subject, Scene):
-        shown = subject if isinstance(subject, str | Path) else f"a {type(subject).__name__}"
-        raise InvalidInput(f"{shown}: say with scene=... what machine it is; `conrod show` lists them")
-    refuse(asked, "a scene: it is for a file", ModelOptions, TableOptions)
-    scenes = dict([select_scene(subject, asked.assignments)])
-    measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
-    with tempfile.TemporaryDirectory() as folder:
-        # What is tested is run: no result of an earlier day answers for it.
-        own = dataclasses.replace(asked, ledger=str(Path(folder, "ledger.sqlite")), fresh=True, jobs=1)
-        with redirect_stderr(io.StringIO()), Runner.of(own) as runner:
-            found = runner.pursue(measured.study)
-            return Checked(found[0], held_scenes(holding, asked, found, runner))
+            raise type(error)(str(error).replace(str(file), named)) from None
+    found: Any = checked.study
+    study = dataclasses.replace(found, file=named)
+    part = named if columns is None else checked.work.parts[0]
+    return dataclasses.replace(checked, study=study, work=dataclasses.replace(checked.work, parts=[part]))
 
 
 def _columns_of(subject: Any) -> Mapping[str, Any] | None:
@@ -202,21 +185,10 @@ def _arrays(given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _request(keywords: Mapping[str, Given]) -> Request:
     """Keywords as the options of their names; raises InvalidInput for one that is none."""
-    ours = {one.name for kind in (ModelOptions, TableOptions, CheckOptions) for one in dataclasses.fields(kind)}
-    fields = {
-        keyword_of(one): one
-        for one in dataclasses.fields(Request)
-        if one.name in (ours - {"invariances"}).union(OF_RUNS)
-    }
     for name in keywords:
-        if name not in fields:
-            raise unknown_choice("keyword", name, fields)
-    return Request(**{fields[name].name: _typed(fields[name], x) for name, x in keywords.items() if x is not None})
-
-
-def keyword_of(option: dataclasses.Field[Any]) -> str:
-    """The keyword of `check` that an option of `conrod validate` is."""
-    return str(option.metadata["option"]).lstrip("-").replace("-", "_")
+        if name not in KEYWORDS:
+            raise unknown_choice("keyword", name, KEYWORDS)
+    return Request(**{KEYWORDS[name].name: _typed(KEYWORDS[name], x) for name, x in keywords.items() if x is not None})
 
 
 def _typed(option: dataclasses.Field[Any], value: Any) -> Any:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterator
 from importlib.metadata import version
-
-from rich.console import Console
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, Output, TurnQuantities
@@ -15,7 +13,7 @@ from conrod.report import numbers
 from conrod.report.folder import json_text
 from conrod.report.results import described
 from conrod.report.table import Table, table
-from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.terminal import Part
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
@@ -23,7 +21,7 @@ from conrod.scenes.space import MACHINES
 # -- a scene -----------------------------------------------------------------------------------------------------------
 
 
-def show_catalogue() -> None:
+def catalogue() -> Iterator[Part]:
     """One line for each scene and each machine."""
     closed = [(name, scene.title) for name, scene in SCENES.items()]
     tables = [table(("name", "title"), closed, title="scenes with a closed form")]
@@ -36,27 +34,24 @@ def show_catalogue() -> None:
         tables.append(table(("name", "title", "moving links"), machines, title=title))
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     title = "machines in space (in MuJoCo: validate, export --format mjcf)"
-    out = console()
-    _print_apart(out, [*tables, table(("name", "title"), spatial, title=title)])
-    last = "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them"
-    print_lines(out, ["", last])
+    yield from _apart(*tables, table(("name", "title"), spatial, title=title))
+    yield from ("", "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them")
 
 
-def show_scene(name: str, scene: Scene) -> None:
+def scene_found(name: str, scene: Scene) -> Iterator[Part]:
     """All about one scene."""
-    out = console()
     mechanism = scene.kinematics.mechanism
     lines = [f"{name}: {scene.title}", f"source: {scene.source}", f"frame: {scene.frame}"]
     if described(scene) != f"{scene.title}.":  # what a file without a description has
         lines += ["", described(scene)]
     if scene.assumptions:
         lines += ["", "assumed:", *(f"  - {assumption}" for assumption in scene.assumptions)]
-    print_lines(out, [*lines, ""])
+    yield from (*lines, "")
     rows = [
         (one.name, *numbers.in_shown_unit(scene.parameters[one.name], one.unit), one.meaning)
         for one in scene.parameter_facts().values()
     ]
-    print_table(out, table(("parameter", "value", "unit", "meaning"), rows, right=("value",)))
+    yield table(("parameter", "value", "unit", "meaning"), rows, right=("value",))
     bodies = ", ".join(f"{b.name} {b.mass:.6g} kg, {b.inertia:.6g} kg m²" for b in mechanism.bodies)
     higher = len(mechanism.cam_contacts) + len(mechanism.meshes)
     lines = [
@@ -69,37 +64,33 @@ def show_scene(name: str, scene: Scene) -> None:
     points = ", ".join(f"{p.name} (L = {1e3 * scene.lengths[p.name]:.6g} mm)" for p in mechanism.observed)
     generic = "generic Newton solver on the joint equations"
     references = f"closed form from the parameters; {generic}" if scene.closed_form else generic
-    print_lines(out, [*lines, f"observed points: {points}", f"references: {references}"])
+    yield from (*lines, f"observed points: {points}", f"references: {references}")
 
 
 # -- its linkage -------------------------------------------------------------------------------------------------------
 
 
-def show_turn(kinematics: Kinematics, turn: TurnQuantities) -> None:
-    """Print the quantities of a linkage over a turn, or its driver's span."""
-    out = console()
-    print_lines(out, ("", f"crank: {reach_words(turn.crank_range)}"))
+def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Part]:
+    """The quantities of a linkage over a turn, or its driver's span."""
+    yield from ("", f"crank: {reach_words(turn.crank_range)}")
     span = kinematics.mechanism.driver.span
     if span is not None:
-        print_lines(out, [f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg"])
+        yield f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg"
     elif turn.crank_range.full and not kinematics.repeats:
-        again = "after a turn the links do not stand as before it: strokes and angles are those of the first turn"
-        print_lines(out, [again])
-    _print_apart(out, (outputs_table(turn), transmission_table(turn)))
+        yield "after a turn the links do not stand as before it: strokes and angles are those of the first turn"
+    yield from _apart(outputs_table(turn), transmission_table(turn))
 
 
-def show_instant(instant: InstantQuantities) -> None:
-    """Print the motion of links and points at a crank angle."""
-    out = console()
+def instant_found(instant: InstantQuantities) -> Iterator[Part]:
+    """The motion of links and points at a crank angle."""
     speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
-    print_lines(out, ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}"))
-    _print_apart(out, (links_table(instant), points_table(instant)))
+    yield from ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}")
+    yield from _apart(links_table(instant), points_table(instant))
 
 
-def _print_apart(out: Console, tables: Iterable[Table]) -> None:
+def _apart(*tables: Table) -> Iterator[Part]:
     for shown in filter(None, tables):
-        print_lines(out, [""])
-        print_table(out, shown)
+        yield from ("", shown)
 
 
 # -- the classic quantities of a linkage, as tables --------------------------------------------------------------------

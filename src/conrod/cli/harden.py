@@ -17,11 +17,11 @@ from conrod.mjcf.results import HardenedModel, Request, Variant
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report import numbers
-from conrod.report.table import Cell, Toned, table
-from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.table import Cell, Toned, Verbatim, table
+from conrod.report.terminal import Part, tell
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.writing import naming, single, write_together
+from conrod.studies.frame.writing import single, write_together
 
 BINARY = ".mjb"
 SECONDS = 1.0
@@ -53,9 +53,8 @@ class Asked:
     document: str | None = option("--json")
 
 
-@options.verb()
+@options.verb(Asked)
 @click.argument("model", metavar="MODEL.xml")
-@options.gathered("asked", Asked)
 def harden(model: str, asked: Asked) -> None:
     """Make the closed loops of a MuJoCo model stay closed, and show what that changes.
 
@@ -80,12 +79,8 @@ def harden(model: str, asked: Asked) -> None:
 
     with waiting(path, FILE_TIMEOUT):
         found = confined(harden_file, path, request)
-    with naming("standard output"):
-        print_hardened(found, files.get("-o"))
-    contents: dict[str, str | bytes | None] = {
-        "-o": found.content,
-        "--json": json_document(found.document()),
-    }
+    tell(hardened(found, files.get("-o")))
+    contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
         sys.exit(FAILED)
@@ -94,22 +89,19 @@ def harden(model: str, asked: Asked) -> None:
 # -- printing ----------------------------------------------------------------------------------------------------------
 
 
-def print_hardened(found: HardenedModel, file: Path | None) -> None:
+def hardened(found: HardenedModel, file: Path | None) -> Iterator[Part]:
     """Figures before and after, lines to paste, and notes; or why there are none."""
-    out = console()
     if found.variants:
-        print_lines(out, _run_words(found))
+        yield from _run_words(found)
         names = tuple(variant.name for variant in found.variants)
-        print_table(out, table(("", *names), _rows(found), names, "largest in the run"))
-        print_lines(out, _reading_words(found))
+        yield table(("", *names), _rows(found), names, "largest in the run")
+        yield from _reading_words(found)
     if found.lines and not found.refusals:
-        print_lines(out, ["", "in Python:", ""])
-        print_lines(out, [found.lines], verbatim=True)
-    print_lines(out, (f"not hardened: {refusal}" for refusal in found.refusals))
-    print_lines(out, (f"note: {note}" for note in (*found.warnings, *(() if found.refusals else ALWAYS))))
+        yield from ("", "in Python:", "", Verbatim(found.lines))
+    yield from (f"not hardened: {refusal}" for refusal in found.refusals)
+    yield from (f"note: {note}" for note in (*found.warnings, *(() if found.refusals else ALWAYS)))
     if not found.refusals:
-        written = f"the hardened model: {file}" if file else "nothing written: -o FILE.mjb writes the model"
-        print_lines(out, [written])
+        yield f"the hardened model: {file}" if file else "nothing written: -o FILE.mjb writes the model"
 
 
 def _run_words(found: HardenedModel) -> Iterator[str]:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import options
-from conrod.cli.options import RunOptions, StudyOptions, option
+from conrod.cli.options import StudyOptions, option
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 
 if TYPE_CHECKING:
+    from conrod.report.terminal import Part
     from conrod.studies.limits.axis import Axis
     from conrod.studies.limits.results import LimitStudy
 
@@ -29,22 +30,18 @@ SEPARATOR = ".."
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions, RunOptions):
+class Asked(StudyOptions):
     """Request to `conrod limits`, as typed; None or empty where nothing was given."""
 
     axes: tuple[str, ...] = option(
-        "--axis",
-        multiple=True,
-        metavar="AXIS",
-        help="One axis or pair only, again for others [all].",
+        "--axis", multiple=True, metavar="AXIS", help="One axis or pair only, again for others [all]."
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
     preset: str | None = option("--preset")
 
 
-@options.verb(epilog=EPILOG)
+@options.verb(Asked, epilog=EPILOG)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
-@options.gathered("asked", Asked)
 def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
 
@@ -55,7 +52,6 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.runner import Runner
     from conrod.report.limits.report import KIND
     from conrod.studies.frame.resolve_arguments import select_presets, select_scenes
-    from conrod.studies.frame.writing import naming
     from conrod.studies.limits.plan import check_asked, plan_limits, pursue_plans
 
     chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
@@ -66,25 +62,21 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     check_asked(plans)
     with Runner.of(asked) as runner, runner.answering() as run:
         studies = pursue_plans(plans, run)
-    with naming("standard output"):
-        print_limits(studies)
     # Limits of a run are given too: they decide how some end.
     ended = {"--cell-timeout": asked.cell_timeout, "--cell-memory": asked.cell_memory}
-    files.write({study.name: study for study in studies}, "limits", scenes, asked, ended)
+    files.answer({study.name: study for study in studies}, limits_found(studies), "limits", scenes, ended)
 
 
-def print_limits(studies: Sequence[LimitStudy]) -> None:
-    """Print, for each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
+def limits_found(studies: Sequence[LimitStudy]) -> Iterator[Part]:
+    """For each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
     from conrod.report.limits.tables import limits_table, refusals
     from conrod.report.numbers import lengths
-    from conrod.report.terminal import console, print_lines, print_table
 
-    out = console()
     for study in studies:
         title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
-        print_table(out, limits_table(study.walks, title))
-        print_lines(out, [f"10 % and 1 % are shares of the travel L{lengths(study.lengths)}"])
-        print_lines(out, [f"Not walked: {line}" for line in refusals(study.walks)])
+        yield limits_table(study.walks, title)
+        yield f"10 % and 1 % are shares of the travel L{lengths(study.lengths)}"
+        yield from (f"Not walked: {line}" for line in refusals(study.walks))
 
 
 # -- the request ------------------------------------------------------------------------------------------------------

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
-from rich.console import Console
 from rich.text import Text
 
 from conrod.cli import FAILED, options, waiting
@@ -16,7 +16,7 @@ from conrod.mechanism.units import check_number
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
-from conrod.report.terminal import console, print_lines
+from conrod.report.terminal import Part, tell
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import naming, real_path, single, write_together
@@ -42,18 +42,14 @@ class Asked:
         help="Exit status 1 for errors alone, or for notes too.",
     )
     form: str = option(
-        "--format",
-        type=click.Choice(["text", "sarif"]),
-        default="text",
-        help="For people, or for a build server [text].",
+        "--format", type=click.Choice(["text", "sarif"]), default="text", help="For people, or a build server [text]."
     )
     document: str | None = option("--json")
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 
 
-@options.verb()
+@options.verb(Asked)
 @click.argument("model", metavar="MODEL.xml")
-@options.gathered("asked", Asked)
 def lint(model: str, asked: Asked) -> None:
     """List what a MuJoCo model has that its motion does not need, and what will cause trouble.
 
@@ -76,10 +72,10 @@ def lint(model: str, asked: Asked) -> None:
 
     with waiting(path, FILE_TIMEOUT):
         report = confined(look, path, request)
-    with naming("standard output"):
-        if asked.form == "text":
-            print_report(report, files.get("--fix"))
-        else:
+    if asked.form == "text":
+        tell(report_found(report, files.get("--fix")))
+    else:
+        with naming("standard output"):
             click.echo(sarif(report), nl=False)
     texts: dict[str, str | bytes] = {
         "--json": json_document(report.document()),
@@ -93,15 +89,14 @@ def lint(model: str, asked: Asked) -> None:
 # -- printing --------------------------------------------------------------------------------------------------------
 
 
-def print_report(report: Report, out_file: Path | None) -> None:
+def report_found(report: Report, out_file: Path | None) -> Iterator[Part]:
     """A block for each finding, the most harmful first, then what else was judged otherwise."""
-    out = console()
-    print_lines(out, [f"{report.model}: {report.run}"])
+    yield f"{report.model}: {report.run}"
     for finding in report.findings:
-        _print_finding(out, finding)
-    print_lines(out, ["", *report.notes, _counted([finding.severity for finding in report.findings])])
+        yield from _finding(finding)
+    yield from ("", *report.notes, _counted([finding.severity for finding in report.findings]))
     if report.fixed is not None:
-        print_lines(out, [_fixed(report.fixed, out_file)])
+        yield _fixed(report.fixed, out_file)
 
 
 def _counted(found: list[Severity]) -> str:
@@ -111,9 +106,9 @@ def _counted(found: list[Severity]) -> str:
     return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
 
 
-def _print_finding(out: Console, finding: Finding) -> None:
+def _finding(finding: Finding) -> Iterator[Part]:
     severity = finding.severity
-    print_lines(out, ["", Text(f"{severity.value}: {finding.rule}", COLOURS[severity])])
+    yield from ("", Text(f"{severity.value}: {finding.rule}", COLOURS[severity]))
     lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
     if finding.change is not None:
         lines.append(f"change of motion without it: {_value(finding.change)}")
@@ -121,7 +116,7 @@ def _print_finding(out: Console, finding: Finding) -> None:
     lines += [f"     {edit}" for edit in finding.edits]
     if finding.edits:
         lines.append("safe: --fix makes it" if finding.safe else "not made by --fix: say yourself which was meant")
-    print_lines(out, lines, indent=2)
+    yield from (f"  {line}" for line in lines)
 
 
 def _fixed(fixed: Fixed, file: Path | None) -> str:

@@ -1,4 +1,4 @@
-"""Options that commands share, and options of one purpose as fields of one dataclass."""
+"""Verbs and their options: fields of a dataclass for each verb, of which some stand in several."""
 
 from __future__ import annotations
 
@@ -6,33 +6,45 @@ import dataclasses
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial, wraps
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import HEADING, Verb, say
+from conrod.cli import say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
     from conrod.engines import Engine
+    from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 
 CELL_TIMEOUT = 600.0  # [s]
 MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
-DEFAULT_GRID = "default"
-Command = TypeVar("Command", bound=Callable[..., Any])
+OPTIONS, RUNS = "Options", "Runs and ledger"  # headings
+# What is written does not say by which command it is found again.
+FILES = ("out", "document", "html", "baseline", "accept", "report", "measured", "limits", "uncertainties", "model")
 
 
-verb = partial(click.command, cls=Verb)
+class Option(click.Option):
+    """An option under a heading."""
 
-
-class HeadedOption(click.Option):
-    """An option under a heading of its own, which --help-all shows."""
-
-    def __init__(self, *arguments: Any, heading: str = "", **attributes: Any) -> None:
+    def __init__(self, *arguments: Any, heading: str = OPTIONS, **attributes: Any) -> None:
         super().__init__(*arguments, **attributes)
         self.heading = heading
+
+
+class Verb(click.Command):
+    """A command whose help has options under their headings."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        headings: dict[str, list[tuple[str, str]]] = {OPTIONS: []}
+        for one in self.get_params(ctx):
+            if isinstance(one, click.Option) and (record := one.get_help_record(ctx)):
+                headings.setdefault(getattr(one, "heading", OPTIONS), []).append(record)
+        for heading, records in headings.items():
+            with formatter.section(heading):
+                formatter.write_dl(records)
 
 
 # -- options that mean the same in every verb --------------------------------------------------------------------------
@@ -41,35 +53,83 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--out": {"metavar": "DIR", "help": "Write the report there."},
     "--json": {"metavar": "FILE", "help": "Write the results as JSON."},
     "--html": {"metavar": "FILE", "help": "Write the report as one HTML file."},
-    "--engine": {
-        "multiple": True,
-        "metavar": "ENGINE",
-        "help": "This engine only, again for others; or all.",
-    },
-    "--preset": {
-        "metavar": "PRESET",
-        "help": "One preset only; `conrod show` lists them.",
-    },
+    "--engine": {"multiple": True, "metavar": "ENGINE", "help": "This engine only, again for others; or all."},
+    "--preset": {"metavar": "PRESET", "help": "One preset only; `conrod engines` lists them."},
     "--set": {"multiple": True, "metavar": "NAME=VALUE", "help": "Override a parameter, e.g. --set crank=80mm."},
-    "--ctrl": {
-        "multiple": True,
-        "metavar": "NAME=VALUE",
-        "help": "Control of an actuator, by name or number, in MuJoCo's units [the keyframe's].",
-    },
-    "--grid": {
-        "default": DEFAULT_GRID,
-        "show_default": True,
-        "metavar": "GRID",
-        "help": "coarse, default or presets.",
-    },
+    "--ctrl": {"multiple": True, "metavar": "NAME=VALUE", "help": "Control of an actuator [the keyframe's]."},
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
-    "--jobs": {"type": int, "metavar": "N", "help": "Runs at a time on this machine [one a core]."},
 }
 assignments = click.option("--set", "assignments", **SHARED["--set"])
 ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])
 document = click.option("--json", "document", **SHARED["--json"])
 html = click.option("--html", **SHARED["--html"])
+
+
+def option(name: str, heading: str = OPTIONS, **attributes: Any) -> Any:
+    """A field that is an option, by its names, attributes as of `click.option`; None or empty where not given."""
+    attributes = {**SHARED.get(name, {}), **attributes}
+    empty: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
+    return field(default=attributes.get("default", empty), metadata={"option": name, "heading": heading, **attributes})
+
+
+def verb(kind: type[Any] | None = None, **attributes: Any) -> Callable[[Callable[..., Any]], click.Command]:
+    """A decorator that makes a command.
+
+    Args:
+        kind: a dataclass whose fields are options; the function gets their values as one, `asked`.
+        attributes: of the command.
+    """
+    # A verb's own before those that it has from others.
+    fields = sorted(dataclasses.fields(kind), key=lambda one: one.name not in kind.__annotations__) if kind else []
+
+    def made(function: Callable[..., Any]) -> click.Command:
+        @wraps(function)
+        def called(**values: Any) -> Any:
+            if kind is None:
+                return function(**values)
+            asked = {one.name: values.pop(one.name) for one in fields if one.name in values}
+            return function(asked=kind(**asked), **values)
+
+        decorated: Any = called
+        for one in reversed([one for one in fields if one.metadata]):
+            given = dict(one.metadata)
+            decorated = click.option(*given.pop("option").split(), one.name, cls=Option, **given)(decorated)
+        return click.command(cls=Verb, **attributes)(decorated)
+
+    return made
+
+
+def refuse(asked: Any, subject: str, *which: str) -> None:
+    """Refuse options that do not go with something.
+
+    Args:
+        asked: the values of options.
+        subject: what they do not go with, for the message: "a scene".
+        which: fields by name, or all under a heading.
+
+    Raises:
+        InvalidInput: names the first option that was given.
+    """
+    for one in dataclasses.fields(asked):
+        if {one.name, one.metadata.get("heading")} & {*which} and getattr(asked, one.name) != one.default:
+            raise InvalidInput(f"{one.metadata['option']} does not go with {subject}")
+
+
+def refuse_others(asked: Any, subject: str, *taken: str) -> None:
+    """Refuse all options but some; raises InvalidInput, which names what is taken."""
+    if other := next((name for name in as_given(asked) if name not in taken), None):
+        raise InvalidInput(f"{other} does not go with {subject}, which takes {', '.join(taken)}")
+
+
+def as_given(asked: Any, *left_out: str) -> dict[str, Any]:
+    """Values of options that were given, by the options' names, but for fields and headings that are left out."""
+    return {
+        one.metadata["option"]: value
+        for one in dataclasses.fields(asked)
+        if one.metadata and not {one.name, one.metadata["heading"]} & {*left_out}
+        if (value := getattr(asked, one.name)) != one.default
+    }
 
 
 def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:
@@ -83,83 +143,19 @@ def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:
     return select_engines(names, left_out=lambda reason: say(f"conrod: left out: {reason}", err=True))
 
 
-def option(name: str, **attributes: Any) -> Any:
-    """A field that is an option, by its names, attributes as of `click.option`; None or empty where not given."""
-    attributes = {**SHARED.get(name, {}), **attributes}
-    empty: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
-    return field(default=attributes.get("default", empty), metadata={"option": name, **attributes})
-
-
-def gathered(name: str, kind: type[Any]) -> Callable[[Command], Command]:
-    """A decorator that adds options to a command, which gets their values as one object.
-
-    Args:
-        name: of the command's argument.
-        kind: a dataclass, each `option` of which is one, under the `heading` of its class.
-    """
-    own = list(kind.__annotations__)
-    fields = sorted(dataclasses.fields(kind), key=lambda one: own.index(one.name) if one.name in own else len(own))
-    bases: list[Any] = [base for base in kind.__mro__ if dataclasses.is_dataclass(base)]
-    home = {one.name: vars(base).get("heading", HEADING) for base in bases for one in dataclasses.fields(base)}
-
-    def decorate(command: Command) -> Command:
-        @wraps(command)
-        def called(**values: Any) -> Any:
-            own = {one.name: values.pop(one.name) for one in fields if one.name in values}
-            return command(**{name: kind(**own)}, **values)
-
-        decorated: Any = called
-        for one in reversed(fields):
-            if one.metadata:
-                attributes = {**one.metadata, "cls": HeadedOption, "heading": home[one.name]}
-                decorated = click.option(*attributes.pop("option").split(), one.name, **attributes)(decorated)
-        result: Command = decorated
-        return result
-
-    return decorate
-
-
-def refuse(asked: Any, subject: str, *which: type | str) -> None:
-    """Refuse options that do not go with something.
-
-    Args:
-        asked: the values of options, see `gathered`.
-        subject: what they do not go with, for the message: "a scene".
-        which: fields by name, or all of a class.
-
-    Raises:
-        InvalidInput: names the first option that was given.
-    """
-    names = [one.name for kind in which if isinstance(kind, type) for one in dataclasses.fields(kind)]
-    for one in dataclasses.fields(asked):
-        if one.name in (*names, *which) and getattr(asked, one.name) != one.default:
-            raise InvalidInput(f"{one.metadata['option']} does not go with {subject}")
-
-
-def as_given(asked: Any, *left_out: type | str) -> dict[str, object]:
-    """Values of options that were given, by the options' names, but for those left out."""
-    names = [one.name for kind in left_out if isinstance(kind, type) for one in dataclasses.fields(kind)]
-    given = [one for one in dataclasses.fields(asked) if one.metadata and one.name not in (*names, *left_out)]
-    return {one.metadata["option"]: value for one in given if (value := getattr(asked, one.name)) != one.default}
-
-
 @dataclass(frozen=True)
 class RunOptions:
     """Options on how runs are made and where they are kept; None where nothing was given."""
 
-    heading: ClassVar[str] = "Runs and ledger"
-
-    ledger: str | None = option("--ledger")
-    fresh: bool = option("--fresh", is_flag=True, help="Do again what the ledger has.")
-    jobs: int | None = option("--jobs")
-    cluster: str | None = option(
-        "--cluster", metavar="ADDRESS", help="Run on a Dask cluster instead, e.g. tcp://host:8786."
-    )
+    ledger: str | None = option("--ledger", RUNS)
+    fresh: bool = option("--fresh", RUNS, is_flag=True, help="Do again what the ledger has.")
+    jobs: int | None = option("--jobs", RUNS, type=int, metavar="N", help="Runs at a time here [one a core].")
+    cluster: str | None = option("--cluster", RUNS, metavar="ADDRESS", help="Run on Dask, e.g. tcp://host:8786.")
     cell_timeout: float | None = option(
-        "--cell-timeout", type=float, metavar="SECONDS", help="End a run that takes longer [600]."
+        "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="End a run that takes longer [600]."
     )
     cell_memory: str | None = option(
-        "--cell-memory", metavar="SIZE", help="End a run that needs more, e.g. 4GB [no limit]."
+        "--cell-memory", RUNS, metavar="SIZE", help="End a run that needs more, e.g. 4GB [no limit]."
     )
 
     @property
@@ -185,6 +181,27 @@ class RunOptions:
 
         return default_path() if self.ledger is None else Path(self.ledger)
 
+    def processes(self, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
+        """Processes of this machine, as many as were asked for unless a number is given."""
+        from conrod.studies.execution.local import LocalProcesses
+
+        jobs = jobs or (available_cores() if self.jobs is None else self.jobs)
+        return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory, interpreter=interpreter)
+
+    def executor(self) -> RepeatingExecutor:
+        """Executor of the runs: a cluster, or processes of this machine.
+
+        Raises:
+            InvalidInput: options that exclude each other.
+        """
+        if self.cluster is None:
+            return self.processes()
+        if self.jobs is not None:
+            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
+        from conrod.studies.execution.cluster import DaskCluster
+
+        return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
+
 
 def available_cores() -> int:
     """Cores that this process may use, as far as the system says."""
@@ -195,27 +212,15 @@ def available_cores() -> int:
 
 @dataclass(frozen=True)
 class ReportOptions:
-    """Options of a verb that reports; None where nothing was given.
+    """Options of a verb that reports; None where nothing was given."""
 
-    Attributes:
-        assignments: of --set, where the verb has it.
-        document, html: the files that --json and --html name.
-    """
-
-    assignments: tuple[str, ...] = ()
     out: str | None = option("--out")
     document: str | None = option("--json")
     html: str | None = option("--html")
 
-    @property
-    def given(self) -> dict[str, object]:
-        """Options given that the result follows from, by name."""
-        files = ("out", "document", "html", "baseline", "accept", "report", "measured", "limits", "uncertainties")
-        return as_given(self, RunOptions, "assignments", *files)
-
 
 @dataclass(frozen=True)
-class StudyOptions(ReportOptions):
+class StudyOptions(ReportOptions, RunOptions):
     """Options of a verb that studies engines on scenes."""
 
     engine: tuple[str, ...] = option("--engine")

@@ -1,22 +1,19 @@
-"""Files that a verb writes, a report's folder, a page and a document, and the command that makes the report again."""
+"""What a verb found, printed, and written to a report's folder, a page and a document."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from conrod.cli import say
-from conrod.cli.options import ReportOptions, RunOptions
-from conrod.report.folder import ReportFolder
-from conrod.report.html.page import html_report
+from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, as_given
 from conrod.report.kind import SCENE, Kind, Reproduction
-from conrod.report.writer import Draw, document_text, report_batch
-from conrod.studies.frame.files import files_to_write, folder_to_write
-from conrod.studies.frame.writing import single, write_together
+from conrod.report.terminal import Part, tell
 
 F = TypeVar("F")
 
@@ -27,37 +24,50 @@ class Outputs(Generic[F]):
 
     Attributes:
         kind: of the report.
+        asked: options of the verb.
         folder, file, html: None where not asked for.
     """
 
     kind: Kind[F]
-    folder: Path | None
-    file: Path | None
+    asked: ReportOptions
+    folder: Path | None = None
+    file: Path | None = None
     html: Path | None = None
 
-    def write(
+    def answer(
         self,
         findings: Mapping[str, F],
+        told: Iterable[Part],
         command: str,
         subjects: Sequence[str] | Mapping[str, str],
-        asked: ReportOptions,
         given: Mapping[str, object] = MappingProxyType({}),
-        draw: Draw = map,
     ) -> None:
-        """Write all files or none, and print where the report is; further arguments as of `report_batch`.
+        """Print what is told, then write all files or none, and print where the report is.
 
         Args:
+            findings: by part of the report.
             command: that makes the report, for the report to print.
             subjects: scenes as they were typed, or files by the names of their pages.
-            given: options of the command beside those of `asked`; those that are None were not given.
+            given: options of the command beside those that were asked for; those that are None were not given.
         """
+        tell(told)
+        if not (self.folder or self.file or self.html):
+            return
+        from conrod.report.html.page import html_report
+        from conrod.report.writer import document_text, report_batch
+        from conrod.studies.frame.writing import single, write_together
+
         batches = [single(self.file, document_text(self.kind, findings))] if self.file else []
         place = self.folder or self.html
         if place:
             target = ("--out" if self.folder else "--html", place)
-            again = reproduction(command, subjects, {**asked.given, **given}, asked.assignments, target)
-            # No folder has the page's name, so that the page holds what was found now and nothing else.
-            report = report_batch(self.kind, findings, place, again, draw)
+            again = reproduction(command, subjects, {**as_given(self.asked, RUNS, *FILES), **given}, target)
+            asked = self.asked
+            several = asked.processes() if isinstance(asked, RunOptions) and len(findings) > 1 else nullcontext()
+            with several as executor:
+                draw = executor.map if executor else map
+                # No folder has the page's name, so that the page holds what was found now and nothing else.
+                report = report_batch(self.kind, findings, place, again, draw)
             batches += [report] if self.folder else []
             batches += [single(self.html, html_report([report]))] if self.html else []
         write_together(batches)
@@ -82,6 +92,11 @@ def outputs(
     Raises:
         InvalidInput: names the file that is in the way.
     """
+    if asked.out is None and asked.document is None and asked.html is None:
+        return Outputs(kind, asked)
+    from conrod.report.folder import ReportFolder
+    from conrod.studies.frame.files import files_to_write, folder_to_write
+
     if isinstance(asked, RunOptions):
         given = {"the ledger": asked.ledger_file, **given}
     if baseline := getattr(asked, "baseline", None):
@@ -91,14 +106,13 @@ def outputs(
     folder = None if asked.out is None else folder_to_write(asked.out, "--out")
     if folder:
         ReportFolder(folder, kind).check(parts, file, html, *given.values())
-    return Outputs(kind, folder, file, html)
+    return Outputs(kind, asked, folder, file, html)
 
 
 def reproduction(
     command: str,
     subjects: Sequence[str] | Mapping[str, str],
-    options: Mapping[str, object],
-    assignments: Sequence[str],
+    options: Mapping[str, Any],
     target: tuple[str, Path],
 ) -> Reproduction:
     """The command that makes a report again; of an option that is a tuple each value was given, without its name
@@ -107,15 +121,10 @@ def reproduction(
 
     words = ["conrod", command, SCENE]
     for name, found in options.items():
-        given = found if isinstance(found, tuple) else () if found is None else (found,)
-        for one in given:
-            if one is True:  # a flag
-                words += [name]
-                continue
+        for one in found if isinstance(found, tuple) else () if found is None else (found,):
             # A whole number without the point that a float has.
-            value = shlex.quote(str(int(one) if isinstance(one, float) and one.is_integer() else one))
-            words += [name, value] if name else [value]
-    for assignment in assignments:
-        words += ["--set", shlex.quote(assignment)]
+            value = str(int(one) if isinstance(one, float) and one.is_integer() else one)
+            words += [name] if name else []
+            words += [] if one is True else [shlex.quote(value)]  # a flag has none
     text = " ".join([*words, target[0], shlex.quote(str(target[1]))])
     return Reproduction(text, subjects if isinstance(subjects, Mapping) else typed_names(subjects))

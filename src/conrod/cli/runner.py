@@ -1,4 +1,4 @@
-"""The ledger and the executor that a command's options ask for, and the progress of what they run."""
+"""Studies pursued on the ledger and the executor that options ask for, and the progress of their runs."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from conrod.cli import say
-from conrod.cli.options import RunOptions, available_cores
-from conrod.errors import InvalidInput
+from conrod.cli.options import RunOptions
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import run_cases, time_cases
-from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
+from conrod.studies.execution.local import RepeatingExecutor
 from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
@@ -30,23 +29,6 @@ if TYPE_CHECKING:
 Found = TypeVar("Found")
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0
-
-
-def processes_of(options: RunOptions, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
-    """Processes of this machine, as many as were asked for unless a number is given."""
-    jobs = options.jobs if jobs is None else jobs
-    jobs = available_cores() if jobs is None else jobs
-    timeout, memory = options.timeout, options.memory
-    return LocalProcesses(jobs, cell_timeout=timeout, cell_memory=memory, interpreter=interpreter)
-
-
-def executor_of(options: RunOptions) -> RepeatingExecutor:
-    """Executor of the runs: a cluster, or processes of this machine."""
-    if options.cluster is None:
-        return processes_of(options)
-    from conrod.studies.execution.cluster import DaskCluster
-
-    return DaskCluster(options.cluster, cell_timeout=options.timeout, cell_memory=options.memory)
 
 
 @dataclass(frozen=True)
@@ -65,11 +47,9 @@ class Runner:
         Raises:
             InvalidInput: options that exclude each other.
         """
-        if options.cluster is not None and options.jobs is not None:
-            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
         path = options.ledger_file
         # What the executor refuses is refused before there is a ledger.
-        with executor_of(options) as executor, Ledger.open(path) as ledger:
+        with options.executor() as executor, Ledger.open(path) as ledger:
             try:
                 yield cls(ledger, options, executor)
             except KeyboardInterrupt:
@@ -91,15 +71,15 @@ class Runner:
 
             yield answer
 
-    def pursue(self, study: Study[Found]) -> Found:
-        """The findings of a study."""
+    def pursue(self, studies: Sequence[Study[Found]]) -> list[Found]:
+        """The findings of studies, whose runs go side by side."""
         with self.answering() as run:
-            return pursue([study], run)[0]
+            return pursue(studies, run)
 
     def run_alone(self, cells: Sequence[Case], description: str) -> dict[str, Measurement]:
         """Measurements of cells, one at a time on this machine, for cases that measure how long something takes."""
         fresh = self.options.fresh
-        with processes_of(self.options, 1) as executor, ProgressBar(description) as bar:
+        with self.options.processes(1) as executor, ProgressBar(description) as bar:
             return run_cases(cells, self.ledger, executor, fresh=fresh, watcher=bar)
 
     def run_in_release(self, requirement: str, cells: Sequence[VersionCase]) -> dict[str, Measurement]:
@@ -116,7 +96,7 @@ class Runner:
             return kept
         with ProgressBar(f"runs of {requirement}") as bar:
             python = interpreter(cells[0].settings.engine, requirement, cells[0].version)
-            with processes_of(self.options, interpreter=python) as executor:
+            with self.options.processes(interpreter=python) as executor:
                 return run_cases(cells, self.ledger, executor, fresh=self.options.fresh, watcher=bar)
 
     def time(self, cells: list[RunCase]) -> dict[str, Timing]:

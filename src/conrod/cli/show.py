@@ -27,8 +27,9 @@ def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List what is available, one line each; or describe one SCENE."""
-    from conrod.cli.console import linkage_text, show_catalogue, show_instant, show_scene, show_turn
+    from conrod.cli.console import catalogue, instant_found, linkage_text, scene_found, turn_found
     from conrod.exact.linkage import turn_quantities
+    from conrod.report.terminal import tell
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scene
     from conrod.studies.frame.writing import single, write_together
@@ -36,7 +37,7 @@ def show(
     if scene is None:
         if assignments or any(given is not None for given in (angle, drawing, document)):
             raise InvalidInput("--svg, --set, --angle and --json need a SCENE; `conrod show` lists them")
-        show_catalogue()
+        tell(catalogue())
         return
     if drawing and not drawing.strip().lower().endswith(".svg"):
         raise InvalidInput(f"--svg {drawing}: the drawing is SVG: give a name that ends in .svg")
@@ -52,10 +53,9 @@ def show(
             batches.append(single(files["--svg"], mechanism_svg(chosen)))
         if "--json" in files:
             batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
-    show_scene(name, chosen)
-    show_turn(chosen.kinematics, turn)
-    if instant:
-        show_instant(instant)
+    tell(scene_found(name, chosen))
+    tell(turn_found(chosen.kinematics, turn))
+    tell(instant_found(instant) if instant else ())
     write_together(batches)
     if "--svg" in files:
         say(f"drawing: {files['--svg']}")
@@ -85,14 +85,11 @@ def engines() -> None:
     Other packages bring engines by an entry point of the group `conrod.engines` (docs/engines.md). One that cannot be
     loaded is named with the reason, and keeps nothing else from running.
     """
-    from rich.text import Text
-
     from conrod.engines import OPTIONAL, loadable_engines
-    from conrod.report.terminal import console, print_lines, print_table
+    from conrod.report.terminal import said, tell
 
     found, left_out = loadable_engines(OPTIONAL)
-    print_table(console(), capabilities_table(found))
-    print_lines(console(), [Text(line, "red") for line in left_out])
+    tell([capabilities_table(found), *(said(line, False) for line in left_out)])
 
 
 def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:

@@ -3,33 +3,33 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import FAILED, options, say
-from conrod.cli.options import RunOptions, StudyOptions, option
+from conrod.cli.options import StudyOptions, option
+from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from conrod.engines import Engine
-    from conrod.engines.capabilities import ModelFile
     from conrod.report.recommendation import Advice
+    from conrod.report.terminal import Part
     from conrod.studies.sweep.findings import SweepStudy
 
 
 @dataclass(frozen=True)
-class SweepAsked(StudyOptions, RunOptions):
+class SweepAsked(StudyOptions):
     """Request to `conrod sweep`, as typed."""
 
-    grid: str = option("--grid")
+    grid: str = option(
+        "--grid", default="default", show_default=True, metavar="GRID", help="coarse, default or presets."
+    )
 
 
-@options.verb()
+@options.verb(SweepAsked)
 @click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
-@options.gathered("asked", SweepAsked)
 def sweep(scenes: tuple[str, ...], asked: SweepAsked) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
 
@@ -41,37 +41,31 @@ def sweep(scenes: tuple[str, ...], asked: SweepAsked) -> None:
     from conrod.cli.runner import Runner
     from conrod.engines.variants import grid_named
     from conrod.report.sweep import KIND
-    from conrod.studies.frame.case import pursue
     from conrod.studies.frame.resolve_arguments import select_scenes
-    from conrod.studies.frame.writing import naming
     from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
     chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
     swept = grid_named(asked.grid)
     files = outputs(KIND, chosen, asked)
     plans = [plan_sweep(name, scene, engines, swept) for name, scene in chosen.items()]
-    with Runner.of(asked) as runner, runner.answering() as run:
-        studies = pursue([sweep_scene(plan, runner.time) for plan in plans], run)
-    with naming("standard output"):
-        print_fronts(studies)
-    files.write({study.name: study for study in studies}, "sweep", scenes, asked)
+    with Runner.of(asked) as runner:
+        studies = runner.pursue([sweep_scene(plan, runner.time) for plan in plans])
+    files.answer({study.name: study for study in studies}, fronts(studies), "sweep", scenes)
 
 
-def print_fronts(studies: Sequence[SweepStudy]) -> None:
+def fronts(studies: Sequence[SweepStudy]) -> Iterator[Part]:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
     from conrod.report.sweep_tables import RATIO, end_words, front_table
-    from conrod.report.terminal import console, print_lines, print_table
 
-    out = console()
     for study in studies:
-        title = f"{study.name}: settings that none beats in both cost and position"
-        print_table(out, front_table(study, title))
-        unsupported = [f"{name} unsupported: {why}" for name, why in study.unsupported.items()]
-        print_lines(out, [RATIO, f"{len(study.points)} settings and steps: {end_words(study)}", *unsupported])
+        yield front_table(study, f"{study.name}: settings that none beats in both cost and position")
+        yield RATIO
+        yield f"{len(study.points)} settings and steps: {end_words(study)}"
+        yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())
 
 
 @dataclass(frozen=True)
-class RecommendAsked(StudyOptions, RunOptions):
+class RecommendAsked(StudyOptions):
     """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
 
     position: float | None = option(
@@ -86,9 +80,8 @@ class RecommendAsked(StudyOptions, RunOptions):
     )
 
 
-@options.verb()
+@options.verb(RecommendAsked)
 @click.argument("scene")
-@options.gathered("asked", RecommendAsked)
 def recommend(scene: str, asked: RecommendAsked) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
@@ -100,12 +93,12 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.errors import InvalidInput
+    from conrod.engines.capabilities import Lacking, ModelFile, capability
     from conrod.report.recommendation import KIND, advice_of
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scene
-    from conrod.studies.frame.writing import naming, single, write_together
+    from conrod.studies.frame.writing import single, write_together
     from conrod.studies.sweep.prior import shipped
     from conrod.studies.sweep.recommend import Recommendation, check_tolerances, recommend_for
     from conrod.studies.sweep.study import plan_sweep
@@ -114,40 +107,31 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
     allowed = check_tolerances({name: getattr(asked, name) for name in ("position", "velocity", "acceleration")})
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
     files = outputs(KIND, [name], asked, wanted)
-    writers = _writers(engines)
+    able = {one.name: capability(one, ModelFile) for one in engines}
+    writers = {name: made for name, made in able.items() if not isinstance(made, Lacking)}
     if asked.model and not writers:
-        raise InvalidInput(f"--model: {', '.join(one.name for one in engines)} has no file of a model")
+        raise InvalidInput(f"--model: {', '.join(able)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, "default")
     with Runner.of(asked) as runner, runner.answering() as run:
         answers = pursue(recommend_for(plan, allowed, runner.time, shipped()), run)
     found = advice_of(name, chosen, allowed, answers)
-    with naming("standard output"):
-        print_answers(found)
-    qualified = [one for one in answers if isinstance(one, Recommendation)]
-    files.write({name: found}, "recommend", (scene,), asked, {"--model": None})
-    written = [one.pasted for one in qualified if one.pasted.engine in writers][:1]
-    for path, settings in product(wanted.values(), written):
+    files.answer({name: found}, answers_found(found), "recommend", (scene,))
+    qualified = [one.pasted for one in answers if isinstance(one, Recommendation)]
+    settings = next((one for one in qualified if one.engine in writers), None)
+    for path in wanted.values():
+        if settings is None:
+            say("conrod: no model is written: nothing qualifies", err=True)
+            sys.exit(FAILED)
         write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
         say(f"model: {path}")
-    unwritten = bool(wanted) and not written
-    if unwritten:
-        say("conrod: no model is written: nothing qualifies", err=True)
-    if not qualified or unwritten:
+    if not qualified:
         sys.exit(FAILED)
 
 
-def _writers(engines: Sequence[Engine[Any]]) -> dict[str, ModelFile]:
-    """The engines that have files of models, by name."""
-    from conrod.engines.capabilities import Lacking, ModelFile, capability
-
-    able = {one.name: capability(one, ModelFile) for one in engines}
-    return {name: made for name, made in able.items() if not isinstance(made, Lacking)}
-
-
-def print_answers(found: Advice) -> None:
+def answers_found(found: Advice) -> Iterator[Part]:
     """The answer of each engine, and what is to be pasted."""
-    from conrod.report.terminal import console, print_lines
+    from conrod.report.table import Verbatim
 
     for one in found.answers.values():
-        print_lines(console(), one["lines"])
-        print_lines(console(), [*one.get("paste", "").splitlines(), ""], indent=4, verbatim=True)
+        yield from one["lines"]
+        yield from (Verbatim(f"    {line}") for line in [*one.get("paste", "").splitlines(), ""])

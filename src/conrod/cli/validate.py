@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from conrod.cli import options
-from conrod.cli.options import RunOptions, refuse
-from conrod.cli.validate_request import FMUS, MODELS, TABLES, ModelOptions, MotionOptions, Request, TableOptions
+from conrod.cli import FAILED, options
+from conrod.cli.options import refuse
+from conrod.cli.validate_request import FMUS, MODELS, PAGES, TABLES, Judging, Request
 from conrod.errors import InvalidInput
 from conrod.own.files import check_readable
+
+if TYPE_CHECKING:
+    from conrod.cli.baseline import Holding
 
 MECHANISMS = ".toml"
 FILES = MODELS + TABLES + FMUS
 
 
-@options.verb()
+@options.verb(Request)
 @click.argument("subjects", nargs=-1, metavar="[SCENE | FILE]...")
-@options.gathered("asked", Request)
 def validate(asked: Request) -> None:
     """Compare engines with the exact motion of SCENEs, or judge a FILE.
 
@@ -33,56 +38,60 @@ def validate(asked: Request) -> None:
 
     Exit status 0: all judged results are within tolerance; 1: something is not; 2: bad usage.
     """
+    from conrod.cli.outputs import outputs
+    from conrod.report.terminal import tell
+
+    work, dossier = judging_of(asked), None
+    holding = holding_of(asked, work)
+    files = outputs(work.kind, work.parts, asked, work.inputs)
+    if asked.report is None:
+        refuse(asked, "no --report", PAGES)
+    else:
+        from conrod.cli.verification import Dossier
+
+        dossier = Dossier.of(asked, work)
+    own = replace(asked, fresh=True) if holding else asked
+    (found,) = work.judge(own, [work.scenes])
+    held = holding.held(work.judge, own, found) if holding else None
+    files.answer(dict(zip(work.parts, found, strict=True)), work.told(found), "validate", work.typed)
+    if dossier:
+        dossier.write(found[0], work.verdict(found[0]))
+    if held:
+        accept = [] if held.passed or held.written else [shlex.join(["conrod", *sys.argv[1:], "--accept"])]
+        tell([*held.text.splitlines(), *(f"accept it: {line}" for line in accept)])
+    if any(one.passed is False for one in found) or (held and not held.passed):
+        sys.exit(FAILED)
+
+
+def holding_of(asked: Request, work: Judging) -> Holding | None:
+    """The baseline that is asked for; raises InvalidInput where it cannot be read or written, or is of others."""
+    if asked.baseline is None:
+        if asked.accept:
+            raise InvalidInput("--accept: it is for a baseline, name its file with --baseline")
+        return None
+    from conrod.cli.baseline import Holding
+
+    return Holding.of(Path(asked.baseline), asked, work.scenes)
+
+
+def judging_of(asked: Request) -> Judging:
+    """What is to be judged.
+
+    Raises:
+        InvalidInput: it cannot be, or an option does not go with it.
+    """
     if asked.motion is not None or asked.quantity is not None:
         refuse(asked, "--motion and --quantity: it is on the motion at constant speed", "report")
     if asked.invariances:
-        from conrod.cli.validate_invariances import validate_invariances
-
-        validate_invariances(asked)
-        return
-    if _is_spatial(asked):
-        from conrod.cli.validate_loops import validate_loops
-
-        validate_loops(asked)
-        return
-    files = [name for name in asked.subjects if name.lower().endswith(FILES)]
-    if files:
-        _validate_file(files[0], asked)
-        return
-    _check_endings(asked.subjects, asked.scene)
-    refuse(asked, "a scene: it is for a file", ModelOptions, *(() if asked.measured else (TableOptions,)))
-    if asked.scene is not None:
-        name = asked.scene
-        raise InvalidInput(f"--scene {name} is for a file; a scene is named as it is: conrod validate {name}")
-    if asked.motion is None:
-        refuse(asked, "a crank at constant speed: it is for --motion free and --motion torque", MotionOptions)
+        from conrod.cli.validate_invariances import judging
+    elif _is_spatial(asked):
+        from conrod.cli.validate_loops import judging
+    elif any(name.lower().endswith(FILES) for name in asked.subjects):
+        from conrod.cli.validate_file import judging
     else:
-        refuse(asked, "--motion: it is for a crank at constant speed", "qualify")
-        refuse(asked, "--motion: forces are compared at constant crank speed", "quantity")
-    from conrod.cli.validate_scenes import validate_scenes
-
-    validate_scenes(asked)
-
-
-def _validate_file(file: str, asked: Request) -> None:
-    """Judge a user's own model or table.
-
-    Raises:
-        InvalidInput: also where options were given that are not for it.
-    """
-    check_readable(Path(file))
-    if len(asked.subjects) > 1:
-        others = [name for name in asked.subjects if name != file]
-        said = f"without {others[0]}" if others else "but it is named twice"
-        raise InvalidInput(f"{file}: a file is judged on its own, {said}")
-    if asked.scene is None:
-        raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
-    refuse(asked, "--scene: it is for a model that is its own reference", "drives")
-    limited = ("ledger", "fresh", "jobs", "cluster", "cell_memory") if file.lower().endswith(FMUS) else (RunOptions,)
-    refuse(asked, "a file: it is for scenes", MotionOptions, *limited, "quantity")
-    from conrod.cli.validate_file import validate_file
-
-    validate_file(Path(file), asked.scene, asked)
+        _check_endings(asked)
+        from conrod.cli.validate_scenes import judging
+    return judging(asked)
 
 
 def _is_spatial(asked: Request) -> bool:
@@ -91,28 +100,21 @@ def _is_spatial(asked: Request) -> bool:
 
     names = [name for name in asked.subjects if name in (*MACHINES, SPATIAL)]
     models = bool(asked.subjects) and all(name.lower().endswith(MODELS) for name in asked.subjects)
-    scene = asked.scene
     if names and len(names) < len(asked.subjects):
         other = next(name for name in asked.subjects if name not in names)
         raise InvalidInput(f"{names[0]} is a machine in space, {other} is not: they are validated one after the other")
+    scene = asked.scene
     return bool(names) or (models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)))
 
 
-def _check_endings(subjects: Sequence[str], scene: str | None) -> None:
-    """Refuse a file of no kind that can be judged, which is no scene either."""
-    for name in subjects:
+def _check_endings(asked: Request) -> None:
+    """Refuse a file of no kind that can be judged, which is no scene either, and what is for a file."""
+    for name in asked.subjects:
         if name.lower().endswith(MECHANISMS):
             continue
-        if Path(name).is_file() or (scene is not None and Path(name).suffix):
-            raise _unknown_ending(name)
-
-
-def _unknown_ending(name: str) -> InvalidInput:
-    return InvalidInput(f"{name}: a file is known by its ending, one of {', '.join(FILES)}; save a sheet as CSV")
-
-
-def check_file(path: Path) -> None:
-    """Refuse what is no file that can be judged; raises InvalidInput, which says why."""
-    check_readable(path)
-    if not path.name.lower().endswith(FILES):
-        raise _unknown_ending(str(path))
+        if Path(name).is_file() or (asked.scene is not None and Path(name).suffix):
+            check_readable(Path(name))
+            known = ", ".join(FILES)
+            raise InvalidInput(f"{name}: a file is known by its ending, one of {known}; save a sheet as CSV")
+    if asked.scene is not None:
+        raise InvalidInput(f"--scene {asked.scene} is for a file; a scene is named as it is")

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any
 
-from rich.text import Text
-
-from conrod.cli import FAILED, waiting
-from conrod.cli.baseline import Holding, holds
-from conrod.cli.options import refuse
-from conrod.cli.outputs import outputs
-from conrod.cli.validate_request import DEFAULT_REVOLUTIONS, FMUS, MODELS, ModelOptions, Request, TableOptions
+from conrod.cli import waiting
+from conrod.cli.options import RUNS, refuse
+from conrod.cli.validate_request import FMUS, MODEL, MODELS, MOTION, TABLE, TABLES, Judge, Judging, Request
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_count, parse_quantity
 from conrod.own.files import as_outputs_must_not_be, check_readable, of_file
@@ -27,192 +21,139 @@ from conrod.own.tables.estimation import parse_estimate
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory, user_model
-from conrod.report.kind import Kind
-from conrod.report.table import Table
-from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.terminal import Part, said, under
 from conrod.scenes import Scene
-from conrod.studies.execution import local
-from conrod.studies.frame.baseline import Held
-from conrod.studies.frame.resolve_arguments import (
-    REVOLUTIONS,
-    TOLERANCES,
-    parse_tolerance,
-    scene_text,
-    select_scene,
-)
-from conrod.studies.frame.writing import naming
+from conrod.studies.execution.local import FILE_TIMEOUT, confined
+from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, parse_tolerance, select_scene
 
-Part: TypeAlias = Table | tuple[str, Sequence[str]]  # a table, or sentences under their subject
-Judge = Callable[[Path, str | Scene, Request], Any]
 STEPS = 1000  # a revolution, of an FMU
 # A table of the most rows that are kept is read in a tenth of it.
 READING = 300.0  # [s]
-TONES = {True: "green", False: "red", None: "default"}
 
 
-class Subject(NamedTuple):
-    """A kind of file: its report, how it is judged, shown and put in words, and the longest time that takes [s]."""
-
-    kind: Kind[Any]
-    judge: Judge
-    show: Callable[[Any], None]
-    verdict: Callable[[Any], str]
-    timeout: float
-
-
-def validate_file(path: Path, scene: str, asked: Request) -> None:
-    """Judge a file, print what was found, and write what is to be written; raises InvalidInput as its judge."""
-    from conrod.cli.verification import Dossier
-
-    subject = subject_of(path)
-    part, its_name = part_of(subject, path), "the FMU" if is_fmu(path) else "the table"
-    given = as_outputs_must_not_be(path) if subject is MODEL else {its_name: path}
-    name, machine = select_scene(scene, asked.assignments)
-    holding = Holding.of(asked, {name: machine})
-    files, dossier = outputs(subject.kind, [part], asked, given), Dossier.of(asked, {part: machine})
-    with waiting(path, asked.timeout if is_fmu(path) else subject.timeout):
-        found = subject.judge(path, scene, asked)
-        baseline = held_file(holding, subject.judge, path, asked, found)
-    with naming("standard output"):
-        subject.show(found)
-    files.write({part: found}, "validate", {part: str(path)}, asked)
-    if dossier:
-        dossier.write(found, subject.verdict(found))
-    if not holds(baseline) or found.passed is False:
-        sys.exit(FAILED)
-
-
-def held_file(holding: Holding | None, judge: Judge, path: Path, asked: Request, found: Any) -> Held | None:
-    """A study of a file held against the baseline, if any; it is judged again as that needs."""
-    own = replace(asked, assignments=())
-
-    def again(others: Sequence[Mapping[str, Scene]]) -> list[list[Any]]:
-        return [[judge(path, scene, own) for scene in scenes.values()] for scenes in others]
-
-    return None if holding is None else holding.held((found,), again)
-
-
-def print_found(headline: str, passed: bool | None, parts: Iterable[Part]) -> None:
-    """Print a verdict, and below it tables, and sentences by subject."""
-    out = console()
-    print_lines(out, [Text(headline, TONES[passed])])
-    for part in parts:
-        if isinstance(part, Table):
-            print_table(out, part)
-        elif part[1]:
-            print_lines(out, ("", part[0]))
-            print_lines(out, part[1], indent=2)
-
-
-def _turns(asked: Request) -> float:
-    turns = DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
-    check_count("--revolutions", turns, *REVOLUTIONS)
-    return float(turns)
-
-
-# -- a model ---------------------------------------------------------------------------------------------------------
-
-
-def judge_model(path: Path, scene: str | Scene, asked: Request) -> ModelStudy:
-    """A model against the machine that a scene is, in a process of its own.
+def judging(asked: Request) -> Judging:
+    """A user's own model, FMU or table against a scene.
 
     Raises:
-        InvalidInput: the model cannot be used, or is not what was said.
+        InvalidInput: it cannot be judged, or an option is not for it.
     """
+    file = next(name for name in asked.subjects if name.lower().endswith((*MODELS, *FMUS, *TABLES)))
+    path, is_fmu = Path(file), file.lower().endswith(FMUS)
+    check_readable(path)
+    if len(asked.subjects) > 1:
+        others = [name for name in asked.subjects if name != file]
+        beside = f"without {others[0]}" if others else "but it is named twice"
+        raise InvalidInput(f"{file}: a file is judged on its own, {beside}")
+    if asked.scene is None:
+        raise InvalidInput(f"{file}: say with --scene what machine it is; `conrod show` lists them")
+    refuse(asked, "--scene: it is for a model that is its own reference", "drives")
+    limited = ("ledger", "fresh", "jobs", "cluster", "cell_memory") if is_fmu else (RUNS,)
+    refuse(asked, "a file: it is for scenes", MOTION, *limited, "quantity")
+    scene = select_scene(asked.machine or asked.scene, asked.assignments)
+    return _model(path, scene, asked) if file.lower().endswith(MODELS) else _table(path, scene, asked, is_fmu)
+
+
+def _each(path: Path, timeout: float, judged: Callable[[Scene], Any]) -> Judge:
+    """A file judged against each of some scenes."""
+
+    def judge(_: Request, others: Sequence[Mapping[str, Scene]]) -> list[list[Any]]:
+        with waiting(path, timeout):
+            return [[judged(scene) for scene in scenes.values()] for scenes in others]
+
+    return judge
+
+
+# -- a model -----------------------------------------------------------------------------------------------------------
+
+
+def _model(path: Path, named: tuple[str, Scene], asked: Request) -> Judging:
     from conrod.own.models.study import study
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
     refuse(asked, its_own, "engine", "preset", "steps_per_rev", "qualify")
-    refuse(asked, "a model: it is for a table", *(() if asked.measured else (TableOptions,)))
-    machine = select_scene(scene, asked.assignments)[1]
+    refuse(asked, "a model: it is for a table", *(() if asked.measured else (TABLE,)))
+    check_count("--revolutions", asked.turns, *REVOLUTIONS)
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
     rotation, zero = (None if text is None else parse_quantity(name, text, "rad") for name, text in angles.items())
-    judged = question_of(asked, machine), GivenFrame(asked.plane, rotation, zero), _turns(asked), tolerance
-    return local.confined(study, path, (scene_text(scene), machine), *judged, asked.report is not None)
+    given = question_of(asked, named[1]), GivenFrame(asked.plane, rotation, zero), float(asked.turns), tolerance
+
+    def judged(scene: Scene) -> ModelStudy:
+        return confined(study, path, (asked.scene, scene), *given, asked.report is not None)
+
+    return Judging(
+        kind=user_model.KIND,
+        typed={path.stem: str(path)},
+        parts=[path.stem],
+        judge=_each(path, FILE_TIMEOUT, judged),
+        told=lambda found: model_found(*found),
+        verdict=user_model.verdict,
+        scenes=dict([named]),
+        inputs=as_outputs_must_not_be(path),
+    )
 
 
-def question_of(options: ModelOptions, scene: Scene) -> Question:
-    """Return what the options ask of the model.
+def question_of(asked: Request, scene: Scene) -> Question:
+    """What the options ask of the model.
 
     Raises:
         InvalidInput: the crank or a point is missing, unknown or given twice.
     """
     mechanism = scene.mechanism()
     observed = [point.name for point in mechanism.observed]
-    if options.crank is None:
+    if asked.crank is None:
         raise InvalidInput("say which joint of the model is driven: --crank JOINT")
-    if not options.points:
+    if not asked.points:
         raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
-    places, contacts = places_of(options.points, observed), len(mechanism.cam_contacts)
-    controls = controls_of(options.controls)
-    return Question(options.crank, places, mechanism.mobility, contacts, options.keyframe, controls)
+    places, contacts = places_of(asked.points, observed), len(mechanism.cam_contacts)
+    return Question(asked.crank, places, mechanism.mobility, contacts, asked.keyframe, controls_of(asked.controls))
 
 
-def print_model_study(found: ModelStudy) -> None:
+def model_found(found: ModelStudy) -> Iterator[Part]:
     """Verdict, runs, frame, wiring, paths."""
-    parts: list[Part] = [
-        user_model.runs_table(found),
-        ("runs", list(user_model.drive(found))),
-        *user_model.findings(found).items(),
-    ]
-    headline = f"{found.file}: {user_model.verdict(found)}"
-    print_found(headline, found.passed, parts)
+    yield said(f"{found.file}: {user_model.verdict(found)}", found.passed)
+    yield user_model.runs_table(found)
+    for subject, lines in {"runs": user_model.drive(found), **user_model.findings(found)}.items():
+        yield from under(subject, lines)
 
 
 # -- a table, or an FMU that makes one ---------------------------------------------------------------------------------
 
 
-def judge_table(path: Path, scene: str | Scene, asked: Request) -> TableStudy:
-    """A table, or the trajectory of an FMU, against the machine that a scene is.
-
-    Raises:
-        InvalidInput: the file or an option cannot be used; those of an engine's runs may not be given for a table.
-    """
-    runs_itself = is_fmu(path)
-    what = "an FMU" if runs_itself else "a table"
-    refuse(asked, f"{what}: it is for a model", ModelOptions)
-    ours = () if runs_itself else ("preset", "steps_per_rev", "revolutions")
+def _table(path: Path, named: tuple[str, Scene], asked: Request, is_fmu: bool) -> Judging:
+    what, ours = ("an FMU", ()) if is_fmu else ("a table", ("preset", "steps_per_rev", "revolutions"))
+    refuse(asked, f"{what}: it is for a model", MODEL)
     refuse(asked, f"{what}: it is for runs of an engine", "engine", "qualify", *ours)
-    machine = select_scene(scene, asked.assignments)[1]
+    check_count("--revolutions", asked.turns, *REVOLUTIONS)
+    points = tuple(named[1].lengths)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
     estimated = () if asked.estimate is None else parse_estimate(asked.estimate)
-    points = tuple(machine.lengths)
     wanted = request(asked.columns, asked.units, points)
-    check_readable(path)
-    with of_file(path):
-        if runs_itself:
-            steps = STEPS if asked.steps_per_rev is None else asked.steps_per_rev
-            reading = run_fmu(path, machine, wanted, asked.preset, steps, _turns(asked), asked.timeout)
-        else:
-            reading = local.confined(read_table, path, points, wanted, timeout=READING)
-        return study_table(str(path), scene_text(scene), machine, reading, estimated, allowed)
+
+    def judged(scene: Scene) -> TableStudy:
+        with of_file(path):
+            if is_fmu:
+                steps = STEPS if asked.steps_per_rev is None else asked.steps_per_rev
+                reading = run_fmu(path, scene, wanted, asked.preset, steps, float(asked.turns), asked.timeout)
+            else:
+                reading = confined(read_table, path, points, wanted, timeout=READING)
+            return study_table(str(path), str(asked.scene), scene, reading, estimated, allowed)
+
+    return Judging(
+        kind=trajectory.KIND,
+        typed={trajectory.PART: str(path)},
+        parts=[trajectory.PART],
+        judge=_each(path, asked.timeout if is_fmu else READING, judged),
+        told=lambda found: table_found(*found),
+        verdict=trajectory.verdict_text,
+        scenes=dict([named]),
+        inputs={f"the {what.split()[-1]}": path},
+    )
 
 
-def print_table_study(study: TableStudy) -> None:
+def table_found(found: TableStudy) -> Iterator[Part]:
     """Verdict, errors, the table's columns, what was estimated, notes and causes."""
-    parts: list[Part] = [
-        trajectory.errors_table(study),
-        (trajectory.summary_line(study), trajectory.findings(study)),
-        trajectory.columns_table(study),
-    ]
-    print_found(f"{study.file}: {trajectory.verdict_text(study)}", study.passed, parts)
-
-
-MODEL = Subject(user_model.KIND, judge_model, print_model_study, user_model.verdict, local.FILE_TIMEOUT)
-TABLE = Subject(trajectory.KIND, judge_table, print_table_study, trajectory.verdict_text, READING)
-
-
-def is_fmu(path: Path) -> bool:
-    """True if a file is an FMU, by its ending."""
-    return path.name.lower().endswith(FMUS)
-
-
-def part_of(subject: Subject, path: Path) -> str:
-    """The part of the report that a file is."""
-    return trajectory.PART if subject is TABLE else path.stem
-
-
-def subject_of(path: Path) -> Subject:
-    """Kind of a file, by its ending."""
-    return MODEL if path.name.lower().endswith(MODELS) else TABLE
+    yield said(f"{found.file}: {trajectory.verdict_text(found)}", found.passed)
+    yield trajectory.errors_table(found)
+    yield from under(trajectory.summary_line(found), trajectory.findings(found))
+    yield trajectory.columns_table(found)

@@ -2,58 +2,49 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.text import Text
-
-from conrod.cli import FAILED, waiting
-from conrod.cli.options import as_given
-from conrod.cli.outputs import outputs
-from conrod.cli.validate_request import MODELS, Request
+from conrod.cli import waiting
+from conrod.cli.options import refuse_others
+from conrod.cli.validate_request import MODELS, Judging, Request
 from conrod.engines import engine_named
-from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.results import Invariance, InvarianceStudy
 from conrod.own.files import check_readable
 from conrod.own.models.request import Controls, controls_of
 from conrod.report.invariances import KIND, finding, invariances_table, notes
-from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.terminal import Part, said
 from conrod.scenes import Scene
 from conrod.studies.execution.local import FILE_TIMEOUT, confined
 from conrod.studies.frame.resolve_arguments import select_scenes
-from conrod.studies.frame.writing import naming
 
 TAKEN = ("--keyframe", "--seconds", "--ctrl", "--set", "--out", "--json", "--invariances")
 
 
-def validate_invariances(asked: Request) -> None:
-    """Study all subjects, print what was found, write what is to be written; raises InvalidInput for bad usage."""
-    if other := next((name for name in as_given(asked) if name not in TAKEN), None):
-        raise InvalidInput(f"{other} does not go with --invariances, which takes {', '.join(TAKEN[:-1])}")
+def judging(asked: Request) -> Judging:
+    """Invariances of all subjects; raises InvalidInput for bad usage."""
+    refuse_others(asked, "--invariances", *TAKEN)
     if asked.seconds is not None:
         check_number("--seconds", asked.seconds, 1e-9, 1e9, "s")
     models = [name for name in asked.subjects if name.lower().endswith(MODELS)]
     for name in models:
         check_readable(Path(name))
-    names = [name for name in asked.subjects if name not in models]
-    scenes = select_scenes(names, asked.assignments) if names or not models else {}
-    files = outputs(KIND, [*(Path(name).stem for name in models), *scenes], asked)
-    found = {}
-    for name in models:
-        with waiting(Path(name), FILE_TIMEOUT):
-            found[Path(name).stem] = of_file(name, Path(name), asked, controls_of(asked.controls))
-    for name, scene in scenes.items():
-        found[name] = of_scene(name, scene, asked)
-    with naming("standard output"):
-        for study in found.values():
-            _show(study)
-    typed = dict(zip(found, [*models, *(names or scenes)], strict=True))
-    files.write(found, "validate", typed, asked)
-    if not all(study.passed for study in found.values()):
-        sys.exit(FAILED)
+    controls, named = controls_of(asked.controls), [name for name in asked.subjects if name not in models]
+    scenes = select_scenes(named, asked.assignments) if named or not models else {}
+
+    def judge(_: Request, others: Sequence[Mapping[str, Scene]]) -> list[list[InvarianceStudy]]:
+        found = []
+        for name in models:
+            with waiting(Path(name), FILE_TIMEOUT):
+                found.append(of_file(name, Path(name), asked, controls))
+        return [[*found, *(of_scene(name, scene, asked) for name, scene in one.items())] for one in others]
+
+    parts = [*(Path(name).stem for name in models), *scenes]
+    typed = dict(zip(parts, [*models, *(named or scenes)], strict=True))
+    return Judging(KIND, typed, parts, judge, invariances_found, finding, scenes)
 
 
 def of_file(name: str, path: Path, asked: Request, controls: Controls) -> InvarianceStudy:
@@ -85,8 +76,9 @@ def _worse(own: Invariance, orders: Invariance | None) -> Invariance:
     return orders
 
 
-def _show(study: InvarianceStudy) -> None:
-    out = console()
-    print_lines(out, [Text(f"{study.name}: {finding(study)}", "green" if study.passed else "red")])
-    print_table(out, invariances_table(study))
-    print_lines(out, [*notes(study), ""])
+def invariances_found(studies: Sequence[InvarianceStudy]) -> Iterator[Part]:
+    """Of each model the finding, what was changed, and notes."""
+    for study in studies:
+        yield said(f"{study.name}: {finding(study)}", study.passed)
+        yield invariances_table(study)
+        yield from (*notes(study), "")

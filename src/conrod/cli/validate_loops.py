@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.text import Text
-
-from conrod.cli import FAILED, waiting
-from conrod.cli.options import as_given
-from conrod.cli.outputs import outputs
-from conrod.cli.validate_file import Subject
-from conrod.cli.validate_request import Request
+from conrod.cli import waiting
+from conrod.cli.options import refuse_others
+from conrod.cli.validate_request import Judging, Request
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
 from conrod.mechanism.units import check_number, in_prose, parse_quantity
@@ -21,63 +17,47 @@ from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.loops import KIND, finding, how_exact, runs_table, what_moves
-from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.table import Verbatim
+from conrod.report.terminal import Part, said, under
 from conrod.scenes.space import MACHINES, SPATIAL
 from conrod.studies.execution.local import FILE_TIMEOUT, confined
-from conrod.studies.frame.writing import naming
 
 TAKEN = (
-    "--drive",
-    "--engine",
-    "--ctrl",
-    "--keyframe",
-    "--point",
-    "--scene",
-    "--seconds",
-    "--tolerance",
-    "--out",
-    "--html",
-    "--report",
-    "--json",
+    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
+    *("--engine", "--out", "--html", "--report", "--json"),
 )
 
 
-def is_spatial(name: str) -> bool:
-    """True if a name is that of a spatial machine."""
-    return name in MACHINES
-
-
-def validate_loops(asked: Request) -> None:
-    """Judge model files and spatial machines, print what was found, write what is to be written.
+def judging(asked: Request) -> Judging:
+    """Model files and spatial machines by their own exact motion.
 
     Raises:
         InvalidInput: bad usage, or a model that cannot be used.
     """
-    from conrod.cli.verification import Dossier
-
     subjects = tuple(MACHINES) if SPATIAL in asked.subjects else asked.subjects
-    question, named = question_of(asked), [name for name in subjects if not is_spatial(name)]
+    named = [name for name in subjects if name not in MACHINES]
     for name in named:
         check_readable(Path(name))
-    parts = {name if is_spatial(name) else Path(name).stem: name for name in subjects}
+    question, inputs = question_of(asked), dict[str, Path]()
+    parts = {name if name in MACHINES else Path(name).stem: name for name in subjects}
     if hidden := [name for name in subjects if name not in parts.values()] or subjects[len(parts) :]:
         raise InvalidInput(f"{hidden[0]}: another has the same name in the report: judge it by itself")
-    guarded = dict[str, Path]()
     for name in named:
-        guarded |= as_outputs_must_not_be(Path(name))
-    files, dossier = outputs(KIND, parts, asked, guarded), Dossier.of(asked, dict.fromkeys(parts))
-    found = {}
-    for part, name in parts.items():
+        inputs |= as_outputs_must_not_be(Path(name))
+
+    def judged(part: str, name: str) -> LoopStudy:
         with waiting(name, FILE_TIMEOUT):
-            found[part] = judge_machine(name, question) if is_spatial(name) else judge(Path(name), question, part)
-    with naming("standard output"):
-        for one in found.values():
-            show(one)
-    files.write(found, "validate", parts, asked)
-    if dossier:
-        dossier.write(one, finding(one))
-    if not all(one.passed for one in found.values()):
-        sys.exit(FAILED)
+            return judge_machine(name, question) if name in MACHINES else judge(Path(name), question, part)
+
+    return Judging(
+        kind=KIND,
+        typed=parts,
+        parts=list(parts),
+        judge=lambda _, others: [[judged(*one) for one in parts.items()] for _ in others],
+        told=loops_found,
+        verdict=finding,
+        inputs=inputs,
+    )
 
 
 def judge_machine(name: str, question: Question) -> LoopStudy:
@@ -100,11 +80,6 @@ def judge(path: Path, question: Question, name: str) -> LoopStudy:
     return confined(study, path, question, name)
 
 
-def judge_file(path: Path, _: object, asked: Request) -> LoopStudy:
-    """A model file as the options ask; raises InvalidInput where it or one of them cannot be used."""
-    return judge(path, question_of(asked), path.stem)
-
-
 def question_of(asked: Request) -> Question:
     """The question that the options ask.
 
@@ -113,12 +88,11 @@ def question_of(asked: Request) -> Question:
     """
     if others := [name for name in asked.engine if name != "mujoco"]:
         raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
-    if other := next((name for name in as_given(asked) if name not in TAKEN), None):
-        raise InvalidInput(f"{other} does not go with --drive, which takes {', '.join(TAKEN[1:])}")
+    refuse_others(asked, "--drive", *TAKEN)
     if asked.seconds is not None:
         check_number("--seconds", asked.seconds, 1e-6, 1e6, "s")
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
-    if not drives and asked.scene is not None and is_spatial(asked.scene):
+    if not drives and asked.scene is not None and asked.scene in MACHINES:
         drives = dict(MACHINES[asked.scene]().drives)
     points = tuple(place.removeprefix("site:").removeprefix("body:") for place in asked.points)
     allowed = tolerance_of(asked.tolerance)
@@ -137,17 +111,11 @@ def tolerance_of(text: str | None) -> dict[str, float]:
     return found
 
 
-def show(study: LoopStudy) -> None:
-    """Print the finding, what moves, the runs and how exact they are."""
-    out = console()
-    print_lines(out, [Text(f"{study.file}: {finding(study)}", "green" if study.passed else "red")])
-    for title, lines in {"what moves": what_moves(study), "how exact": how_exact(study)}.items():
-        print_lines(out, ("", title))
-        print_lines(out, lines, indent=2)
-    print_lines(out, [""])
-    print_table(out, runs_table(study))
-    if study.paste:
-        print_lines(out, ["the cheapest settings within tolerance, to paste:", study.paste], verbatim=True)
-
-
-LOOPS = Subject(KIND, judge_file, show, finding, FILE_TIMEOUT)
+def loops_found(studies: Sequence[LoopStudy]) -> Iterator[Part]:
+    """Of each model the finding, what moves, the runs and how exact they are."""
+    for study in studies:
+        yield said(f"{study.file}: {finding(study)}", study.passed)
+        yield from (*under("what moves", what_moves(study)), *under("how exact", how_exact(study)), "")
+        yield runs_table(study)
+        if study.paste:
+            yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from conrod.cli import FAILED
-from conrod.cli.baseline import Holding, holds
 from conrod.cli.options import chosen_engines, refuse
-from conrod.cli.outputs import outputs
-from conrod.cli.runner import Runner, processes_of
-from conrod.cli.validate_request import Request
+from conrod.cli.runner import Runner
+from conrod.cli.validate_request import MODEL, MOTION, TABLE, Judging, Request
 from conrod.engines import Engine
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.report.kind import Kind
 from conrod.report.results import name_of, summary_words, verdict_words
-from conrod.report.terminal import console, print_lines, print_table
+from conrod.report.terminal import Part
 from conrod.scenes import Scene
-from conrod.studies.frame.baseline import Held
-from conrod.studies.frame.case import Study, pursue
+from conrod.studies.frame.case import Study
 from conrod.studies.frame.resolve_arguments import (
     MOST_SAMPLES,
     MOST_STREAMED,
@@ -31,15 +26,12 @@ from conrod.studies.frame.resolve_arguments import (
     select_scenes,
 )
 from conrod.studies.frame.result import SceneResults, study_of
-from conrod.studies.frame.writing import naming
 
 if TYPE_CHECKING:
     from conrod.studies.forces.results import ForceStudy
     from conrod.studies.free_motion.results import MotionStudy
-    from conrod.studies.validation.plan import Plan
     from conrod.studies.validation.results import SceneStudy
 
-DEFAULT_REVOLUTIONS = 2
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
 
@@ -52,70 +44,36 @@ class Chosen:
     presets: Mapping[str, tuple[str, ...]]
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Measurement on scenes, and its report.
-
-    Attributes:
-        kind: of the report.
-        study: returns a study of each scene.
-        show: prints what was found.
-    """
-
-    kind: Kind[Any]
-    study: Study[Sequence[Any]]
-    show: Callable[[Sequence[Any]], None]
-
-
-def validate_scenes(asked: Request) -> None:
-    """Run what the ledger does not have, print verdicts, write what is to be written.
+def judging(asked: Request, scenes: Mapping[str, Scene] | None = None) -> Judging:
+    """What was asked for of scenes, those that are given in place of those named.
 
     Raises:
-        InvalidInput: what was asked for does not fit together, before anything is run.
+        InvalidInput: it does not fit together.
     """
-    from conrod.cli.verification import Dossier
-
-    scenes = select_scenes(asked.subjects, asked.assignments)
-    measured, holding = measured_of(asked, scenes), Holding.of(asked, scenes)
-    files, dossier = outputs(measured.kind, scenes, asked), Dossier.of(asked, scenes)
-    with Runner.of(replace(asked, fresh=True) if holding else asked) as runner:
-        found = runner.pursue(measured.study)
-        baseline = held_scenes(holding, asked, found, runner)
-    with naming("standard output"):
-        measured.show(found)
-    with processes_of(asked) as executor:
-        # One page is drawn here and now; several by all processes.
-        draw = executor.map if len(found) > 1 else map
-        every = {one.name: one for one in found}
-        files.write(every, "validate", asked.subjects, asked, draw=draw)
-    if dossier:
-        dossier.write(found[0], scene_verdict(found[0]))
-    if not holds(baseline) or not all(one.passed for one in found):
-        sys.exit(FAILED)
-
-
-def measured_of(asked: Request, scenes: Mapping[str, Scene]) -> Measured:
-    """The measurement that was asked for; raises InvalidInput as `validate_scenes`."""
+    refuse(asked, "a scene: it is for a file", MODEL, *(() if asked.measured else (TABLE,)))
+    if asked.motion is None:
+        refuse(asked, "a crank at constant speed: it is for --motion free and --motion torque", MOTION)
+    scenes = select_scenes(asked.subjects, asked.assignments) if scenes is None else scenes
     engines = chosen_engines(asked.engine)
-    chosen = Chosen(scenes, engines, select_presets(engines, asked.preset))
-    if asked.motion is not None:
-        return _free_motion(asked, chosen)
-    return _steady_motion(asked, chosen) if asked.quantity is None else _forces(asked, chosen)
+    presets = select_presets(engines, asked.preset)
+    measure = _free_motion if asked.motion is not None else _steady_motion if asked.quantity is None else _forces
+    kind, _, told = measure(asked, Chosen(scenes, engines, presets))
+
+    def judge(own: Request, others: Sequence[Mapping[str, Scene]]) -> list[Sequence[Any]]:
+        with Runner.of(own) as runner:
+            return runner.pursue([measure(own, Chosen(one, engines, presets))[1] for one in others])
+
+    return Judging(kind, asked.subjects, list(scenes), judge, told, scene_verdict, scenes)
 
 
-def held_scenes(holding: Holding | None, asked: Request, found: Sequence[Any], runner: Runner) -> Held | None:
-    """Hold results against the baseline, if any; run what that needs."""
-    own = replace(asked, qualify=False)
-
-    def again(others: Sequence[Mapping[str, Scene]]) -> list[Sequence[Any]]:
-        with runner.answering() as run:
-            return pursue([measured_of(own, scenes).study for scenes in others], run)
-
-    return None if holding is None else holding.held(found, again)
+def scene_verdict(study: SceneResults[Any]) -> str:
+    """The verdict in words: each result that is out of tolerance, or that none is."""
+    failed = [f"{' '.join(name_of(one))}: {verdict_words(one)}" for one in study.results if one.passed is False]
+    return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
 
 
-def _turns(asked: Request) -> int:
-    return DEFAULT_REVOLUTIONS if asked.revolutions is None else asked.revolutions
+# The kind of its report, the study, and what is told of its findings.
+Measured = tuple[Kind[Any], Study[Sequence[Any]], Callable[[Sequence[Any]], Iterator[Part]]]
 
 
 # -- motion at constant crank speed ------------------------------------------------------------------------------------
@@ -123,45 +81,36 @@ def _turns(asked: Request) -> int:
 
 def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.report.validation import KIND
-
-    most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
-    plan = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), asked.tolerance, most)
-    return Measured(kind=KIND, study=_validation(chosen, plan, asked.qualify), show=print_verdicts)
-
-
-def _validation(chosen: Chosen, plan: Plan, qualify: bool) -> Study[Sequence[SceneStudy]]:
     from conrod.studies.validation.study import validation
 
-    found = yield from validation(chosen.scenes, chosen.engines, chosen.presets, plan)
-    if not qualify:
-        return found
-    from conrod.studies.detection.qualification import qualified
+    most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
+    plan = make_plan(chosen.scenes, asked.steps_per_rev, asked.turns, asked.tolerance, most)
 
-    return (yield from qualified(found, chosen.scenes, chosen.engines, plan))
+    def study() -> Study[Sequence[SceneStudy]]:
+        found = yield from validation(chosen.scenes, chosen.engines, chosen.presets, plan)
+        if not asked.qualify:
+            return found
+        from conrod.studies.detection.qualification import qualified
+
+        return (yield from qualified(found, chosen.scenes, chosen.engines, plan))
+
+    return KIND, study(), verdicts
 
 
-def print_verdicts(studies: Sequence[SceneStudy]) -> None:
+def verdicts(studies: Sequence[SceneStudy]) -> Iterator[Part]:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
     from conrod.report.validation_tables import added_words, qualification_table, verdicts_table
 
-    out = console()
-    print_table(out, verdicts_table(studies))
-    print_lines(out, (f"{study.name}: {words}" for study in studies for words in added_words(study)))
+    yield verdicts_table(studies)
+    yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)
         for study in studies
         for result in study.results
         if result.passed is None and result.tolerance.reason
     )
-    print_lines(out, (f"{scene}: tolerances: {reason}" for scene, reason in reasons))
-    for study in studies:
-        print_table(out, qualification_table(study))
-
-
-def scene_verdict(study: SceneResults[Any]) -> str:
-    """The verdict in words: each result that is out of tolerance, or that none is."""
-    failed = [f"{' '.join(name_of(one))}: {verdict_words(one)}" for one in study.results if one.passed is False]
-    return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
+    yield from (f"{scene}: tolerances: {reason}" for scene, reason in reasons)
+    yield from map(qualification_table, studies)
 
 
 # -- the forces in it --------------------------------------------------------------------------------------------------
@@ -174,10 +123,9 @@ def _forces(asked: Request, chosen: Chosen) -> Measured:
     refuse(asked, "--quantity: it qualifies the verdict on the motion, and on its forces beside it", "qualify")
     quantities = _quantities(str(asked.quantity), chosen.scenes)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
-    run = make_plan(chosen.scenes, asked.steps_per_rev, _turns(asked), None)
+    run = make_plan(chosen.scenes, asked.steps_per_rev, asked.turns, None)
     plan = ForcePlan(run.steps_per_revolution, run.revolutions, allowed, quantities)
-    study = study_of(ForceCase, chosen.scenes, chosen.engines, chosen.presets, plan)
-    return Measured(kind=KIND, study=study, show=print_forces)
+    return KIND, study_of(ForceCase, chosen.scenes, chosen.engines, chosen.presets, plan), force_verdicts
 
 
 def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
@@ -199,13 +147,12 @@ def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
     return tuple(name for name in GROUPS if name in given)
 
 
-def print_forces(found: Sequence[ForceStudy]) -> None:
+def force_verdicts(found: Sequence[ForceStudy]) -> Iterator[Part]:
     """Largest errors, observed orders, verdict."""
     from conrod.report.forces import tolerance_reasons, verdicts_table
 
-    out = console()
-    print_table(out, verdicts_table(found))
-    print_lines(out, (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results)))
+    yield verdicts_table(found)
+    yield from (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results))
 
 
 # -- motion without a drive --------------------------------------------------------------------------------------------
@@ -217,6 +164,7 @@ def _free_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.free_motion.plan import MOTIONS, MotionPlan, instants
     from conrod.studies.free_motion.results import QUANTITIES
 
+    refuse(asked, "--motion: it is for a crank at constant speed", "qualify", "quantity")
     refuse(asked, "--motion: nothing turns the crank steadily", "steps_per_rev", "revolutions", "baseline")
     if asked.motion not in MOTIONS:
         raise unknown_choice("motion", str(asked.motion), MOTIONS)
@@ -231,15 +179,12 @@ def _free_motion(asked: Request, chosen: Chosen) -> Measured:
         instants(plan, asked.seconds)
     for name, scene in chosen.scenes.items():
         plan.mechanism(scene.kinematics.mechanism, name)
-    return Measured(
-        kind=KIND, study=motion_study(chosen.scenes, chosen.engines, chosen.presets, plan), show=print_motions
-    )
+    return KIND, motion_study(chosen.scenes, chosen.engines, chosen.presets, plan), motion_verdicts
 
 
-def print_motions(studies: Sequence[MotionStudy]) -> None:
+def motion_verdicts(studies: Sequence[MotionStudy]) -> Iterator[Part]:
     """Errors in time, and what is to be said of the exact motion."""
     from conrod.report.free_motion import exact_words, loads_words, verdicts_table
 
-    out = console()
-    print_table(out, verdicts_table(studies))
-    print_lines(out, (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies))
+    yield verdicts_table(studies)
+    yield from (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from conrod.cli import say
-from conrod.cli.options import RunOptions, as_given, refuse
+from conrod.cli.options import RUNS, as_given
 from conrod.cli.outputs import reproduction
 from conrod.cli.validate_invariances import of_file, of_scene
-from conrod.cli.validate_request import MODELS, Request, VerificationOptions
+from conrod.cli.validate_request import MODELS, Judging, Request
 from conrod.errors import InvalidInput, named_values
 from conrod.mechanism.units import parse_quantity
 from conrod.mjcf.results import InvarianceStudy
@@ -37,7 +37,7 @@ from conrod.studies.frame.result import SceneResults
 from conrod.studies.frame.writing import single, write_together
 from conrod.studies.limits.results import LimitStudy
 
-NOT_SHOWN = ("report", "assignments", "out", "document", "html", "baseline", "accept")
+NOT_SHOWN = ("report", "out", "document", "html", "baseline", "accept")
 
 
 @dataclass(frozen=True)
@@ -60,18 +60,15 @@ class Dossier:
     uncertainties: Mapping[str, float]
 
     @classmethod
-    def of(cls, asked: Request, parts: Mapping[str, Scene | None]) -> Dossier | None:
-        """The report that is asked for, if any, on what is judged: one part.
+    def of(cls, asked: Request, work: Judging) -> Dossier:
+        """The report that is asked for, on what is judged: one part.
 
         Raises:
             InvalidInput: it cannot be made, or something would be lost by it.
         """
-        if asked.report is None:
-            refuse(asked, "no --report", VerificationOptions)
-            return None
-        if len(parts) != 1 or not asked.subjects:
+        if len(work.parts) != 1 or not asked.subjects:
             raise InvalidInput("--report: a verification report is on one machine or file: name it")
-        (scene,) = parts.values()
+        scene = next(iter(work.scenes.values()), None)
         beside = {f"the input {name}": Path(name) for name in _typed(asked)[1:] if Path(name).is_file()}
         given = {"--json": asked.document, "--html": asked.html, "--report": asked.report}
         file = files_to_write(given, beside)["--report"]
@@ -104,8 +101,8 @@ class Dossier:
         }.items():
             found[section] = content
             deviations += off
-        given, target = as_given(self.asked, RunOptions, *NOT_SHOWN), ("--report", self.file)
-        command = reproduction("validate", {"": subject}, given, self.asked.assignments, target).of("")
+        given, target = as_given(self.asked, RUNS, *NOT_SHOWN), ("--report", self.file)
+        command = reproduction("validate", {"": subject}, given, target).of("")
         deviations += [*moves, *([verdict] if study.passed is False else [])]
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
         return Verification(Path(subject).name, verdict, made, command, found, tuple(deviations))

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import options
 from conrod.cli.options import ReportOptions, RunOptions, option
-
-if TYPE_CHECKING:
-    from conrod.studies.versions import VersionStudy
+from conrod.errors import InvalidInput
 
 DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
 
@@ -25,15 +22,10 @@ class Asked(ReportOptions, RunOptions):
         "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
     )
 
-    @property
-    def given(self) -> dict[str, object]:
-        return options.as_given(self, RunOptions, "assignments", "out", "document")
 
-
-@options.verb()
+@options.verb(Asked)
 @click.argument("engine")
 @click.argument("scenes", nargs=-1, metavar="[SCENE...]")
-@options.gathered("asked", Asked)
 def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what each release of an engine changed: outcome, error, and the last bit of every state.
 
@@ -44,10 +36,9 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.runner import Runner
     from conrod.engines import engine_named
     from conrod.engines.capabilities import Released, required
-    from conrod.errors import InvalidInput
-    from conrod.report.versions import KIND
+    from conrod.report.terminal import Part
+    from conrod.report.versions import KIND, changes_table, headline, unsupported_lines
     from conrod.studies.frame.resolve_arguments import select_scenes
-    from conrod.studies.frame.writing import naming
     from conrod.studies.versions import plan_cases, versions_study
 
     if asked.cluster is not None:
@@ -58,16 +49,5 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     files = outputs(KIND, [engine], asked)
     with Runner.of(asked) as runner:
         study = versions_study(made, chosen, cases, runner.run_in_release)
-    with naming("standard output"):
-        print_versions(study)
-    files.write({engine: study}, "versions", {engine: engine}, asked, {"": scenes})
-
-
-def print_versions(study: VersionStudy) -> None:
-    """Changes with each release, and the releases that could not be had."""
-    from conrod.report.terminal import console, print_lines, print_table
-    from conrod.report.versions import changes_table, headline, unsupported_lines
-
-    out = console()
-    print_table(out, changes_table(study))
-    print_lines(out, [headline(study), *unsupported_lines(study)])
+    told: list[Part] = [changes_table(study), headline(study), *unsupported_lines(study)]
+    files.answer({engine: study}, told, "versions", {engine: engine}, {"": scenes})

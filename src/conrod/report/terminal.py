@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeAlias
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from conrod.report.table import VERDICT, Cell, Table, Toned, text_of, visible
+from conrod.report.table import VERDICT, Cell, Table, Toned, Verbatim, text_of, visible
+from conrod.studies.frame.writing import naming
+
+Part: TypeAlias = Table | str | Text  # a table, or a line; one that is `Verbatim` is to be copied
 
 UNBOUNDED = 100_000  # columns where there is no terminal to fit
 FOLDED = 24  # columns: sentences are not folded narrower, so that verdicts of two words stay on a line
@@ -30,6 +34,28 @@ def console() -> Console:
     # A user's file or body may be called ":key:".
     out = _Console(highlight=False, emoji=False)
     return out if out.is_terminal else _Console(highlight=False, emoji=False, width=UNBOUNDED)
+
+
+def tell(parts: Iterable[Part]) -> None:
+    """Print tables and lines on standard output."""
+    out = console()
+    with naming("standard output"):
+        for part in parts:
+            if isinstance(part, Table):
+                print_table(out, part)
+            else:
+                print_lines(out, [part], verbatim=isinstance(part, Verbatim))
+
+
+def said(text: str, passed: bool | None) -> Text:
+    """A verdict's line in its colour."""
+    return Text(text, {True: "green", False: "red", None: "default"}[passed])
+
+
+def under(subject: str, lines: Iterable[str]) -> list[Part]:
+    """Sentences under their subject, if there are any."""
+    indented = [f"  {line}" for line in lines]
+    return ["", subject, *indented] if indented else []
 
 
 def print_table(out: Console, table: Table) -> None:
