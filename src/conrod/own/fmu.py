@@ -110,27 +110,24 @@ MOST_BYTES = 1 << 30  # models of whole plants unpack to some hundred MB
 BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, ValueError, RuntimeError, OSError)
 
 
-def unpack(path: Path, folder: Path, wanted: Sequence[str]) -> tuple[str, ...]:
-    """Unpack the model description and some folders of an FMU, "binaries/linux64/"; return the names of all its files.
+def unpack(path: Path, folder: str) -> list[str]:
+    """Unpack an FMU; return the names of its files.
 
     Raises:
         InvalidInput: it is no such archive, or one that was made to do harm.
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            entries = {entry.filename: entry.file_size for entry in archive.infolist()}
-            total = sum(entries.values())
-            if DESCRIPTION not in entries:
-                raise InvalidInput(f"it is no FMU: it has no {DESCRIPTION}")
-            if total > MOST_BYTES:
-                raise InvalidInput(f"it unpacks to {len(entries)} files, {total} bytes: more than a model has")
-            named = [name for name in entries if name == DESCRIPTION or name.startswith(tuple(wanted))]
-            archive.extractall(folder, members=named)
-    except InvalidInput:
-        raise
+            names, total = archive.namelist(), sum(entry.file_size for entry in archive.infolist())
+            if DESCRIPTION in names and total <= MOST_BYTES:
+                archive.extractall(folder)
     except BROKEN as error:
         raise InvalidInput(f"it is no zip archive, or a damaged one: {error}") from None
-    return tuple(entries)
+    if total > MOST_BYTES:
+        raise InvalidInput(f"it unpacks to {len(names)} files, {total} bytes: more than a model has")
+    if DESCRIPTION not in names:
+        raise InvalidInput(f"it is no FMU: it has no {DESCRIPTION}")
+    return names
 
 
 # -- the description ---------------------------------------------------------------------------------------------------
@@ -184,8 +181,7 @@ def read_fmu(path: Path, folder: str) -> Description:
         import fmpy
     except ImportError:
         raise InvalidInput("FMPy, which runs FMUs, is not installed: pip install 'conrod[fmi]'") from None
-    folders = [f"binaries/{name}/" for name in (fmpy.platform, fmpy.platform_tuple)]
-    names = unpack(path, Path(folder), [*folders, "resources/"])
+    names = unpack(path, folder)
     try:
         found = fmpy.read_model_description(folder)
     except Exception as error:  # FMPy raises all kinds, and lxml more of them
@@ -196,6 +192,7 @@ def read_fmu(path: Path, folder: str) -> Description:
     if found.fmiVersion == "1.0" or not modes:
         has = f"FMI {found.fmiVersion}, {' and '.join(modes) or 'neither'}"
         raise InvalidInput(f"co-simulation and model exchange of FMI 2.0 and 3.0 are run: it has {has}")
+    folders = [f"binaries/{name}/" for name in (fmpy.platform, fmpy.platform_tuple)]
     if not any(name.startswith(tuple(folders)) for name in names):
         there = sorted({name.rpartition("/")[0] for name in names if name.startswith("binaries/")})
         raise InvalidInput(

@@ -107,7 +107,7 @@ def study_table(
     Raises:
         InvalidInput: a tolerance of what the table has not, or an estimate of what it does not tell.
     """
-    table = Exact(reading.values, scene)
+    table, limits = Exact(reading.values, scene), dict(tolerance or {})
     estimates = estimate(table, asked) if asked else ()
     table = aligned(table, estimates)
     _check_pass(table)
@@ -123,16 +123,19 @@ def study_table(
         errors=table.errors,
         phase=table.phase,
         estimates=estimates,
-        tolerance=dict(tolerance or {}),
+        tolerance={**clock_limits(table, reading, limits), **limits},
         causes=(),
         notes=tuple(_notes(reading, scene)),
     )
-    _check_tolerance(found)
-    clock = clock_limits(table, reading, found.tolerance)
-    found = replace(found, tolerance={**clock, **found.tolerance})
-    if "phase" in found.exceeded and "phase" not in (tolerance or {}):
+    for name in limits:
+        if found.largest(name) is None:
+            what = {"phase": "crank angle", "total": "position"}.get(name, name.removesuffix("_rms"))
+            raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
+    if "phase" in found.exceeded and "phase" not in limits:
         found = replace(found, notes=(*found.notes, CLOCK_NOTE))
-    return replace(found, causes=likely_causes(table, _wrong(found)))
+    # None where all are within tolerance, otherwise all that are worth a note.
+    wrong = [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > NOTEWORTHY]
+    return found if found.passed else replace(found, causes=likely_causes(table, wrong))
 
 
 def _check_pass(table: Exact) -> None:
@@ -146,20 +149,6 @@ def _check_pass(table: Exact) -> None:
             f"the table's times lead from crank angle {found}, out of the pass from {allowed}: time 0 is that of crank "
             f"angle 0, so that the pass begins at {(span[0] if scene.speed > 0.0 else span[1]) / scene.speed:.6g} s"
         )
-
-
-def _check_tolerance(found: TableStudy) -> None:
-    for name in found.tolerance:
-        if found.largest(name) is None:
-            what = {"phase": "crank angle", "total": "position"}.get(name, name.removesuffix("_rms"))
-            raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
-
-
-def _wrong(found: TableStudy) -> list[str]:
-    """Errors to be explained: none where all are within tolerance, otherwise all that are worth a note."""
-    if found.passed:
-        return []
-    return [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > NOTEWORTHY]
 
 
 def _notes(reading: Reading, scene: Scene) -> Iterator[str]:

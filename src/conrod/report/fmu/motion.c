@@ -241,27 +241,6 @@ EXPORT int fmi3CompletedIntegratorStep(Instance *instance, bool no_return, bool 
     return FMI_OK;
 }
 
-/* -- the state: all of an instance -------------------------------------------------------------------------------- */
-
-EXPORT int fmi3GetFMUState(Instance *instance, Instance **state) {
-    if (!*state) *state = malloc(sizeof **state);
-    if (!*state) return failed(instance, "there is no memory for a state");
-    **state = *instance;
-    return FMI_OK;
-}
-
-EXPORT int fmi3SetFMUState(Instance *instance, const Instance *state) {
-    *instance = *state;
-    return FMI_OK;
-}
-
-EXPORT int fmi3FreeFMUState(Instance *instance, Instance **state) {
-    (void)instance;
-    free(*state);
-    *state = NULL;
-    return FMI_OK;
-}
-
 /* -- what has nothing to do, and what there is none of ------------------------------------------------------------ */
 
 /* The arguments are not looked at: the caller clears them away on every platform that FMI names. */
@@ -284,6 +263,9 @@ UNSUPPORTED_TYPE(Clock) UNSUPPORTED_TYPE(IntervalDecimal) UNSUPPORTED_TYPE(Inter
 UNSUPPORTED_TYPE(ShiftDecimal) UNSUPPORTED_TYPE(ShiftFraction)
 UNSUPPORTED(fmi3GetNumberOfVariableDependencies)
 UNSUPPORTED(fmi3GetVariableDependencies)
+UNSUPPORTED(fmi3GetFMUState)
+UNSUPPORTED(fmi3SetFMUState)
+UNSUPPORTED(fmi3FreeFMUState)
 UNSUPPORTED(fmi3SerializedFMUStateSize)
 UNSUPPORTED(fmi3SerializeFMUState)
 UNSUPPORTED(fmi3DeserializeFMUState)
