@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from audits.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles, survey
+from audits.cam_survey import LARGEST_PRESSURE_ANGLE, cams, pressure_angles
 from audits.documents import module, press
 from audits.documents.arc_cam import ArcCam
 from audits.documents.cam import CASES as CAM_CASES
 from audits.documents.module_linkages import RackLinkage, SixBar, least_misfit
 from audits.formulas import cam as formulas
 from audits.items import items_of, shipped_items
-from audits.judged import DOCUMENTS, audit
+from audits.judged import audit
 from audits.judging import Case, Explanation, Item, judge
 from conrod.errors import InvalidInput
 from conrod.own.printed.verdicts import Kind, Number
@@ -25,35 +25,11 @@ from conrod.scenes import catalogue_scene
 # -- the documents ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("document", DOCUMENTS)
-def test_every_item_has_a_verdict_with_a_reason_and_a_line(document: str) -> None:
-    verdicts = audit(document)
-    assert verdicts
-    for verdict in verdicts:
-        assert verdict.reason
-        assert verdict.line > 0
-        if verdict.kind in (Kind.AGREES, Kind.AFTER_ROUNDING):
-            assert verdict.should_be is None
-        if verdict.kind in (Kind.MISPRINT, Kind.WRONG_STEP):
-            assert verdict.should_be is not None
-
-
 def test_an_unknown_document_and_a_table_without_a_column_are_refused_by_name() -> None:
     with pytest.raises(InvalidInput, match="000, 001, 002, 004"):
         audit("003")
     with pytest.raises(InvalidInput, match="no column 'unit'"):
         list(items_of("mine", "key,place,line,quantity,condition,printed,mechanism\n"))
-
-
-def test_all_584_cells_of_the_press_table_are_judged_and_two_are_misprints() -> None:
-    table = [v for v in audit("000") if v.condition != "formula"]
-    assert len(table) == 584
-    wrong = [(v.condition, v.quantity, v.printed, v.should_be) for v in table if v.kind is Kind.MISPRINT]
-    assert wrong == [
-        ("theta = 130 deg", "acceleration of G, y", "675.8", "695.8"),
-        ("theta = 230 deg", "acceleration of G, y", "675.8", "695.8"),
-    ]
-    assert {v.kind for v in table} == {Kind.AGREES, Kind.EXPLAINED, Kind.MISPRINT}
 
 
 def test_one_set_of_constants_cut_short_reproduces_all_other_cells_and_whole_constants_do_not() -> None:
@@ -105,25 +81,14 @@ def test_a_planted_wrong_value_never_agrees(document: str, name: str, cases: dic
         assert after.printed != before.printed
 
 
-def test_what_the_cam_paper_calls_its_extreme_was_computed_for_another_flank() -> None:
-    by_place = {(v.place, v.quantity): v for v in audit("004")}
-    largest = by_place["conclusion", "largest absolute acceleration"]
-    assert largest.kind is Kind.WRONG_STEP
-    assert "108" in largest.reason
-    assert largest.exact == pytest.approx(395.2417, abs=1e-3)
-    # Negative control: no other flank radius of the document gives the printed value.
-    values = [
-        abs(float(c.series(c.joint_c, "nose")[2, 0])) for c in (ArcCam(36.0, rho) for rho in (88.0, 98.0, 108.0, 118.0))
-    ]
+def test_slips_of_the_cam_paper_are_met_by_one_row_of_its_tables_and_by_no_other() -> None:
+    flanks = (88.0, 98.0, 108.0, 118.0)
+    values = [abs(float(c.series(c.joint_c, "nose")[2, 0])) for c in (ArcCam(36.0, rho) for rho in flanks)]
     assert [Number("217,314").is_rounding_of(value) for value in values] == [False, False, True, False]
-
-
-def test_the_flank_jerk_of_the_cam_paper_is_that_of_one_other_row_of_its_tables_and_of_no_third() -> None:
-    angles = (160.0, 162.228, 162.244, 162.728, 163.323)
     found = [
         (rho, angle)
-        for rho in (72.5, 88.0, 98.0, 108.0, 118.0)
-        for angle in angles
+        for rho in (72.5, *flanks)
+        for angle in (160.0, 162.228, 162.244, 162.728, 163.323)
         if Number("-89,616").is_rounding_of(float(ArcCam(36.0, rho).series(angle, "flank")[3, 0]))
     ]
     assert found == [(88.0, 162.228)]
@@ -151,25 +116,13 @@ def test_the_falling_sectors_mirror_the_rising_ones_so_that_one_survey_serves_bo
         assert np.abs(parity * down - cam.series(angles, arc)).max() < 1e-10
 
 
-def test_numbers_of_a_lost_polygon_that_other_numbers_of_it_support_are_not_called_lost() -> None:
-    by_quantity = {v.quantity: v for v in audit("001") if v.place == "Example 6.15"}
-    supported = ("V_X4/C", "V_X4/D", "V_D/C", "A_C", "tangential A_C")
-    assert {by_quantity[name].kind for name in supported} == {Kind.AFTER_ROUNDING}
-    assert by_quantity["V_X4/B"].kind is Kind.MISPRINT
-    # Negative control: a millimetre and a half of the drawing more is not supported.
+def test_a_number_of_a_lost_polygon_that_others_do_not_support_is_called_lost() -> None:
+    # A millimetre and a half of the drawing more than what is printed.
     item = next(i for i in shipped_items("001", "module.csv") if i.key == "6.15-vxc")
-    assert judge(module.CASES[item.key](replace(item, number=Number("25,7")))).kind is Kind.NOT_REPRODUCIBLE
-
-
-def test_every_cam_of_the_document_is_surveyed_and_six_break_its_rule() -> None:
-    surveys = [survey(cam) for cam in cams()]
-    broken = {(s.base, s.flank) for s in surveys if not s.keeps_the_rule}
-    assert len(surveys) == 25
-    assert broken == {(36.0, 88.0), (36.0, 98.0), (36.0, 108.0), (36.0, 118.0), (46.0, 108.0), (46.0, 118.0)}
-    for found in surveys:
-        # The rise is smooth to first order; the series is not, and is worse for a longer flank.
-        assert abs(found.exact_jump_c[:2]).max() < 1e-9
-        assert found.is_least or abs(found.jump_c[1]) > 1e-3
+    found = [
+        judge(module.CASES[item.key](replace(item, number=Number(text)))).kind for text in (item.number.text, "25,7")
+    ]
+    assert found == [Kind.AFTER_ROUNDING, Kind.NOT_REPRODUCIBLE]
 
 
 def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> None:
@@ -201,12 +154,6 @@ def test_no_pose_of_the_six_bar_gives_the_printed_velocity_polygon() -> None:
     assert least_misfit() > 0.9
 
 
-def test_the_wrong_normal_acceleration_of_the_rack_linkage_went_into_its_polygon() -> None:
-    linkage = RackLinkage()
-    assert linkage.tangential(120.0) == pytest.approx((315.6248, 594.8678), abs=1e-3)
-    assert linkage.tangential(64.0 / 0.3)[1] == pytest.approx(672.809, abs=1e-2)
-
-
 def test_the_rack_linkage_has_the_catalogues_speeds_and_tangential_accelerations() -> None:
     scene, linkage = catalogue_scene("rack-and-wheel"), RackLinkage()
     points = scene.motion([0.0], scene.speed).points
@@ -224,6 +171,7 @@ def test_the_rack_linkage_has_the_catalogues_speeds_and_tangential_accelerations
 # -- the engine of verdicts ------------------------------------------------------------------------------------------
 
 ITEM = Item("test", "key", "here", 1, "length", "", Number("2.35"), "mm", "")
+NEAR_MISSES = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
 
 
 @pytest.mark.parametrize(("exact", "more", "kind"), [
@@ -235,16 +183,9 @@ ITEM = Item("test", "key", "here", 1, "length", "", Number("2.35"), "mm", "")
     (2.85, {"neighbours": (Explanation("beside", 3.85, 0.01),)}, Kind.NOT_REPRODUCIBLE),
     (2.40, {"wrong_steps": (Explanation("5 for 6", 2.3549),)}, Kind.WRONG_STEP),
     (2.40, {"reading": 0.1}, Kind.AFTER_ROUNDING),
-    (2.40, {}, Kind.NOT_REPRODUCIBLE),
+    (2.40, {"causes": NEAR_MISSES, "wrong_steps": NEAR_MISSES[1:]}, Kind.NOT_REPRODUCIBLE),
 ])  # fmt: skip
 def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print(
     exact: float, more: dict[str, Any], kind: Kind
 ) -> None:
     assert judge(Case(ITEM, exact, "sum", **more)).kind is kind
-
-
-def test_a_cause_that_does_not_reproduce_the_print_is_not_named() -> None:
-    near_misses = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
-    verdict = judge(Case(ITEM, 2.40, "sum", causes=near_misses, wrong_steps=(near_misses[1],)))
-    assert verdict.kind is Kind.NOT_REPRODUCIBLE
-    assert "pi" not in verdict.reason

@@ -16,6 +16,7 @@ from conrod.scenes import Saw, Scene, ShearPress
 ALL = ("position", "velocity", "acceleration")
 SAW, PRESS = Saw(speed=20.0), ShearPress(speed=-5.0)
 NOTHING = ("total", *ALL)
+TIMES = np.linspace(0.0, math.radians(2.0 * PRESS.period), 2 * ROWS + 1)  # of a crank that turns at deg/s
 
 
 def kinds(study: TableStudy) -> list[str]:
@@ -39,51 +40,26 @@ def steps(scene: Scene, count: float, quantities: tuple[str, ...] = ALL) -> Colu
     return table | {name: late[name] for name in exact_table(scene, quantities) if name != "time"}
 
 
-def scaled(scene: Scene, factor: float) -> Columns:
-    return {name: column * factor if "." in name else column for name, column in exact_table(scene, ALL).items()}
+def scaled(table: Columns, factor: float, part: str) -> Columns:
+    return {name: column * factor if part in name else column for name, column in table.items()}
 
 
-def crank(scene: Scene, factor: float) -> Columns:
-    table = exact_table(scene, crank=True)
-    return table | {"crank_angle": table["crank_angle"] * factor}
+def moved(table: Columns, part: str, by: float) -> Columns:
+    return {name: column + by if part in name else column for name, column in table.items()}
 
 
-def slow(scene: Scene) -> Columns:
-    table = exact_table(scene)
-    motion = scene.motion(math.radians(scene.speed) * table["time"], scene.speed)
-    for point in scene.lengths:
-        table[f"{point}.x"], table[f"{point}.y"] = motion.point(point).position.T
-    return table
-
-
-def swapped(scene: Scene) -> Columns:
+def swapped(table: Columns) -> Columns:
     letters = str.maketrans("xy", "yx")
-    table = exact_table(scene, ALL)
-    return {name: table[name[:-1] + name[-1].translate(letters)] if "." in name else table[name] for name in table}
+    return {name[:-1] + name[-1].translate(letters) if "." in name else name: table[name] for name in table}
 
 
-def moved(scene: Scene, component: str, by: float) -> Columns:
-    table = exact_table(scene, ALL)
-    return table | {f"{point}.{component}": table[f"{point}.{component}"] + by for point in scene.lengths}
-
-
-def turned(scene: Scene) -> Columns:
+def turned(table: Columns) -> Columns:
     """In a frame that is turned by 20 deg about another origin."""
-    table, c, s = exact_table(scene, ALL), math.cos(math.radians(20.0)), math.sin(math.radians(20.0))
+    turn = complex(np.exp(1j * math.radians(20.0)))
     for name in [name[:-1] for name in table if name.endswith("x")]:
-        x, y = table[f"{name}x"], table[f"{name}y"]
-        by = 0.1 if name.endswith(".") else 0.0
-        table[f"{name}x"], table[f"{name}y"] = c * x - s * y + by, s * x + c * y
+        both = (table[f"{name}x"] + 1j * table[f"{name}y"]) * turn + (0.1 if name.endswith(".") else 0.0)
+        table |= {f"{name}x": both.real, f"{name}y": both.imag}
     return table
-
-
-def offset(scene: Scene) -> Columns:
-    table = exact_table(scene, ALL, crank=True)
-    return table | {"crank_angle": table["crank_angle"] - math.radians(30.0)}
-
-
-def backwards(scene: Scene) -> Columns:
-    return exact_table(scene.with_parameters(speed=-scene.speed), ALL)
 
 
 def of_longer_rod(scene: Scene) -> Columns:
@@ -98,16 +74,20 @@ POSITION = ("total", "position")
 # What is planted, and the kind, the errors that it explains and words of the one cause that is to be named.
 SLIPS = [
     (steps(SAW, 0.3), SAW, "time offset", NOTHING, "(0.3 of a step) later"),
-    (scaled(SAW, 1e3), SAW, "length unit", NOTHING, "mm taken for m"),
-    (crank(SAW, 180.0 / math.pi), SAW, "angle unit", ("position",), "degrees taken for radians"),
-    (slow(PRESS), PRESS, "speed unit", POSITION, "rad/s taken for deg/s"),
-    (backwards(SAW), SAW, "opposite sense", NOTHING, "opposite sense"),
-    (swapped(PRESS), PRESS, "axes swapped", NOTHING, "x and y are swapped"),
+    (scaled(exact_table(SAW, ALL), 1e3, "."), SAW, "length unit", NOTHING, "mm taken for m"),
+    (scaled(exact_table(SAW, crank=True), 180.0 / math.pi, "crank"), SAW, "angle unit", ("position",),
+     "degrees taken for radians"),
+    (scaled(exact_table(PRESS, times=TIMES), 180.0 / math.pi, "time"), PRESS, "speed unit", POSITION,
+     "rad/s taken for deg/s"),
+    (exact_table(Saw(speed=-20.0), ALL), SAW, "opposite sense", NOTHING, "opposite sense"),
+    (swapped(exact_table(PRESS, ALL)), PRESS, "axes swapped", NOTHING, "x and y are swapped"),
     (steps(SAW, 0.5, ("velocity",)), SAW, "velocity stamp", ("velocity",), "(0.5 of a step) later"),
-    (moved(PRESS, "x", 0.25), PRESS, "frame", POSITION, "offset by (250, "),
-    (turned(SAW), SAW, "frame", NOTHING, "and turned by 20 deg"),
-    (offset(SAW), SAW, "crank zero", ALL, "0 where the scene's is 30 deg"),
-]
+    (steps(SAW, 0.5, ("acceleration",)), SAW, "acceleration stamp", ("acceleration",), "(0.5 of a step) later"),
+    (moved(exact_table(PRESS, ALL), ".x", 0.25), PRESS, "frame", POSITION, "offset by (250, "),
+    (turned(exact_table(SAW, ALL)), SAW, "frame", NOTHING, "and turned by 20 deg"),
+    (moved(exact_table(SAW, ALL, crank=True), "crank", -math.pi / 6.0), SAW, "crank zero", ALL,
+     "0 where the scene's is 30 deg"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -125,12 +105,14 @@ def test_a_slip_is_named_with_its_size_and_nothing_else_is(
 RANDOM = np.random.default_rng(3)
 SHAPES = {"noise": RANDOM.normal(size=2 * ROWS + 1), "drift": np.linspace(0.0, 1.0, 2 * ROWS + 1)}
 SHAPES |= {"longer rod": np.zeros(1), "one row": np.eye(1, 2 * ROWS + 1, 100)[0]}
+# An offset takes much of the difference away, not all.
+SHAPES |= {"longer rod in another frame": np.full(1, 0.2)}
 
 
 @pytest.mark.parametrize("plant", SHAPES)
 def test_what_no_slip_reproduces_is_not_explained(plant: str, tmp_path: Path) -> None:
     scene = SAW
-    table = of_longer_rod(scene) if plant == "longer rod" else exact_table(scene)
+    table = of_longer_rod(scene) if "longer rod" in plant else exact_table(scene)
     for point in scene.lengths:
         table[f"{point}.x"] = table[f"{point}.x"] + 1e-3 * min(scene.lengths.values()) * SHAPES[plant]
     study = judged(table, scene, tmp_path)
@@ -143,14 +125,6 @@ def test_where_one_slip_explains_all_a_poorer_one_is_not_named(tmp_path: Path) -
     table = exact_table(SAW)
     table = {name: table[name] * (1.0 if name == "time" else 1e-3) for name in ("time", "C.x", "C.y")}
     only_cause(judged(table, SAW, tmp_path), "length unit", POSITION, "m taken for mm")
-
-
-def test_half_an_explanation_is_none(tmp_path: Path) -> None:
-    # A frame that is off and a rod that is too long: the offset takes much of the difference away, not all.
-    table = of_longer_rod(SAW)
-    for point in SAW.lengths:
-        table[f"{point}.x"] = table[f"{point}.x"] + 2e-4 * SAW.lengths[point]
-    assert kinds(judged(table, SAW, tmp_path)) == []
 
 
 def test_within_tolerance_nobody_asks_why(tmp_path: Path) -> None:

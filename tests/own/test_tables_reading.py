@@ -61,35 +61,27 @@ def test_what_is_read_says_where_its_units_are_from_and_what_is_left_out(tmp_pat
     assert (found.unused, found.repeated) == (("who",), 1)
     found = read(written(tmp_path, "Time,C_x\nsec,\n0,1\n0.25,2\n"), SAW)
     assert [(column.unit, column.unit_from) for column in found.columns] == [("sec", "heading"), ("m", "assumed")]
-
-
-def test_the_only_point_needs_no_name(tmp_path: Path) -> None:
+    # The only point needs no name.
     found = read(written(tmp_path, "t,x,y,vy\n0,0,1,0\n1,0,1,0\n"), CamFollower())
-    assert [column.name for column in found.columns] == ["time", "roller.x", "roller.y", "roller.vy"]
-
-
-# Commas between numbers and in them nobody can tell apart.
-@pytest.mark.parametrize(("separator", "decimal"), [(" ", "."), ("\t", ",")])
-def test_separator_decimal_mark_and_encoding_are_told(separator: str, decimal: str, tmp_path: Path) -> None:
-    found = read(written(tmp_path, csv_text(EXACT, separator, decimal), encoding="utf-8-sig"), SAW).values
-    assert np.array_equal(found["time"], EXACT["time"])
-    assert np.array_equal(found["M.y"], EXACT["M.y"])
+    assert list(found.values) == ["time", "roller.x", "roller.y", "roller.vy"]
 
 
 def test_all_formats_say_the_same_and_archives_may_hold_planar_arrays(tmp_path: Path) -> None:
     write_all_formats(EXACT, tmp_path)
+    # Commas between numbers and in them nobody can tell apart.
+    for separator, decimal in ((" ", "."), ("\t", ",")):
+        written(tmp_path, csv_text(EXACT, separator, decimal), f"{ord(separator)}.txt", "utf-8-sig")
     planar = {point: np.column_stack([EXACT[f"{point}.x"], EXACT[f"{point}.y"]]) for point in ("C", "M")}
     np.savez(tmp_path / "planar.npz", t=EXACT["time"], title=np.array("a run"), **planar)
-    for name in ("t.csv", "t.npz", "planar.npz"):
+    for name in ("t.csv", "32.txt", "9.txt", "t.npz", "planar.npz"):
         found = read(tmp_path / name, SAW).values
-        assert np.array_equal(found["time"], EXACT["time"])
-        for column in ("C.x", "C.y", "M.x", "M.y"):
-            assert found[column] == pytest.approx(EXACT[column], rel=1e-15)
+        assert {column: values.tolist() for column, values in found.items()} == {
+            column: values.tolist() for column, values in EXACT.items()
+        }
 
 
-@pytest.mark.parametrize("name", ["cam-follower"])
-def test_conrods_own_export_is_read_whole(name: str, tmp_path: Path) -> None:
-    scene = SCENES[name]
+def test_conrods_own_export_is_read_whole(tmp_path: Path) -> None:
+    scene = SCENES["cam-follower"]
     found = read(written(tmp_path, as_csv(exact_columns(scene, 36, 1))), scene)
     assert set(found.values) >= {f"{point}.{c}" for point in scene.lengths for c in ("x", "y", "vx", "vy", "ax", "ay")}
     assert all(".j" in heading for heading in found.unused)

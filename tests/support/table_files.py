@@ -24,6 +24,7 @@ def exact_table(
     *,
     crank: bool = False,
     times: Array | None = None,
+    phase: float = 0.0,
     rows: int = ROWS,
 ) -> Columns:
     """Columns of two exact revolutions, SI, named as conrod names them.
@@ -31,12 +32,13 @@ def exact_table(
     Args:
         crank: whether the crank angle is among them.
         times: at other instants.
+        phase: crank angle at time 0 [rad].
     """
     at = np.arange(2 * rows + 1) * (scene.period / rows) if times is None else times
     columns = {"time": at}
     if crank:
         columns["crank_angle"] = scene.speed * at
-    for point, motion in scene.reference(at).points.items():
+    for point, motion in scene.reference(at + phase / scene.speed).points.items():
         for quantity in quantities:
             values = getattr(motion, quantity)
             columns |= {f"{point}.{LETTERS[quantity]}{axis}": values[:, k].copy() for k, axis in enumerate("xy")}
