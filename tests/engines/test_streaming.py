@@ -38,6 +38,8 @@ RUNS: dict[str, tuple[Any, Any]] = {
     "cam, tuned": (CAM, replace(TUNED(CAM, 20 * STEPS), cam_vertices=400)),
     "press, two iterations": (PRESS, replace(TUNED(PRESS, STEPS), solver="CG", iterations=2)),
     "saw, three of PGS": (SAW, replace(STOCK(SAW, STEPS), solver="PGS", iterations=3)),
+    "press, rounded": (PRESS, replace(TUNED(PRESS, STEPS), rounded_state=True)),
+    "saw, wild and rounded": (SAW, replace(TUNED(SAW, STEPS), rounded_state=True, **WILD)),
     "saw, gone wild": (SAW, replace(TUNED(SAW, STEPS), **WILD)),
     "saw, reset": (SAW, replace(TUNED(SAW, STEPS), autoreset=True, **WILD)),
 }
@@ -46,6 +48,7 @@ IN_PYMUNK: dict[str, tuple[Any, Any]] = {
     "pymunk: saw, stock": (SAW, PymunkSettings.stock(SAW, STEPS)),
     "pymunk: press, tuned": (PRESS, PymunkSettings.tuned(PRESS, STEPS)),
     "pymunk: saw reversed": (REVERSED, PymunkSettings.tuned(REVERSED, STEPS)),
+    "pymunk: saw, rounded": (SAW, replace(PymunkSettings.tuned(SAW, STEPS), rounded_state=True)),
     "pymunk: cam": (CAM, PymunkSettings.tuned(CAM, STEPS)),
 }
 RUNS |= IN_PYMUNK

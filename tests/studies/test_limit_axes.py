@@ -74,10 +74,12 @@ def test_both_ends_of_every_axis_can_be_built_or_it_is_known_why_not(name: str) 
 
 ALONE = {
     "mass-ratio": {"slider_mass"},
+    "mass-ratio-at-iterations": {"slider_mass"},
     "nearness": {"offset"},
     "stabilisation": {"solref", "refsafe"},
     "regularisation": {"hardening"},
     "iterations": {"iterations"},
+    "rounding": {"rounded_state"},
     "start-pose": set(),
     "declaration": set(),
 }
@@ -88,7 +90,7 @@ def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
     axis, usual = AXES[name], case_of()
     case = replace(usual, steps_per_revolution=usual.steps)
     # Presets follow the machine: the flywheel of the drive its masses and its travel.
-    follows = {"armature"} if name in ("mass-ratio", "nearness") else set()
+    follows = {"armature"} if name in ("mass-ratio", "mass-ratio-at-iterations", "nearness") else set()
     seen = set.union(*(changed(axis.case(case, value), case) for value in ends(axis, case)))
     assert ALONE[name] <= seen <= ALONE[name] | follows
 
@@ -216,6 +218,26 @@ def test_an_axis_leads_from_a_sound_run_to_a_failed_one(
 ) -> None:
     assert level_of(run(name, case, harmless)) in (Level.SAFE, Level.ROUGH)
     assert level_of(run(name, case, hopeless)) not in (Level.SAFE, Level.ROUGH)
+
+
+def test_what_the_rule_gives_unequal_masses_is_missing_where_iterations_stay() -> None:
+    case = case_of(SAW, "pymunk", "tuned")
+    ruled, stays = (run(name, case, 1e3) for name in ("mass-ratio", "mass-ratio-at-iterations"))
+    assert (level_of(ruled), level_of(stays)) == (Level.SAFE, Level.UNBOUNDED)
+
+
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
+def test_single_precision_is_seen_in_every_state_and_in_the_error(engine: str, preset: str) -> None:
+    case = case_of(SAW, engine, preset)
+    double, single = (run("rounding", case, value).largest("position") for value in (0.0, 1.0))
+    assert double is not None
+    assert single is not None
+    assert single > (100.0 if engine == "mujoco" else 1.0) * double
+    turns = [
+        whole_run(case.made_by, SAW, AXES["rounding"].case(case, value).settings, 0.1).bodies.position.poses[1:, 2]
+        for value in (0.0, 1.0)
+    ]
+    assert [np.array_equal(turn, turn.astype(np.float32)) for turn in turns] == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 # The mark keeps the lines as they are: names of axes are not to be broken at their hyphens.
 EPILOG = """\b
-Axes: steps, speed, mass-ratio, nearness, stabilisation, regularisation,
-iterations, run-length, length-unit, start-pose, declaration;
+Axes: steps, speed, mass-ratio, mass-ratio-at-iterations, nearness,
+stabilisation, regularisation, iterations, run-length, length-unit,
+rounding, start-pose, declaration;
 of a cam: float, flank-radius, nose-radius.
 Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
 Besides: determinism; of a cam: flight.

@@ -118,7 +118,7 @@ class Swept(Protocol):
 class Varied(Protocol):
     """Settings varied on purpose, one thing at a time.
 
-    They have the fields `iterations` and `cam_vertices`, and two more things that engines say each in
+    They have the fields `iterations`, `rounded_state` and `cam_vertices`, and two more things that engines say each in
     their own way. `stabilised`: with a time constant of so many steps, of what closes the joints or, of a cam, of the
     contacts; guards of the engine against short ones are off where they would act. `regularised`: with a share in
     (0, 1] of the regularisation that the engine puts on a joint by itself, of a contact what impedance lacks of 1; None

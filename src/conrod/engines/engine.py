@@ -74,7 +74,7 @@ def default_steps(machine: Machine) -> int:
 
 # Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
 # has it, it is left out: keys of results, and reports, stay what they were.
-LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "dressing": ()}
+LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
 
 
 @dataclass(frozen=True)

@@ -198,8 +198,8 @@ class MJX(Engine[MJXSettings]):
     def refusal(self, machine: Machine, settings: MJXSettings) -> str | None:
         if machine.kinematics.mechanism.cam_contacts:
             return "mjx looks at every face of a mesh in every step: no cams, which have thousands"
-        if settings.autoreset:
-            return "mjx does not reset its state"
+        if settings.rounded_state or settings.autoreset:
+            return "mjx neither rounds its state nor resets it"
         if reason := MUJOCO.refusal(machine, settings):
             return reason
         made = build(machine, settings)

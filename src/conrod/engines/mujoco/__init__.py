@@ -80,6 +80,7 @@ class MuJoCoSettings(EngineSettings):
     contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
     cam_vertices: int = 4000
     refsafe: bool = True  # a time constant below two steps is raised to them
+    rounded_state: bool = False  # of runs: coordinates and rates to single precision, after each step
     dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
 
     def __post_init__(self) -> None:

@@ -72,10 +72,13 @@ class Recorder:
 
     Args:
         begin: the time [s] of the start, at which the engine's clock is 0.
+        rounded: coordinates and rates go to single precision after each step.
     """
 
-    def __init__(self, made: Build, coordinates: Array, rates: Array, begin: float = 0.0) -> None:
-        self._made, self._begin = made, begin
+    def __init__(
+        self, made: Build, coordinates: Array, rates: Array, begin: float = 0.0, *, rounded: bool = False
+    ) -> None:
+        self._made, self._begin, self._rounded = made, begin, rounded
         self._model, self._data = made.model, mujoco.MjData(made.model)
         self._data.qpos[:], self._data.qvel[:] = coordinates, rates
         self._state = np.empty(mujoco.mj_stateSize(self._model, STATE))  # that the next step starts from
@@ -92,6 +95,9 @@ class Recorder:
         After a step, sensor data belongs to the instant before it: the step that leaves a sample gives its sensors, so
         that the engine is one step ahead of the reported samples.
         """
+        if self._rounded and samples > 1:
+            steps = [self.next(1) for _ in range(samples)]
+            return np.vstack([states for states, _ in steps]), np.vstack([sensors for _, sensors in steps])
         states = np.empty((1, samples + 1, len(self._state)))
         sensors = np.empty((1, samples, self._model.nsensordata))
         states[0, 0] = self._state
@@ -105,6 +111,9 @@ class Recorder:
                 guess = self._data.qacc_warmstart[None].copy()
                 older.roll_out(self._model, self._data, states[:, 0], guess, states[:, 1:], sensors)
         self._state = states[0, -1].copy()
+        if self._rounded:
+            with np.errstate(over="ignore"):  # what is too large becomes infinite, which the run's outcome tells
+                self._state[1:] = self._state[1:].astype(np.float32)
         return states[0, :-1], sensors[0]
 
 
@@ -136,7 +145,8 @@ def run(
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
-    recorder = Recorder(made, *made.start_state(machine, start_angle), start_angle / machine.speed)
+    begin, rounded = start_angle / machine.speed, settings.rounded_state
+    recorder = Recorder(made, *made.start_state(machine, start_angle), begin, rounded=rounded)
     return recorded(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
 
 

@@ -129,6 +129,7 @@ class PymunkSettings(EngineSettings):
     collision_slop: float = 0.1  # [m], overlap that contacts may keep
     gravity: bool = True
     cam_vertices: int = 4000
+    rounded_state: bool = False  # of runs: to single precision, after each step
 
     def __post_init__(self) -> None:
         # On most of what is out of these ranges Chipmunk would abort the interpreter.

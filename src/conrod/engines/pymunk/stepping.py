@@ -55,10 +55,14 @@ def advance(
     """
     begun = state(made) if known is None else known
     first = len(begun[0])
-    begins = None if loading is None else (loading[0], loading[1][first - 1 : -1])
+    turned, begins = turns[first - 1 : -1], None if loading is None else (loading[0], loading[1][first - 1 : -1])
+    if settings.rounded_state:
+        turned = turned.astype(np.float32).astype(float)
     centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
     centres[:first], rates[:first] = begun
-    _Loop(made, settings.timestep, begins).through(turns[first - 1 : -1], centres[first:], rates[first:])
+    loop = _Loop(made, settings.timestep, begins, rounded=settings.rounded_state)
+    with np.errstate(over="ignore"):  # what is too large becomes infinite, which the outcome tells
+        loop.through(turned, centres[first:], rates[first:])
     return centres, rates
 
 
@@ -103,16 +107,18 @@ class _Loop:
     Attributes:
         loading: forces beside constant ones, with the times at which the steps begin.
         driven: whether the crank's angle is written before each step.
+        rounded: to single precision, after each step.
     """
 
     made: Build
     timestep: float
     loading: tuple[Give, Array] | None = None
     driven: bool = True
+    rounded: bool = False
 
     def through(self, turns: Array, centres: Array, rates: Array) -> None:
         """Take a step from each crank turn, and fill in the samples after them."""
-        if self.loading is not None or not memory_is_known():
+        if self.loading is not None or self.rounded or not memory_is_known():
             self._by_properties(turns, centres, rates)
             return
         # A new space takes its first step by the public call, which checks the bodies' masses.
@@ -139,6 +145,8 @@ class _Loop:
             else:
                 self.loading[0](float(self.loading[1][n]))
             made.space.step(self.timestep)
+            if self.rounded:
+                _round(made.bodies)
             _record(made.bodies, centres[n], rates[n])
 
     def _copy(self, turns: list[float], memory: list[memoryview]) -> bytearray:
@@ -157,6 +165,13 @@ class _Loop:
             take_step(space, timestep)
             copies += join(memory)
         return copies
+
+
+def _round(bodies: tuple[pymunk.Body, ...]) -> None:
+    for body in bodies:
+        numbers = [*body.position, body.angle, *body.velocity, body.angular_velocity]
+        x, y, turn, vx, vy, spin = np.array(numbers, dtype=np.float32).tolist()
+        body.position, body.angle, body.velocity, body.angular_velocity = (x, y), turn, (vx, vy), spin
 
 
 def _record(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from conrod.engines.engine import with_fields
 from conrod.mechanism.units import check_number
@@ -53,6 +54,12 @@ MOST_ORDERS = 24
 def _counted(noun: str) -> Callable[[Setup, float], str]:
     """Return the text of a whole number and its noun: 1 iteration, 2 iterations."""
     return lambda setup, value: f"{round(value)} {noun}{'' if value == 1.0 else 's'}"
+
+
+def _at_own_iterations(setup: Setup, ratio: float) -> LimitCase:
+    """Return the run with a mass ratio, and the iterations that the preset's rule gives the machine as it is."""
+    case = setup.run_of(with_mass_ratio(setup, ratio))
+    return replace(case, settings=with_fields(case.settings, iterations=setup.settings().as_dict()["iterations"]))
 
 
 def _short(setup: Setup, value: float) -> str:
@@ -149,6 +156,11 @@ ROWS = (
         1.0, 1e6, (1e-6, 1e6), no_mass_ratio, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
+        "mass-ratio-at-iterations", "Mass ratio at the iterations of the machine as it is", "mass of slider : rod",
+        Scale.LOG, _at_own_iterations, 1.0, 1e6, (1e-6, 1e6),
+        lambda setup: no_mass_ratio(setup) or setup.not_varied(), ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+    ),
+    Axis(
         "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
         Scale.NEARNESS,
         lambda s, value: s.run_of(near_change_point(s, value), s.steps_per_revolution or NEARNESS_STEPS),
@@ -179,6 +191,12 @@ ROWS = (
         lambda setup, value: setup.run_of(setup.variant(**rescaled(setup.scene, value))),
         1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)),
         text=lambda setup, value: f"x {value:.4g}",
+    ),
+    Axis(
+        "rounding", "State rounded to single precision", "rounded after each step (0: no, 1: yes)", Scale.LISTED,
+        lambda setup, value: setup.run(with_fields(setup.settings(), rounded_state=bool(value))),
+        lacks=Setup.not_varied, values=lambda setup: (0.0, 1.0),
+        text=lambda setup, value: "single precision" if value else "double precision",
     ),
     Axis(
         "start-pose", "Start pose", "crank angle at the start [deg]", Scale.LISTED,
