@@ -23,9 +23,7 @@ from conrod.cli.lint import report_found
 from conrod.cli.sweep import fronts
 from conrod.cli.validate_scenes import force_verdicts, motion_verdicts, verdicts
 from conrod.mjcf.harden import harden_file
-from conrod.mjcf.lint.findings import Request as LintRequest
 from conrod.mjcf.lint.linting import lint
-from conrod.mjcf.results import Request as HardenRequest
 from conrod.report import terminal
 from conrod.report.folder import restored
 from conrod.report.kind import kind_named
@@ -52,7 +50,7 @@ def saved(folder: str, kind: str) -> list[Any]:
 @cache
 def found_in_model() -> tuple[Any, Any]:
     file = ROOT / "mjcf" / "saw-500rpm.xml"
-    return harden_file(file, HardenRequest(seconds=0.024, content=False)), lint(file, LintRequest(seconds=0.024))
+    return harden_file(file, seconds=0.024, content=False), lint(file, seconds=0.024)
 
 
 @cache

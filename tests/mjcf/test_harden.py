@@ -26,8 +26,9 @@ from conrod.mjcf.harden_recipe import (
     recipe_for,
     soft_on_purpose,
     to_know,
+    weights,
 )
-from conrod.mjcf.results import HardenedModel, Request
+from conrod.mjcf.results import HardenedModel
 from conrod.mjcf.runs import STATE
 from conrod.report.terminal import tell
 
@@ -40,7 +41,7 @@ def legged() -> mujoco.MjModel:
 
 
 def opening_of(model: mujoco.MjModel, state: Array, pace: Pace) -> float:
-    return float(swing(model, state, pace, active_closures(model)).openings.max())
+    return float(swing(model, state, pace).openings(float(model.stat.extent)).max())
 
 
 class ExactLoops:
@@ -96,7 +97,7 @@ class ExactLoops:
 
 @cache
 def found(keyframe: str) -> HardenedModel:
-    return harden_file(LEGGED, Request(keyframe=keyframe, seconds=0.15))
+    return harden_file(LEGGED, keyframe, 0.15)
 
 
 SAW = Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml"
@@ -104,12 +105,12 @@ SAW = Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml"
 
 def alone(recipe: Recipe) -> Recipe:
     """The weights, and nothing else."""
-    return Recipe(recipe.factor, recipe.weights)
+    return tuple(edit for edit in recipe if edit.scales)
 
 
 @cache
 def saw(keyframe: str | None) -> HardenedModel:
-    return harden_file(SAW, Request(keyframe, seconds=0.024, content=False))
+    return harden_file(SAW, keyframe, 0.024, content=False)
 
 
 def printed(found: HardenedModel, capsys: pytest.CaptureFixture[str]) -> dict[str, list[str]]:
@@ -134,7 +135,7 @@ def test_it_is_the_whole_recipe_that_keeps_the_motion() -> None:
     # Control: it is the whole recipe that does it. Weights alone leave the loops to the step of Euler; softness stays
     # whatever the step, so that RK4 alone has no order at all.
     closures = active_closures(legged())
-    start = start_of(legged(), Request("swing"))
+    start = start_of(legged(), "swing")
     weights, soft = edited(legged(), alone(recipe_for(legged(), closures))), copy.copy(legged())
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for model, order in ((weights, 1.0), (soft, 0.0)):
@@ -150,11 +151,11 @@ def test_loops_stay_closed_when_feet_hit_the_floor_and_knees_their_stops() -> No
 
 def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
-    state = start_of(legged(), Request("swing")).state
+    state = start_of(legged(), "swing").state
     pace = Pace(5, 20, 0.001)
     exact = exact_points(legged(), state, pace)
     recipe = recipe_for(legged(), active_closures(legged()))
-    hard, soft = (swing(model, state, pace, ()).points for model in (edited(legged(), recipe), legged()))
+    hard, soft = (swing(model, state, pace).centres for model in (edited(legged(), recipe), legged()))
     error, control = (float(np.abs(found - exact).max()) for found in (hard, soft))
     assert error < 2e-8
     assert control > 1e-4
@@ -196,15 +197,15 @@ def test_what_is_left_of_the_regularisation_decides_and_neither_too_much_nor_too
 ) -> None:
     model = mujoco.MjModel.from_xml_string(PRESS.format(solimp))
     closures = active_closures(model)
-    state = start_of(model, Request()).state
+    state = start_of(model).state
     pace = Pace(10, 30, 0.001)
     exact = exact_points(model, state, pace)
     chosen = alone(recipe_for(model, closures))
-    assert chosen.factor == pytest.approx(factor, rel=2e-3)
+    assert chosen[0].value == pytest.approx(factor, rel=2e-3)
     errors = {}
     for share in (1e5, 1.0, 1e-5):
-        recipe = replace(chosen, factor=chosen.factor * share)
-        errors[share] = float(np.abs(swing(edited(model, recipe), state, pace, ()).points - exact).max())
+        recipe = tuple(replace(edit, value=edit.value * share) for edit in chosen)
+        errors[share] = float(np.abs(swing(edited(model, recipe), state, pace).centres - exact).max())
     assert errors[1.0] < 1e-2 * errors[1e5]
     assert errors[1.0] < 1e-2 * errors[1e-5]
 
@@ -218,14 +219,13 @@ def test_a_start_that_leaves_loops_open_is_closed_and_told() -> None:
         mujoco.MjModel.from_xml_string(LEGGED.read_text().replace(lever.format("0.05", ""), lever.format(*place)))
         for place in (("0.05", ".002"), ("3", ""))
     )
-    closures = active_closures(aside)
-    start = start_of(aside, Request("swing"))
+    start = start_of(aside, "swing")
     assert start.given == pytest.approx(0.002)
     assert start.closed
-    first = swing(aside, start.state, Pace(1, 1, 0.001), closures).openings[0]
+    first = swing(aside, start.state, Pace(1, 1, 0.001)).openings(1.0)[0]
     assert first.max() < 1e-12
     # One that no pose can close is left as it is.
-    assert not start_of(apart, Request("swing")).closed
+    assert not start_of(apart, "swing").closed
 
 
 def test_a_weld_is_open_by_its_place_or_by_its_turn_at_an_extent() -> None:
@@ -311,11 +311,11 @@ def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not()
     model = edited(legged(), recipe)
     assert "hardened already" in nothing_to_do(model, closures)
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    np.testing.assert_allclose(recipe.weights.values(model), recipe.weights.values(legged()), rtol=1e-9)
+    np.testing.assert_allclose(weights(model, closures), weights(legged(), closures), rtol=1e-9)
     assert nothing_to_do(model, closures) == nothing_to_do(legged(), closures) == ""
     inactive = two_arms(BELT.format('active="false"'))
     assert "none of its equality constraints is active" in nothing_to_do(inactive, active_closures(inactive))
-    state = start_of(legged(), Request("swing")).state
+    state = start_of(legged(), "swing").state
     pace = Pace(50, 2, 0.001)
     undone, hard = opening_of(model, state, pace), opening_of(edited(legged(), recipe), state, pace)
     assert hard < 1e-5 * undone
@@ -327,16 +327,17 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
     text = LEGGED.read_text()
     for tag in ("<connect", '<joint name="gait"'):
         text = text.replace(tag, f"{tag} {setting}")
-    model, request = tmp_path / "stiff.xml", Request(keyframe="swing", seconds=0.05)
+    model = tmp_path / "stiff.xml"
     model.write_text(text)
-    assert harden_file(model, request).refusals == ()
+    assert harden_file(model, "swing", 0.05).refusals == ()
 
     def slow(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
-        constants = tuple((index, 0.1) for index in range(3))
-        return edited(model, replace(recipe, runge_kutta=False, time_constants=constants))
+        changed = edited(model, alone(recipe))
+        changed.eq_solref[:3, 0] = 0.1
+        return changed
 
     monkeypatch.setattr("conrod.mjcf.harden.edited", slow)
-    study, forced = (harden_file(model, replace(request, force=force)) for force in (False, True))
+    study, forced = (harden_file(model, "swing", 0.05, force=force) for force in (False, True))
     (reason,) = study.refusals
     assert "its loops open more" in reason
     assert (study.content, forced.refusals) == (None, ())
@@ -351,26 +352,24 @@ def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it
         TWO_ARMS.format(BELT.format("")).replace("</mujoco>", "")
         + '<actuator><general joint="a" biastype="affine" biasprm="0.1 0 1e5"/></actuator></mujoco>'
     )
-    study = harden_file(model, Request(seconds=1.0))
+    study = harden_file(model, seconds=1.0)
     assert len(study.refusals) == 1
     assert "nothing shows what hardening does" in study.refusals[0]
     assert study.content is None
     # Control: without the motor it is hardened.
     model.write_text(TWO_ARMS.format(BELT.format("")))
-    assert harden_file(model, Request(seconds=0.1)).refusals == ()
+    assert harden_file(model, seconds=0.1).refusals == ()
 
 
 def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_its_time_constant() -> None:
     model = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1" polycoef="0 1 0.3 0 0"/>')
     straight = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1"/>')
-    assert recipe_for(model, active_closures(model)).time_constants == ()
-    assert recipe_for(straight, active_closures(straight)).time_constants == ((0, 0.02),)
+    slowed = [next(e.value for e in recipe_for(one, active_closures(one)) if not e.scales) for one in (model, straight)]
+    assert slowed == [mujoco.mjtIntegrator.mjINT_RK4, 0.02]
     assert any("cam" in note and "velocity" in note for note in to_know(model, active_closures(model)))
     assert to_know(straight, active_closures(straight)) == ()
-    recipe = recipe_for(model, active_closures(model))
-    state = start_of(model, Request()).state
-    wide = [
-        opening_of(edited(model, replace(recipe, time_constants=((0, constant),))), state, Pace(100, 4, 0.002))
-        for constant in (0.01, 0.02)
-    ]
+    hard, wide = edited(model, recipe_for(model, active_closures(model))), []
+    for constant in (0.01, 0.02):
+        hard.eq_solref[0, 0] = constant
+        wide.append(opening_of(hard, start_of(model).state, Pace(100, 4, 0.002)))
     assert np.log2(wide[1] / wide[0]) == pytest.approx(2.0, abs=0.2)

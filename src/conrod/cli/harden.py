@@ -13,7 +13,7 @@ import click
 from conrod.cli import FAILED, options, waiting
 from conrod.cli.options import option
 from conrod.errors import InvalidInput
-from conrod.mjcf.results import HardenedModel, Request, Variant
+from conrod.mjcf.results import HardenedModel, Variant
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report import numbers
@@ -72,13 +72,13 @@ def harden(model: str, asked: Asked) -> None:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
-    request = Request(asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls))
+    request = asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls)
 
     from conrod.mjcf.harden import harden_file
     from conrod.studies.execution.local import FILE_TIMEOUT, confined
 
     with waiting(path, FILE_TIMEOUT):
-        found = confined(harden_file, path, request)
+        found = confined(harden_file, path, *request)
     tell(hardened(found, files.get("-o")))
     contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])

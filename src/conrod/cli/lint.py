@@ -13,7 +13,7 @@ from rich.text import Text
 from conrod.cli import FAILED, options, waiting
 from conrod.cli.options import option
 from conrod.mechanism.units import check_number
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity, Value, sarif
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.terminal import Part, tell
@@ -64,14 +64,14 @@ def lint(model: str, asked: Asked) -> None:
     files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, as_outputs_must_not_be(path))
     if asked.seconds is not None:
         check_number("--seconds", asked.seconds, 1e-9, 1e9, "s")
-    folder = str(real_path(files["--fix"]).parent) if "--fix" in files else None
-    request = Request(asked.keyframe, asked.seconds, asked.ignored, folder, controls_of(asked.controls))
+    folder = real_path(files["--fix"]).parent if "--fix" in files else None
+    request = asked.keyframe, asked.seconds, asked.ignored, folder, controls_of(asked.controls)
 
     from conrod.mjcf.lint.linting import lint as look
     from conrod.studies.execution.local import FILE_TIMEOUT, confined
 
     with waiting(path, FILE_TIMEOUT):
-        report = confined(look, path, request)
+        report = confined(look, path, *request)
     if asked.form == "text":
         tell(report_found(report, files.get("--fix")))
     else:

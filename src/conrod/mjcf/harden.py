@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
 from conrod.mjcf.harden_recipe import (
-    Closure,
     active_closures,
     edited,
     nothing_to_do,
@@ -26,9 +25,10 @@ from conrod.mjcf.harden_recipe import (
     soft_on_purpose,
     to_know,
 )
-from conrod.mjcf.results import HardenedModel, Request, Variant
-from conrod.mjcf.runs import looks, looping_stepper, run, state_of
+from conrod.mjcf.results import HardenedModel, Variant
+from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
+from conrod.own.models.request import Controls
 from conrod.studies.frame.paired_timing import paired_cost
 
 CLOSED = 1e-12  # of the model's size
@@ -44,10 +44,24 @@ ADVICE = "a smaller step of the model may help"
 FORCE = "--force hardens it all the same"
 
 
-def harden_file(path: Path, request: Request) -> HardenedModel:
+def harden_file(
+    path: Path,
+    keyframe: str | None = None,
+    seconds: float = 1.0,
+    force: bool = False,
+    content: bool = True,
+    controls: Controls = (),
+) -> HardenedModel:
     """Harden the model of a file, and show on its own motion what that changes. The file is only read.
 
     To be called in a process of its own, see `conrod.studies.execution.local`.
+
+    Args:
+        keyframe: that the runs start from, as in `data_at_start`.
+        seconds: how long the runs are [s].
+        force: harden what seems to be soft on purpose, or is worse when hard.
+        content: whether the hardened model is asked for, not only its figures.
+        controls: inputs of actuators in place of the keyframe's, held through the runs.
 
     Raises:
         InvalidInput: the model cannot be loaded or says what is no number, has no such keyframe, or the run would be
@@ -55,63 +69,64 @@ def harden_file(path: Path, request: Request) -> HardenedModel:
     """
     # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
     model = load_model(path.absolute())
-    try:
+    with about(path):
         check_finite(model)
-    except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from None
-    try:
-        return _hardened(path, model, request)
-    except mujoco.FatalError as error:
-        raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
-
-
-def _hardened(path: Path, model: mujoco.MjModel, request: Request) -> HardenedModel:
-    pace = pace_of(model, request.seconds)
-    closures = active_closures(model)
-    notes = to_know(model, closures)
-    found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
-    if reason := nothing_to_do(model, closures):
-        return replace(found, refusals=(reason,))
-    soft = soft_on_purpose(model, closures)
-    if soft and not request.force:
-        return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-    recipe, start = recipe_for(model, closures), start_of(model, request)
-    hard = edited(model, recipe)
-    reference, known_to = reference_of(hard, start.state, pace, closures)
-
-    def variant(name: str, model: mujoco.MjModel) -> Variant:
-        made = swing(model, start.state, pace, closures)
-        if made.broke:
-            return Variant(name, made.steps, made.broke)
-        drift = None if known_to is None else made.drift(reference.points)
-        return Variant(name, made.steps, "", tuple(made.openings.max(axis=0).tolist()), drift)
-
-    before, after = variant("as it is", model), variant("hardened", hard)
-    steppers = (looping_stepper(paced(one, pace), start.state, pace.samples * pace.stride) for one in (hard, model))
-    found = replace(
-        found,
-        size=float(model.stat.extent),
-        timestep=pace.timestep,
-        seconds=pace.timestep * pace.samples * pace.stride,
-        start=start.name,
-        start_opening=start.given,
-        start_closed=start.closed,
-        loops=tuple(f"{one.kind} {one.name}" for one in closures),
-        factor=recipe.factor,
-        lines=python_lines(model, recipe, path.absolute()),
-        variants=(before, after),
-        travel=None if reference.broke else reference.drift(reference.points[0]),
-        reference_known_to=known_to,
-    )
-    harm = _harm(found, before, after)
-    refused = bool(harm) and not request.force
-    told = [harm] if harm and not refused else []
+        pace, closures = pace_of(model, seconds), active_closures(model)
+        notes = to_know(model, closures)
+        found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
+        if reason := nothing_to_do(model, closures):
+            return replace(found, refusals=(reason,))
+        soft = soft_on_purpose(model, closures)
+        if soft and not force:
+            return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
+        recipe, start = recipe_for(model, closures), start_of(model, keyframe, controls)
+        hard = edited(model, recipe)
+        found = replace(
+            found,
+            loops=tuple(f"{one.kind} {one.name}" for one in closures),
+            factor=recipe[0].value,
+            lines=python_lines(recipe, path.absolute()),
+        )
+        found = compared(found, model, hard, start, pace, [one.index for one in closures])
+    harm = _harm(found, *found.variants)
+    refused = bool(harm) and not force
     return replace(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
-        warnings=(*soft, *told, *_doubts(found), *notes),
+        warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes),
+        content=None if refused or not content else _binary(hard),
+    )
+
+
+def compared(
+    found: HardenedModel, model: mujoco.MjModel, hard: mujoco.MjModel, start: Start, pace: Pace, closures: list[int]
+) -> HardenedModel:
+    """What is found on the motion of a model as it is and hardened."""
+    size, steps = float(model.stat.extent), pace.samples * pace.stride
+    reference, known_to = reference_of(hard, start.state, pace)
+
+    def variant(name: str, model: mujoco.MjModel) -> Variant:
+        made = swing(model, start.state, pace)
+        completed = pace.stride * (len(made.states) - 1)
+        if made.broke:
+            return Variant(name, completed, made.broke)
+        drift = None if known_to is None else _apart(made.centres, reference.centres)
+        return Variant(name, completed, "", tuple(made.openings(size)[:, closures].max(axis=0).tolist()), drift)
+
+    before, after = variant("as it is", model), variant("hardened", hard)
+    steppers = (looping_stepper(paced(one, pace), start.state, steps) for one in (hard, model))
+    return replace(
+        found,
+        size=size,
+        timestep=pace.timestep,
+        seconds=pace.timestep * steps,
+        start=start.name,
+        start_opening=start.given,
+        start_closed=start.closed,
+        variants=(before, after),
+        travel=None if reference.broke else _apart(reference.centres, reference.centres[0]),
+        reference_known_to=known_to,
         cost=None if before.broke or after.broke else paired_cost(*steppers),
-        content=None if refused or not request.content else _binary(hard),
     )
 
 
@@ -159,7 +174,7 @@ class Start:
     closed: bool  # whether the loops could be closed; the state is as given where they could not
 
 
-def start_of(model: mujoco.MjModel, request: Request) -> Start:
+def start_of(model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()) -> Start:
     """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
 
     So are its rates: the nearest that open no loop.
@@ -167,7 +182,7 @@ def start_of(model: mujoco.MjModel, request: Request) -> Start:
     Raises:
         InvalidInput: the model has no such keyframe or actuator.
     """
-    data, index = data_at_start(model, request.keyframe, request.controls)
+    data, index = data_at_start(model, keyframe, controls)
     mujoco.mj_fwdPosition(model, data)
     given = float(openings(model, data, float(model.stat.extent)).max(initial=0.0))
     before, name = state_of(model, data), start_words(model, index, data.ctrl)
@@ -186,32 +201,16 @@ class Pace:
     stride: int  # steps from one to the next
     timestep: float  # [s]
 
-    def finer(self, times: int) -> Pace:
-        """Pace with the same samples, and so many times as many steps."""
-        return Pace(self.samples, self.stride * times, self.timestep / times)
+
+def swing(model: mujoco.MjModel, state: Array, pace: Pace, finer: int = 1) -> Run:
+    """Run a model from a state, with so many times as many steps between the same samples."""
+    pace = Pace(pace.samples, pace.stride * finer, pace.timestep / finer)
+    return run(paced(model, pace), state, pace.samples * pace.stride, pace.stride)
 
 
-@dataclass(frozen=True)
-class Swing:
-    """A run at its S + 1 samples, the start among them."""
-
-    points: Array  # (S + 1, bodies, 3) centres of gravity of all that can move [m]
-    openings: Array  # (S + 1, closures) [m]
-    steps: int  # that were completed
-    broke: str  # the engine's warning that ended it, empty where it completed; the samples end before it
-
-    def drift(self, others: Array) -> float:
-        """The largest distance of a body from other points [m]."""
-        return float(np.linalg.norm(self.points - others, axis=2).max(initial=0.0))
-
-
-def swing(model: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]) -> Swing:
-    """Run a model from a state; it ends at the first warning of numbers that are none."""
-    made = run(paced(model, pace), state, pace.samples * pace.stride, pace.stride)
-    moving, chosen, size = model.body_weldid > 0, [one.index for one in closures], float(model.stat.extent)
-    seen = [(look.xipos[moving].copy(), openings(model, look, size)[chosen]) for look in looks(model, made.states)]
-    points, gaps = (np.array(column) for column in zip(*seen, strict=True))
-    return Swing(points, gaps, pace.stride * (len(seen) - 1), made.broke)
+def _apart(points: Array, others: Array) -> float:
+    """The largest distance of a body from other points [m]."""
+    return float(np.linalg.norm(points - others, axis=2).max(initial=0.0))
 
 
 def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
@@ -239,14 +238,12 @@ def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
     return made
 
 
-def reference_of(
-    hard: mujoco.MjModel, state: Array, pace: Pace, closures: Sequence[Closure]
-) -> tuple[Swing, float | None]:
+def reference_of(hard: mujoco.MjModel, state: Array, pace: Pace) -> tuple[Run, float | None]:
     """The machine with its loops closed, and how far it is from itself at an eighth [m]; None where one of them broke.
 
     It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
     as it is for the user.
     """
-    fine, check = (swing(hard, state, pace.finer(times), closures) for times in (REFERENCE, CHECK))
+    fine, check = (swing(hard, state, pace, times) for times in (REFERENCE, CHECK))
     rounding = float(np.finfo(float).eps) * float(hard.stat.extent)
-    return fine, None if fine.broke or check.broke else max(fine.drift(check.points), rounding)
+    return fine, None if fine.broke or check.broke else max(_apart(fine.centres, check.centres), rounding)

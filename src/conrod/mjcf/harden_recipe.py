@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
@@ -50,13 +50,10 @@ def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
     """The equality constraints that act from the start, of the kinds that can be hardened."""
     if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
         return ()
-    return tuple(
-        closure(model, index) for index in range(model.neq) if model.eq_active0[index] and kind_of(model, index)
-    )
+    return tuple(_closure(model, index) for index in np.flatnonzero(model.eq_active0).tolist() if kind_of(model, index))
 
 
-def closure(model: mujoco.MjModel, index: int) -> Closure:
-    """An equality as a closure."""
+def _closure(model: mujoco.MjModel, index: int) -> Closure:
     name, kind = name_or_number(model, "equality", index), kind_of(model, index)
     if ties_bodies(model, index):
         return Closure(index, name, kind, "body", tuple(older.bodies_of(model, index)))
@@ -65,105 +62,99 @@ def closure(model: mujoco.MjModel, index: int) -> Closure:
     if kind == "joint":
         return Closure(index, name, kind, "dof", tuple(int(model.jnt_dofadr[joint]) for joint in ends), bent)
     # The length of a fixed tendon is linear in joint coordinates.
-    first = [int(model.tendon_adr[tendon]) for tendon in ends]
-    fixed = all(model.wrap_type[first] == mujoco.mjtWrap.mjWRAP_JOINT)
+    fixed = all(model.wrap_type[model.tendon_adr[list(ends)]] == mujoco.mjtWrap.mjWRAP_JOINT)
     return Closure(index, name, kind, "tendon", ends, bent or not fixed)
 
 
 @dataclass(frozen=True)
-class Weights:
-    """Inverse weights that are scaled: indices by whose they are, of a body, a degree of freedom or a tendon."""
+class Edit:
+    """Rows of an array of a compiled model that are multiplied by a number or set to it; or an option that is set.
 
-    indices: Mapping[Holder, tuple[int, ...]]
+    Attributes:
+        array: of the model, or name of an option where there are no rows.
+        value: number, or choice of an option.
+        named: the elements that the rows are of.
+    """
 
-    @classmethod
-    def of(cls, closures: Sequence[Closure]) -> Weights:
-        """Weights of closures; the world, body 0, has none to scale."""
-        ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
-        for one in closures:
-            ends[one.holder].update(one.ends)
-        ends["body"].discard(0)
-        return cls({holder: tuple(sorted(found)) for holder, found in ends.items()})
+    array: str
+    value: Any
+    rows: list[int] = field(default_factory=list)
+    named: Sequence[str] = ()
 
-    def values(self, model: mujoco.MjModel) -> Array:
-        """Weights of a model, in a row."""
-        arrays = (getattr(model, f"{holder}_invweight0")[list(chosen)] for holder, chosen in self.indices.items())
-        return np.concatenate([np.ravel(array) for array in arrays])
+    @property
+    def scales(self) -> bool:
+        """True of an inverse weight, which is multiplied."""
+        return self.array.endswith("_invweight0")
+
+    def make(self, model: mujoco.MjModel) -> None:
+        """Make it, in place."""
+        if not self.rows:
+            setattr(model.opt, self.array, self.value)
+        elif self.scales:
+            getattr(model, self.array)[self.rows] *= self.value
+        else:
+            getattr(model, self.array)[self.rows, 0] = self.value
+
+    @property
+    def line(self) -> str:
+        """Python that makes it."""
+        if not self.rows:
+            return f"model.opt.{self.array} = mujoco.{self.value}"
+        # A line break in a name would end the comment.
+        names = " ".join(listed(self.named).split())
+        place, sign = (f"{self.rows}", "*=") if self.scales else (f"{self.rows}, 0", "=")
+        return f"model.{self.array}[{place}] {sign} {self.value!r}  # {names}"
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """An edit of a compiled model."""
-
-    factor: float  # on the weights
-    weights: Weights
-    time_constants: tuple[tuple[int, float], ...] = ()  # index of an equality and its time constant [s]
-    runge_kutta: bool = False  # whether the integrator is set to RK4
-    newton: bool = False  # whether the solver is set to Newton
+Recipe = tuple[Edit, ...]
 
 
 def edited(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
     """A copy of a model with a recipe applied."""
     changed = copy.copy(model)
-    for holder, chosen in recipe.weights.indices.items():
-        getattr(changed, f"{holder}_invweight0")[list(chosen)] *= recipe.factor
-    for index, constant in recipe.time_constants:
-        changed.eq_solref[index, 0] = constant
-    if recipe.runge_kutta:
-        changed.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    if recipe.newton:
-        changed.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    for edit in recipe:
+        edit.make(changed)
     return changed
 
 
 def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
-    """The edit that hardens closures, of which there is at least one."""
+    """The edits that harden closures, of which there is at least one: inverse weights first."""
     stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
-    return Recipe(
-        factor=float(f"{min(1.0, RESIDUE * stiffest / (1.0 - stiffest)):.3g}"),
-        weights=Weights.of(closures),
-        time_constants=tuple(_time_constants(model, closures)),
-        runge_kutta=mujoco.mjtIntegrator(model.opt.integrator) != mujoco.mjtIntegrator.mjINT_RK4,
-        newton=mujoco.mjtSolver(model.opt.solver) != mujoco.mjtSolver.mjSOL_NEWTON,
-    )
-
-
-def _time_constants(model: mujoco.MjModel, closures: Sequence[Closure]) -> Iterator[tuple[int, float]]:
+    factor = float(f"{min(1.0, RESIDUE * stiffest / (1.0 - stiffest)):.3g}")
+    edits = []
+    for holder, rows in _weights(closures).items():
+        kind, owners = ("joint", model.dof_jntid[rows].tolist()) if holder == "dof" else (holder, rows)
+        edits.append(Edit(f"{holder}_invweight0", factor, rows, [_called(model, kind, owner) for owner in owners]))
     enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
+    # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
+    slowed = [one.index for one in closures if 0.0 < model.eq_solref[one.index, 0] < enough and not one.curved]
+    if slowed:
+        edits.append(Edit("eq_solref", enough, slowed, [_called(model, "equality", index) for index in slowed]))
+    options = {"integrator": mujoco.mjtIntegrator.mjINT_RK4, "solver": mujoco.mjtSolver.mjSOL_NEWTON}
+    return (*edits, *(Edit(name, value) for name, value in options.items() if getattr(model.opt, name) != value))
+
+
+def _weights(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
+    """Rows of the inverse weights that closures are softened by; the world, body 0, has none."""
+    ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
     for one in closures:
-        # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
-        if 0.0 < float(model.eq_solref[one.index, 0]) < enough and not one.curved:
-            yield one.index, enough
+        ends[one.holder].update(one.ends)
+    ends["body"].discard(0)
+    return {holder: sorted(found) for holder, found in ends.items() if found}
 
 
-def python_lines(model: mujoco.MjModel, recipe: Recipe, path: Path) -> str:
-    """Lines that make the edit, ready to paste; with the whole path of the file they give the same model anywhere."""
+def weights(model: mujoco.MjModel, closures: Sequence[Closure]) -> Array:
+    """Inverse weights that closures are softened by, in a row."""
+    arrays = [getattr(model, f"{holder}_invweight0")[rows] for holder, rows in _weights(closures).items()]
+    return np.concatenate([np.empty(0), *map(np.ravel, arrays)])
+
+
+def python_lines(recipe: Recipe, path: Path) -> str:
+    """Lines that make the edits, ready to paste; with the whole path of the file they give the same model anywhere."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
-    lines = [
-        "import mujoco",
-        "",
-        f"model = mujoco.MjModel.{reader}({str(path)!r})",
-        "# after mj_setConst, which makes these anew: again",
-    ]
-    for holder, indices in recipe.weights.indices.items():
-        if indices:
-            kind, owners = ("joint", model.dof_jntid[list(indices)]) if holder == "dof" else (holder, indices)
-            names = _comment([_called(model, kind, int(owner)) for owner in owners])
-            lines.append(f"model.{holder}_invweight0[{list(indices)}] *= {recipe.factor!r}  # {names}")
-    if recipe.time_constants:
-        slowed = [index for index, _ in recipe.time_constants]
-        names = _comment([_called(model, "equality", index) for index in slowed])
-        lines.append(f"model.eq_solref[{slowed}, 0] = {recipe.time_constants[0][1]!r}  # {names}")
-    if recipe.runge_kutta:
-        lines.append("model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4")
-    if recipe.newton:
-        lines.append("model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON")
-    return "\n".join(lines) + "\n"
-
-
-def _comment(names: Sequence[str]) -> str:
-    """Names as a comment: a line break in one would end it."""
-    return " ".join(listed(names).split())
+    head = ("import mujoco", "", f"model = mujoco.MjModel.{reader}({str(path)!r})")
+    again = "# after mj_setConst, which makes these anew: again"
+    return "\n".join([*head, again, *(edit.line for edit in recipe)]) + "\n"
 
 
 def _called(model: mujoco.MjModel, sort: str, index: int) -> str:
@@ -213,13 +204,13 @@ def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
         if off := [name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i)]:
             return f"none of its equality constraints is active at the start: {listed(off)}"
         return "it has no closed loop: nothing to harden (joints of its tree are exact as they are)"
-    made, weights = copy.copy(model), Weights.of(closures)
+    made = copy.copy(model)
     mujoco.mj_setConst(made, mujoco.MjData(made))
-    stock = weights.values(made)
+    stock = weights(made, closures)
     there = stock > 0.0
     if not there.any():
         return "what its closures hold has no inverse weight: nothing to harden"
-    share = float((weights.values(model)[there] / stock[there]).max())
+    share = float((weights(model, closures)[there] / stock[there]).max())
     return f"it is hardened already: its weights are {share:.1e} of what they were" if share < SCALED else ""
 
 
@@ -243,16 +234,11 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
 
 def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
     """Limits of the hardened model."""
-    hardened = {one.index for one in closures}
-    found = (
-        (
-            [one.name for one in closures if one.curved],
-            "MuJoCo's acceleration of it lacks the part of the velocity: hardened or not, it opens with the square of "
-            "its time constant, so that is kept; the reference has this error too, so the drift does not show it",
-        ),
-        (
-            [name_or_number(model, "equality", index) for index in range(model.neq) if index not in hardened],
-            "not active at the start, or of a flex, so not hardened",
-        ),
-    )
-    return tuple(f"{listed(which)}: {what}" for which, what in found if which)
+    curved, hardened = [one.name for one in closures if one.curved], {one.index for one in closures}
+    others = [name_or_number(model, "equality", index) for index in range(model.neq) if index not in hardened]
+    notes = {
+        "MuJoCo's acceleration of it lacks the part of the velocity: hardened or not, it opens with the square of its "
+        "time constant, so that is kept; the reference has this error too, so the drift does not show it": curved,
+        "not active at the start, or of a flex, so not hardened": others,
+    }
+    return tuple(f"{listed(which)}: {what}" for what, which in notes.items() if which)

@@ -6,26 +6,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from conrod.own.models.request import Controls
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedTiming
 
 SCHEMA = 3
-
-
-@dataclass(frozen=True)
-class Request:
-    """Way in which a model is to be hardened, and the motion on which that is shown.
-
-    Attributes:
-        keyframe: name or number of the keyframe that the runs start from; None for the first, or the model's own pose.
-    """
-
-    keyframe: str | None = None
-    seconds: float = 1.0  # how long the runs are [s]
-    force: bool = False  # harden what seems to be soft on purpose
-    content: bool = True  # whether the hardened model is asked for, not only its figures
-    controls: Controls = ()  # inputs of actuators in place of the keyframe's, held through the runs
 
 
 @dataclass(frozen=True)

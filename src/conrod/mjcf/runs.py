@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf.equalities import openings
 
 KINDS = mujoco.mjtState
 # All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.
@@ -23,6 +27,18 @@ STATE = int(
     | KINDS.mjSTATE_MOCAP_QUAT
 )
 SAMPLES = 400
+
+
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """What cannot be done with a user's model is InvalidInput that names its file; MuJoCo writes no log of it."""
+    with warnings_kept_quiet():
+        try:
+            yield
+        except mujoco.FatalError as error:
+            raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
+        except InvalidInput as error:
+            raise InvalidInput(f"{path}: {error}") from None
 
 
 def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -72,10 +88,11 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
     return make
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """A run that was made."""
 
+    model: mujoco.MjModel
     states: Array  # (S, n) at samples, evenly spaced, the first is the start
     points: Array  # (S, p, 3) [m]: origins and centres of gravity of all bodies that can move
     steps: int  # that were made before anything broke
@@ -86,6 +103,16 @@ class Run:
     def travel(self) -> float:
         """The longest way [m] of a point from where it was at the start."""
         return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
+
+    @property
+    def centres(self) -> Array:
+        """Centres of gravity (S, p / 2, 3) [m]."""
+        return self.points[:, self.points.shape[1] // 2 :]
+
+    def openings(self, extent: float) -> Array:
+        """Opening (S, neq) of each equality [m], a turn by what it is at an extent [m]."""
+        found = [openings(self.model, data, extent) for data in looks(self.model, self.states)]
+        return np.reshape(found, (len(found), self.model.neq))
 
 
 def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = None) -> Run:
@@ -115,7 +142,7 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
         moving = model.body_weldid > 0
         points = np.array([np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in looks(model, states)])
     broke = broken(data) or ("" if np.isfinite(points).all() else "not finite")
-    return Run(np.reshape(states, (len(states), len(start))), points, done, touched, broke)
+    return Run(model, np.reshape(states, (len(states), len(start))), points, done, touched, broke)
 
 
 def looks(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:

@@ -12,25 +12,9 @@ from typing import Any
 from urllib.parse import quote
 from xml.parsers import expat
 
-from conrod.own.models.request import Controls
 from conrod.runs.plain import json_document, plain
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
-
-
-@dataclass(frozen=True)
-class Request:
-    """Run that is asked for.
-
-    Attributes:
-        keyframe: name or number of the keyframe that it starts from; None for the first, or the model's own pose.
-    """
-
-    keyframe: str | None = None
-    seconds: float | None = None  # how long [s]; None for so many steps
-    ignored: tuple[str, ...] = ()  # names of rules that are left out
-    fix_folder: str | None = None  # where a fixed model will be; None where none is asked for
-    controls: Controls = ()  # inputs of actuators in place of the keyframe's
 
 
 Value = float | int | str

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import mujoco
-
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, stepping
 from conrod.mjcf.lint.bench import Bench, Document
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Request, Severity
-from conrod.mjcf.runs import data_at, state_of
+from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity
+from conrod.mjcf.runs import about, data_at, state_of
 from conrod.own.models.loading import check_finite, data_at_start, start_words
+from conrod.own.models.request import Controls
 
 Rule = Callable[[Bench], Iterator[Finding]]
 STEP, SOLVER = "step-too-long", "solver-stops-early"
@@ -34,42 +32,51 @@ DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for o
 MOST_STEPS = 1_000_000
 
 
-def lint(path: Path, request: Request) -> Report:
+def lint(
+    path: Path,
+    keyframe: str | None = None,
+    seconds: float | None = None,
+    ignored: Sequence[str] = (),
+    fix_folder: Path | None = None,
+    controls: Controls = (),
+) -> Report:
     """Search a model for what its motion does not need, and for what will cause trouble.
 
     To be called in a process of its own, see `conrod.studies.execution.local`.
 
     Args:
         path: an MJCF file.
+        keyframe, controls: as in `data_at_start`.
+        seconds: how long the run is [s]; None for so many steps.
+        ignored: names of rules that are left out.
+        fix_folder: where a fixed model will be; None where none is asked for.
 
     Raises:
-        InvalidInput: the file cannot be used, or has not what the request names.
+        InvalidInput: the file cannot be used, or has not what is named.
     """
-    for name in request.ignored:
+    for name in ignored:
         if name not in RULES:
             raise unknown_choice("rule", name, RULES)
     document = Document(path)
-    with warnings_kept_quiet():
-        try:
-            return judged(prepared(document, request), str(path), request)
-        except mujoco.FatalError as error:
-            raise InvalidInput(f"{path}: MuJoCo gives up on it: {' '.join(str(error).split())}") from None
-        except InvalidInput as error:
-            raise InvalidInput(f"{path}: {error}") from None
+    with about(path):
+        bench = prepared(document, keyframe, seconds, controls)
+        findings, notes, steady = judged(bench, ignored)
+        fixed = None if fix_folder is None else fix(steady, findings, fix_folder)
+        return Report(str(path), described(bench), findings, notes, fixed)
 
 
-def prepared(document: Document, request: Request) -> Bench:
+def prepared(document: Document, keyframe: str | None, seconds: float | None, controls: Controls) -> Bench:
     """The model on the bench, as it was asked for."""
     model = document.model
     check_finite(model)
     if not model.nv:
         raise InvalidInput("nothing in the model can move")
-    data, keyframe = data_at_start(model, request.keyframe, request.controls)
+    data, index = data_at_start(model, keyframe, controls)
     step = float(model.opt.timestep)
-    steps = DEFAULT_STEPS if request.seconds is None else max(2, math.ceil(request.seconds / step))
+    steps = DEFAULT_STEPS if seconds is None else max(2, math.ceil(seconds / step))
     if steps > MOST_STEPS:
-        raise InvalidInput(f"{request.seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
-    return Bench(document, model, (), state_of(model, data), steps, keyframe)
+        raise InvalidInput(f"{seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
+    return Bench(document, model, (), state_of(model, data), steps, index)
 
 
 def described(bench: Bench) -> str:
@@ -80,8 +87,8 @@ def described(bench: Bench) -> str:
     return f"{kind} run of {bench.steps} steps of {bench.step:g} s from {start}"
 
 
-def judged(bench: Bench, path: str, request: Request) -> Report:
-    """All rules; what the step or the solver makes wrong must not be laid to something else."""
+def judged(bench: Bench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], tuple[str, ...], Bench]:
+    """Findings of all rules, the worst first, notes, and the bench of most: what a step makes wrong is laid to it alone."""
     longest = stepping.longest_stable(bench)
     steady, notes, findings = bench, list[str](), list[Finding]()
     if longest is None:
@@ -91,7 +98,7 @@ def judged(bench: Bench, path: str, request: Request) -> Report:
         notes.append(f"all other rules are judged with a step of {steady.step:.4g} s")
     solved = steady
     for name, rule in RULES.items():
-        if name in request.ignored or (longest is None and name in NEED_A_RUN):
+        if name in ignored or (longest is None and name in NEED_A_RUN):
             continue
         found = [replace(one, rule=name) for one in rule(bench if name == STEP else solved)]
         findings += found
@@ -99,8 +106,7 @@ def judged(bench: Bench, path: str, request: Request) -> Report:
             notes.append("the rules after it are judged with the solver as it should be")
             solved = steady.edited(found[0].edits)
     findings.sort(key=lambda finding: (list(Severity).index(finding.severity), -(finding.change or 0.0)))
-    fixed = None if request.fix_folder is None else fix(steady, tuple(findings), Path(request.fix_folder))
-    return Report(path, described(bench), tuple(findings), tuple(notes), fixed)
+    return tuple(findings), tuple(notes), steady
 
 
 def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
