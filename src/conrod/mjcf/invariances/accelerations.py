@@ -14,6 +14,7 @@ import copy
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -112,6 +113,13 @@ class Similarity:
         """True if it turns the world."""
         return self.turn != (1.0, 0.0, 0.0, 0.0)
 
+    @cached_property
+    def rotation(self) -> Array:
+        """Matrix (3, 3) that it turns the world by."""
+        made = np.empty(9)
+        mujoco.mju_quat2Mat(made, np.array(self.turn))
+        return made.reshape(3, 3)
+
     def refusal(self, model: mujoco.MjModel) -> str:
         """Features of the model that the similarity does not know; empty where it knows all."""
         return next((words for words, has in self._unknown(model) if has), "")
@@ -138,52 +146,40 @@ class Similarity:
         return made
 
     def _turn(self, made: mujoco.MjModel) -> None:
-        turn = np.array(self.turn)
         for kind, owner in (("body", made.body_parentid), ("geom", made.geom_bodyid), ("site", made.site_bodyid)):
             places, rotations = getattr(made, f"{kind}_pos"), getattr(made, f"{kind}_quat")
-            for index in np.flatnonzero(owner == WORLD):
-                if kind == "body" and index == WORLD:
-                    continue
-                places[index] = _rotated(turn, places[index])
-                rotations[index] = _product(turn, rotations[index])
+            of_world = np.flatnonzero(owner == WORLD)
+            for index in of_world[1:] if kind == "body" else of_world:  # the world is its own parent
+                places[index] = self.rotation @ places[index]
+                rotations[index] = self._turned(rotations[index])
                 if kind != "body":  # MuJoCo skips the rotation of what stood at its body's frame
                     getattr(made, f"{kind}_sameframe")[index] = NO_SAME_FRAME
         of_bodies = (made.eq_type == CONNECT) & ~older.of_sites(made)
         for objects, columns in ((made.eq_obj1id, slice(0, 3)), (made.eq_obj2id, slice(3, 6))):
-            for index in np.flatnonzero(of_bodies & (objects == WORLD)):
-                made.eq_data[index, columns] = _rotated(turn, made.eq_data[index, columns])
-        made.opt.gravity[:] = _rotated(turn, made.opt.gravity)
+            anchors = made.eq_data[:, columns]
+            anchors[of_bodies & (objects == WORLD)] @= self.rotation.T
+        made.opt.gravity[:] = self.rotation @ made.opt.gravity
         for name in ("qpos0", "qpos_spring"):
             getattr(made, name)[:] = self.positions(made, getattr(made, name))
+
+    def _turned(self, rotation: Array) -> Array:
+        made = np.empty(4)
+        mujoco.mju_mulQuat(made, np.array(self.turn), np.asarray(rotation, dtype=float))
+        return made
 
     # -- states --------------------------------------------------------------------------------------------------------
 
     def positions(self, model: mujoco.MjModel, coordinates: Array) -> Array:
         """Coordinates (nq,) of a model as they are in its image."""
         made = np.array(coordinates)
-        for kind, at in zip(model.jnt_type, model.jnt_qposadr, strict=True):
-            if kind == FREE:
-                made[at : at + 3] = _rotated(np.array(self.turn), made[at : at + 3])
-                made[at + 3 : at + 7] = _product(np.array(self.turn), made[at + 3 : at + 7])
+        for at in model.jnt_qposadr[model.jnt_type == FREE]:
+            made[at : at + 3] = self.rotation @ made[at : at + 3]
+            made[at + 3 : at + 7] = self._turned(made[at + 3 : at + 7])
         return made
 
     def rates(self, model: mujoco.MjModel) -> Array:
         """Matrix (nv, nv) from rates, or accelerations, to those of the image."""
         made = np.eye(model.nv)
-        for kind, at in zip(model.jnt_type, model.jnt_dofadr, strict=True):
-            if kind == FREE:
-                axes = [_rotated(np.array(self.turn), axis) for axis in np.eye(3)]
-                made[at : at + 3, at : at + 3] = np.column_stack(axes)
+        for at in model.jnt_dofadr[model.jnt_type == FREE]:
+            made[at : at + 3, at : at + 3] = self.rotation
         return made
-
-
-def _rotated(turn: Array, vector: Array) -> Array:
-    made = np.empty(3)
-    mujoco.mju_rotVecQuat(made, np.asarray(vector, dtype=float), turn)
-    return made
-
-
-def _product(first: Array, second: Array) -> Array:
-    made = np.empty(4)
-    mujoco.mju_mulQuat(made, first, np.asarray(second, dtype=float))
-    return made

@@ -161,19 +161,19 @@ def reversed_declaration(bench: Bench, path: Path) -> Invariance:
     change = "order of declaration"
     try:
         named, reverse = both_orders(path)
-    except ValueError as error:
+    except (ValueError, mujoco.FatalError) as error:
         return Invariance(change, "rounding", Kept.UNSUPPORTED, reason=" ".join(str(error).split()))
     positions, rates = order(named, reverse)
-    solved = converged(reverse)
+    solved, written = converged(reverse), Bench.of(named, bench.times, bench.states)
 
     def found(state: Array) -> Array:
-        own, data = data_at(bench.model, state), mujoco.MjData(solved)
+        own, data = data_at(named, state), mujoco.MjData(solved)
         data.qpos[positions], data.qvel[rates] = own.qpos, own.qvel
         data.ctrl[:], data.act[:] = own.ctrl, own.act
         mujoco.mj_forward(solved, data)
         return np.asarray(data.qacc[rates])
 
-    return bench.held(change, found)
+    return written.held(change, found)
 
 
 def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[int]]:
@@ -186,57 +186,26 @@ def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[i
     return positions, rates
 
 
-# -- a file with what it declares in reverse order --------------------------------------------------------------------
-
-Element = ElementTree.Element
-INCLUDES_DEEP = 32  # MuJoCo refuses a file that includes itself, so this is never reached by one that loads
-MACROS = ("composite", "flexcomp", "attach", "replicate")  # elements that stand for others which MuJoCo makes
-BODIES = ("worldbody", "body")
-
-
 def both_orders(path: Path) -> tuple[mujoco.MjModel, mujoco.MjModel]:
-    """The model, and that with what each body has and its constraints in reverse order; joints have names in both.
+    """The model as MuJoCo writes it, and with what each body has and its constraints in reverse order.
+
+    Joints have names in both.
 
     Raises:
-        ValueError: there is no file to take apart, or the reverse does not compile.
+        ValueError: there is no file to take apart, or what MuJoCo writes does not compile.
     """
     if path.suffix.lower() == ".mjb":
         raise ValueError("there is no file to take apart")
-    folder = path.resolve().parent
-    root = _with_includes(path.resolve(), folder, 0)
-    if root.tag != "mujoco":
-        raise ValueError(f"<{root.tag}> is no MJCF")
-    if macro := next((element.tag for element in root.iter() if element.tag in MACROS), None):
-        raise ValueError(f"<{macro}> makes elements of its own")
-    for number, joint in enumerate(e for body in root.iterfind("worldbody") for e in body.iter()):
-        if joint.tag in ("joint", "freejoint"):
-            joint.attrib.setdefault("name", f"conrod-{number}")
-    named = _compiled(root, folder)
-    for section in root.iter():
-        if section.tag in ("equality", *BODIES):
-            # A body's own joints are one after the other: their order is part of the machine.
-            moving = [child for child in section if child.tag not in ("joint", "freejoint")]
-            section[:] = [child for child in section if child not in moving] + moving[::-1]
-    return named, _compiled(root, folder)
-
-
-def _with_includes(path: Path, folder: Path, depth: int) -> Element:
-    """The tree of a file with its includes in their places, as MuJoCo puts them there."""
-    if depth > INCLUDES_DEEP:
-        raise ValueError(f"files are included in files more than {INCLUDES_DEEP} deep")
-    try:
-        root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, OSError) as error:
-        raise ValueError(f"{path.name}: {error}") from None
-    for parent in list(root.iter()):
-        for child in [child for child in parent if child.tag == "include"]:
-            # MuJoCo looks beside the including file first, then beside the model file.
-            name, place = child.get("file", ""), list(parent).index(child)
-            found = next((p for p in (path.parent / name, folder / name) if p.is_file()), folder / name)
-            parent[place : place + 1] = list(_with_includes(found, folder, depth + 1))
-    return root
-
-
-def _compiled(root: Element, folder: Path) -> mujoco.MjModel:
-    with contextlib.chdir(folder):
-        return mujoco.MjModel.from_xml_string(ElementTree.tostring(root))
+    spec = mujoco.MjSpec.from_file(str(path))
+    for number, joint in enumerate(spec.joints):
+        joint.name = joint.name or f"conrod-{number}"
+    with contextlib.chdir(path.resolve().parent):
+        spec.compile()
+        root = ElementTree.fromstring(spec.to_xml())
+        named = mujoco.MjModel.from_xml_string(ElementTree.tostring(root))
+        for section in root.iter():
+            if section.tag in ("equality", "worldbody", "body"):
+                # A body's own joints are one after the other: their order is part of the machine.
+                moving = [child for child in section if child.tag not in ("joint", "freejoint")]
+                section[:] = [child for child in section if child not in moving] + moving[::-1]
+        return named, mujoco.MjModel.from_xml_string(ElementTree.tostring(root))

@@ -88,7 +88,7 @@ def described(bench: Bench) -> str:
 
 
 def judged(bench: Bench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], tuple[str, ...], Bench]:
-    """Findings of all rules, the worst first, notes, and the bench of most: what a step makes wrong is laid to it alone."""
+    """Findings of all rules, the worst first, notes, and the bench of most: what a step does is laid to it alone."""
     longest = stepping.longest_stable(bench)
     steady, notes, findings = bench, list[str](), list[Finding]()
     if longest is None:
