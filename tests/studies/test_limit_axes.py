@@ -173,13 +173,10 @@ def test_orders_of_declaration_are_spread_evenly_and_end_with_the_reversed_one()
     assert axis.values(case_of(CAM, preset="tuned")) == tuple(range(12))
     numbers = axis.values(case_of())
     assert len(numbers) == 24
-    first, *_, last = (axis.case(case_of(), number).declaration for number in numbers)
+    first, *_, last = (axis.case(case_of(), number).declared for number in numbers)
     mechanism = SAW.mechanism()
-    assert first is not None
-    assert last is not None
-    assert first.of(mechanism) == mechanism
-    assert last.of(mechanism).bodies == mechanism.bodies[::-1]
-    assert last.of(mechanism).joints == mechanism.joints[::-1]
+    assert first == mechanism
+    assert last == replace(mechanism, bodies=mechanism.bodies[::-1], joints=mechanism.joints[::-1])
 
 
 def test_the_force_on_a_follower_stays_while_the_speed_grows() -> None:

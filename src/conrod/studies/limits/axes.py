@@ -126,11 +126,13 @@ def _starts(setup: Setup) -> tuple[float, ...]:
 
 def _order(setup: Setup, number: float) -> str:
     order = declared(setup, number)
-    return f"{', '.join(order.bodies)}; {', '.join(order.joints)}"
+    return "; ".join(", ".join(one.name for one in kind) for kind in (order.bodies, order.joints))
 
 
 def _one_pass(rest: str) -> Callable[[Setup], str | None]:
-    return lambda setup: f"the input of {setup.scene.kind} makes one pass {rest}" if setup.one_pass else None
+    return lambda setup: (
+        f"the input of {setup.scene.kind} makes one pass {rest}" if setup.mechanism.driver.span else None
+    )
 
 
 # -- the table -------------------------------------------------------------------------------------------------------
@@ -205,7 +207,7 @@ ROWS = (
     ),
     Axis(
         "declaration", "Order of declaration", "number of the permutation", Scale.LISTED,
-        lambda setup, value: setup.run(declaration=declared(setup, value)),
+        lambda setup, value: setup.run(declared=declared(setup, value)),
         values=lambda setup: orders(setup, MOST_ORDERS), text=_order,
     ),
     Axis(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import Lacking, Varied, capability, required
-from conrod.exact import ExactReference
+from conrod.exact import GenericReference
 from conrod.exact.motion import Motion, Side
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Settings
@@ -30,48 +30,21 @@ VARIANTS_KEPT = 256
 
 
 @dataclass(frozen=True)
-class Declaration:
-    """Names of the bodies and of the joints in the order in which they are declared."""
-
-    bodies: tuple[str, ...]
-    joints: tuple[str, ...]
-
-    def of(self, mechanism: Mechanism) -> Mechanism:
-        """Return a mechanism declared in this order."""
-        joints = {joint.name: joint for joint in mechanism.joints}
-        return replace(
-            mechanism,
-            bodies=tuple(mechanism.body(name) for name in self.bodies),
-            joints=tuple(joints[name] for name in self.joints),
-        )
-
-
-@dataclass(frozen=True)
-class Redeclared(ExactReference):
+class Redeclared(GenericReference):
     """A scene whose mechanism is declared in another order; it is run, and compared with the same closed form."""
 
     scene: Scene = field(repr=False)
-    declaration: Declaration
-    speed: float = field(init=False, compare=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "speed", self.scene.speed)
 
     @property
     def lengths(self) -> Mapping[str, float]:
         """Normalising lengths [m]; they depend on no order."""
         return self.scene.lengths
 
-    def mechanism(self) -> Mechanism:
-        """Return the mechanism in its new order."""
-        return self.declaration.of(self.scene.mechanism())
-
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
         """Return the exact motion, which depends on no order."""
         return self.scene.motion(angle, speed, acceleration, side)
 
     def break_angles(self) -> tuple[float, ...]:
-        """Those of the scene."""
         return self.scene.break_angles()
 
 
@@ -80,11 +53,11 @@ class LimitCase(RunCase):
     """A run whose measurement carries `Extremes`; see `stream_run`.
 
     Attributes:
-        declaration: of bodies and joints; None is the scene's own.
+        declared: the mechanism with its bodies and joints in another order; None is the scene's own.
     """
 
     signed_angles: int = 0
-    declaration: Declaration | None = None
+    declared: Mechanism | None = field(default=None, repr=False)
 
     def perform(self) -> Measurement:
         return stream_run(self)
@@ -93,13 +66,15 @@ class LimitCase(RunCase):
         Extremes.of(measurement)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
-        declared = None if self.declaration is None else asdict(self.declaration)
-        return super()._identity(parameters) | {"watched": WATCH_VERSION, "declaration": declared}
+        order = None
+        if self.declared is not None:
+            order = {kind: [one.name for one in getattr(self.declared, kind)] for kind in ("bodies", "joints")}
+        return super()._identity(parameters) | {"watched": WATCH_VERSION, "declaration": order}
 
     @cached_property
     def machine(self) -> Scene | Redeclared:
         """The machine that is run and compared."""
-        return self.scene if self.declaration is None else Redeclared(self.scene, self.declaration)
+        return self.scene if self.declared is None else Redeclared(self.declared, self.scene.speed, self.scene)
 
 
 @dataclass(frozen=True)
@@ -118,19 +93,24 @@ class Setup:
     steps_per_revolution: int | None = None
 
     @property
-    def contact(self) -> bool:
-        """True of a machine with a cam."""
-        return bool(self.scene.kinematics.mechanism.cam_contacts)
+    def who(self) -> tuple[str, str, str]:
+        """Names of scene, engine and preset."""
+        return self.name, self.engine, self.preset
 
     @property
-    def one_pass(self) -> bool:
-        """True where the input cannot turn fully, and every run is the one pass that it makes."""
-        return self.scene.kinematics.mechanism.driver.span is not None
+    def mechanism(self) -> Mechanism:
+        """The scene's, as it declares it."""
+        return self.scene.kinematics.mechanism
+
+    @property
+    def contact(self) -> bool:
+        """True of a machine with a cam."""
+        return bool(self.mechanism.cam_contacts)
 
     @property
     def fewest_steps(self) -> int:
         """Steps per revolution with which a run is just long enough to have accelerations, or two."""
-        span = self.scene.kinematics.mechanism.driver.span
+        span = self.mechanism.driver.span
         return 2 if span is None else math.ceil(LEAST_STEPS * 2.0 * math.pi / (span[1] - span[0]))
 
     @property

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
+from typing import TypeVar
 
 from conrod.errors import InvalidInput
 from conrod.exact.linkage import outputs
 from conrod.exact.linkage.course import course_of
-from conrod.mechanism.mechanism import GROUND, Revolute
+from conrod.mechanism.mechanism import GROUND, Mechanism, Revolute
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
-from conrod.studies.limits.case import Declaration, Setup
+from conrod.studies.limits.case import Setup
 
 MM = 1e-3  # [m]
 SCENES_KEPT = 16
@@ -120,26 +122,25 @@ def dead_angles(scene: Scene) -> tuple[float, ...]:
 
 def orders(setup: Setup, most: int) -> tuple[float, ...]:
     """Return numbers of orders of declaration: all, or `most` evenly spread, the last of which reverses everything."""
-    mechanism = setup.scene.kinematics.mechanism
-    last = math.factorial(len(mechanism.bodies)) * math.factorial(len(mechanism.joints)) - 1
+    last = math.factorial(len(setup.mechanism.bodies)) * math.factorial(len(setup.mechanism.joints)) - 1
     count = min(most, last + 1)
     return tuple(dict.fromkeys(float(round(k * last / max(count - 1, 1))) for k in range(count)))
 
 
-def declared(setup: Setup, number: float) -> Declaration:
-    """Return the order of a number; 0 is the scene's own."""
-    mechanism = setup.scene.kinematics.mechanism
-    joints = math.factorial(len(mechanism.joints))
-    return Declaration(
-        bodies=permutation([body.name for body in mechanism.bodies], round(number) // joints),
-        joints=permutation([joint.name for joint in mechanism.joints], round(number) % joints),
-    )
+def declared(setup: Setup, number: float) -> Mechanism:
+    """Return the mechanism in the order of declaration of a number; 0 is the scene's own."""
+    of_bodies, of_joints = divmod(round(number), math.factorial(len(setup.mechanism.joints)))
+    bodies, joints = permutation(setup.mechanism.bodies, of_bodies), permutation(setup.mechanism.joints, of_joints)
+    return replace(setup.mechanism, bodies=bodies, joints=joints)
 
 
-def permutation(names: Sequence[str], number: int) -> tuple[str, ...]:
+Element = TypeVar("Element")
+
+
+def permutation(elements: Sequence[Element], number: int) -> tuple[Element, ...]:
     """Return the permutation of a number: 0 leaves all in place, the last reverses them (factorial number system)."""
-    left, chosen = list(names), []
-    for size in range(len(names), 0, -1):
+    left, chosen = list(elements), []
+    for size in range(len(elements), 0, -1):
         place, number = divmod(number, math.factorial(size - 1))
         chosen.append(left.pop(place))
     return tuple(chosen)

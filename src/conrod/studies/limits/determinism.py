@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from conrod.engines import engine_named
@@ -31,11 +31,6 @@ class RepeatedCase(LimitCase):
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         return super()._identity(parameters) | {"repeated": RUNS}
-
-    @property
-    def once(self) -> LimitCase:
-        """One of its runs."""
-        return LimitCase(**{part.name: getattr(self, part.name) for part in fields(self)})
 
 
 @dataclass(frozen=True)
@@ -67,15 +62,9 @@ def determinism_search(setup: Setup) -> Study[Determinism]:
     results = yield (case,)
     measurement = results[case.key]
     recorded = Extremes.of(measurement)
-    prints = (recorded.fingerprint, *recorded.again)
-    return Determinism(
-        scene=setup.name,
-        engine=setup.engine,
-        preset=setup.preset,
-        outcome=measurement.outcome,
-        reason=measurement.reason,
-        fingerprints=dict(zip(RUNS, prints, strict=True)) if recorded.again else {},
-    )
+    prints = (recorded.fingerprint, *recorded.again) if recorded.again else ()
+    named = dict(zip(RUNS, prints, strict=False))
+    return Determinism(*setup.who, measurement.outcome, measurement.reason, named)
 
 
 def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
@@ -84,7 +73,7 @@ def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
     Args:
         task: what makes one run; a function that can be pickled.
     """
-    once = case.once
+    once = LimitCase(case.name, case.scene, case.settings)
     first, again = task(once), task(once)
     task(_another(once))
     after = task(once)

@@ -96,7 +96,7 @@ def float_search(setup: Setup) -> Study[FollowerFloat]:
             break
         runs |= yield from _tried(setup, (speed,))
     theory = abs(at_float_speed(setup, 1.0).speed)
-    return FollowerFloat(setup.name, setup.engine, setup.preset, theory, held, flown, probes)
+    return FollowerFloat(*setup.who, theory, held, flown, probes)
 
 
 def _bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:

@@ -239,8 +239,7 @@ def map_search(
         return {node: standing(runs[node].level) for node in nodes}
 
     yield from refine((len(x), len(y)), ask, stride)
-    names = setup.name, setup.engine, setup.preset, STEPS.name, pair.other.name
-    return LimitMap(*names, x, y, tuple(runs[node] for node in sorted(runs)))
+    return LimitMap(*setup.who, STEPS.name, pair.other.name, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
 def _run(node: Node, measurement: Measurement) -> MapRun:

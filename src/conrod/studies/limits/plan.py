@@ -51,7 +51,7 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
         ends = [(b.last_good, b.first_bad) for b in boundaries]
         middles = [_middle(axis, good, bad) for good, bad in ends if good is not None and bad is not None]
         asked = [middle for middle in dict.fromkeys(middles) if middle is not None]
-    return Walk(axis.name, setup.name, setup.engine, setup.preset, "", tuple(probes.values()), boundaries)
+    return Walk(axis.name, *setup.who, "", tuple(probes.values()), boundaries)
 
 
 def _middle(axis: Axis, good: float, bad: float) -> float | None:
@@ -93,38 +93,20 @@ Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a s
 Span = tuple[float, float] | None  # first and last value of an axis, where other ends than its own are asked for
 
 
-@dataclass(frozen=True)
-class Item:
-    """Something that `--axis` can name: an axis, a pair of axes, or something besides.
-
-    Attributes:
-        refusal: None, or why a setup does not have it.
-        searches: those of a setup; raises InvalidInput where the machine cannot be given with an end of the range.
-    """
-
-    name: str
-    refusal: Callable[[Setup], str | None]
-    searches: Callable[[Setup, Span], Sequence[Search]]
+def _walks(axis: Axis, setup: Setup, asked: Span) -> list[Search]:
+    spans = (asked,) if asked else axis.spans(setup)
+    for end in (end for span in spans for end in span):
+        axis.case(setup, end)
+    return [partial(walk_search, axis, setup, *span) for span in spans]
 
 
-def _axis(axis: Axis) -> Item:
-    def searches(setup: Setup, asked: Span) -> list[Search]:
-        spans = (asked,) if asked else axis.spans(setup)
-        for end in (end for span in spans for end in span):
-            axis.case(setup, end)
-        return [partial(walk_search, axis, setup, *span) for span in spans]
-
-    return Item(axis.name, axis.refusal, searches)
-
-
-ITEMS = {
-    item.name: item
-    for item in (
-        *map(_axis, AXES.values()),
-        *(Item(p.name, p.refusal, lambda setup, _, p=p: [partial(map_search, setup, p)]) for p in PAIRS),  # type: ignore[misc]
-        Item("determinism", lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
-        Item("flight", AXES["float"].refusal, lambda setup, _: [partial(float_search, setup)]),
-    )
+# What `--axis` can name: why a setup does not have it, or None; and its searches in a setup, which raise InvalidInput
+# where the machine cannot be given with an end of the range.
+ITEMS: dict[str, tuple[Callable[[Setup], str | None], Callable[[Setup, Span], list[Search]]]] = {
+    **{name: (axis.refusal, partial(_walks, axis)) for name, axis in AXES.items()},
+    **{p.name: (p.refusal, lambda setup, _, p=p: [partial(map_search, setup, p)]) for p in PAIRS},  # type: ignore[misc]
+    "determinism": (lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
+    "flight": (AXES["float"].refusal, lambda setup, _: [partial(float_search, setup)]),
 }
 
 
@@ -133,31 +115,25 @@ class LimitPlan:
     """Searches of one scene.
 
     Attributes:
+        engines: name -> version.
         refused: walks of axes that the scene or an engine does not have.
         unfit: of what was asked for, name -> why no engine and preset has it on this scene.
     """
 
     name: str
     scene: Scene = field(repr=False)
-    engines: tuple[Engine[Any], ...]
+    engines: Mapping[str, str]
     refused: tuple[Walk, ...]
     unfit: Mapping[str, str]
     searches: tuple[Search, ...]
 
     def study(self, found: Iterable[Any]) -> LimitStudy:
         """Return the study, from the findings of the searches."""
-        every = [*found, *self.refused]
-        parts = {name: [part for part in every if isinstance(part, kind)] for name, kind in PARTS.items()}
-        parts["walks"].sort(key=lambda walk: list(AXES).index(walk.axis))
-        return LimitStudy(
-            name=self.name,
-            kind=self.scene.kind,
-            title=self.scene.title,
-            parameters=self.scene.parameters,
-            engines={engine.name: engine.version for engine in self.engines},
-            **{name: tuple(of) for name, of in parts.items()},
-            lengths=dict(self.scene.lengths),
-        )
+        every, scene = [*found, *self.refused], self.scene
+        parts = [tuple(part for part in every if isinstance(part, kind)) for kind in PARTS.values()]
+        walks = tuple(sorted(parts[0], key=lambda walk: list(AXES).index(walk.axis)))
+        about = self.name, scene.kind, scene.title, scene.parameters, self.engines
+        return LimitStudy(*about, walks, *parts[1:], dict(scene.lengths))
 
 
 def plan_limits(
@@ -173,24 +149,22 @@ def plan_limits(
     """
     setups = [Setup(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
     unfit = {setup.preset: refusal for setup in setups if (refusal := setup.refusal()) is not None}
-    fit = [setup for setup in setups if setup.refusal() is None]
     searches: list[Search] = []
     refused: list[Walk] = []
-    reasons: dict[str, str] = {}
-    had: set[str] = set()
-    for setup in fit:
-        for item in (ITEMS[name] for name in asked or ITEMS):
-            refusal = item.refusal(setup)
+    refusals: dict[str, list[str | None]] = {}
+    for setup in (setup for setup in setups if setup.refusal() is None):
+        for item in asked or ITEMS:
+            lacks, searches_of = ITEMS[item]
+            refusal = lacks(setup)
+            refusals.setdefault(item, []).append(refusal)
             if refusal is None:
-                had.add(item.name)
-                searches += item.searches(setup, span)
-                continue
-            reasons[item.name] = refusal
-            if item.name in AXES:
-                refused.append(Walk(item.name, setup.name, setup.engine, setup.preset, refusal, (), ()))
-    if fit:
-        unfit = {} if not asked else {item: reason for item, reason in reasons.items() if item not in had}
-    return LimitPlan(name, scene, tuple(engines), tuple(refused), unfit, tuple(searches))
+                searches += searches_of(setup, span)
+            elif item in AXES:
+                refused.append(Walk(item, *setup.who, refusal, (), ()))
+    if refusals:
+        unfit = {item: found[0] for item, found in refusals.items() if asked and found[0] and None not in found}
+    versions = {engine.name: engine.version for engine in engines}
+    return LimitPlan(name, scene, versions, tuple(refused), unfit, tuple(searches))
 
 
 def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Results]) -> list[LimitStudy]:
