@@ -130,10 +130,12 @@ class LimitPlan:
     def study(self, found: Iterable[Any]) -> LimitStudy:
         """Return the study, from the findings of the searches."""
         every, scene = [*found, *self.refused], self.scene
-        parts = [tuple(part for part in every if isinstance(part, kind)) for kind in PARTS.values()]
-        walks = tuple(sorted(parts[0], key=lambda walk: list(AXES).index(walk.axis)))
-        about = self.name, scene.kind, scene.title, scene.parameters, self.engines
-        return LimitStudy(*about, walks, *parts[1:], dict(scene.lengths))
+        every.sort(key=lambda part: list(AXES).index(part.axis) if isinstance(part, Walk) else 0)
+        parts: dict[str, Any] = {
+            name: tuple(part for part in every if isinstance(part, kind)) for name, kind in PARTS.items()
+        }
+        about = self.name, scene.kind, scene.title, scene.parameters
+        return LimitStudy(*about, self.engines, lengths=dict(scene.lengths), **parts)
 
 
 def plan_limits(
