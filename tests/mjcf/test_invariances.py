@@ -42,8 +42,8 @@ BOX = """<geom type="plane" size="3 3 0.1" pos="0 0 -0.5"/><body name="box" pos=
   <geom type="box" size="0.1 0.08 0.1" friction="0.8"/></body>"""
 
 
-def bench_of(path: Path, more: str = "", cone: str = "pyramidal") -> Bench:
-    path.write_text(LOOPS.format(more=more).replace("<option ", f'<option cone="{cone}" '), encoding="utf-8")
+def bench_of(path: Path, more: str = "") -> Bench:
+    path.write_text(LOOPS.format(more=more), encoding="utf-8")
     model = load_model(path)
     data = mujoco.MjData(model)
     data.ctrl[:], data.qvel[:], data.qvel[4:6] = 0.5, 0.1, 1.0  # the box slides
@@ -90,12 +90,13 @@ def test_a_similarity_that_forgets_a_field_is_found(loops: Bench, field: str, mo
     assert any(one.outcome is Kept.BROKEN for one in similarities(loops))
 
 
-def test_friction_pyramid_follows_the_world_and_the_cone_does_not(tmp_path: Path) -> None:
-    def turned(cone: str) -> Kept:
-        found = similarities(bench_of(tmp_path / f"{cone}.xml", BOX, cone))
-        return next(one.outcome for one in found if one.change == "world turned")
-
-    assert (turned("pyramidal"), turned("elliptic")) == (Kept.EXPLAINED, Kept.HOLDS)
+def test_friction_pyramids_follow_the_world_and_are_round_where_it_is_turned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sliding = bench_of(tmp_path / "sliding.xml", BOX)
+    assert [one.outcome for one in similarities(sliding)] == [Kept.HOLDS, Kept.HOLDS]
+    monkeypatch.setattr("conrod.mjcf.invariances.changes._with_a_round_cone", lambda bench: bench)
+    assert [one.outcome for one in similarities(sliding)] == [Kept.HOLDS, Kept.BROKEN]
 
 
 def test_what_a_similarity_does_not_know_is_unsupported_with_the_reason(loops: Bench) -> None:

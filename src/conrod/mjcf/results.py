@@ -64,7 +64,6 @@ class Kept(Enum):
 
     BITS = "identical"
     HOLDS = "holds"
-    EXPLAINED = "explained"  # off for a cause that was found, without which it holds
     BROKEN = "broken"
     UNSUPPORTED = "unsupported"
 
@@ -82,7 +81,7 @@ class Invariance:
         time: of the first state that is out of bounds, or of that where the ratio is largest [s].
         case: the model in which that is; empty where there is but one.
         broken, cases: models in which it is broken, and all that were tried.
-        reason: of what is unsupported or explained.
+        reason: of what is unsupported.
     """
 
     change: str
