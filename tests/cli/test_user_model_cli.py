@@ -13,9 +13,9 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, question, replaced
 from conrod.cli.validate_file import question_of
 from conrod.cli.validate_request import Request
 from conrod.errors import InvalidInput
+from conrod.mjcf.loops.scene_study import study
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Question
-from conrod.own.models.study import study
 from conrod.scenes import SCENES
 from conrod.studies.execution.local import confined
 

@@ -12,8 +12,7 @@ import pytest
 from own_model_edits import ROD_END, TEXTS, judged, replaced, settled
 
 from conrod import MuJoCoSettings, compare, run
-from conrod.own.models.driving import look_at
-from conrod.own.models.request import DrivenRun
+from conrod.mjcf.loops.driving import Recording, look_at
 from conrod.own.models.results import OWN, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
@@ -27,7 +26,7 @@ QUANTITIES = ("position", "velocity", "acceleration")
 @pytest.fixture
 def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their runs would take most of the time, and nothing is asked of them."""
-    monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", (OWN,))
 
 
 def test_looking_at_a_run_changes_no_bit_of_it() -> None:
@@ -84,32 +83,31 @@ def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -
     assert "rod is 1 % too long: 303 mm instead of 300 mm" in words.verdict(study)
 
 
-def moved(run: DrivenRun, by: float) -> DrivenRun:
+def moved(run: Recording, by: float) -> Recording:
     """Its points further along x, from the middle of the run on."""
-    motion = {name: own.copy() for name, own in run.motion.items()}
+    motion = {name: own.copy() for name, own in run.points.items()}
     for own in motion.values():
         own[0, len(run.times) // 2 + 1 :, 0] += by
-    return replace(run, motion=motion)
+    return replace(run, points=motion)
 
 
-def on_the_other_branch(run: DrivenRun) -> DrivenRun:
+def on_the_other_branch(run: Recording) -> Recording:
     """C where the other branch has it, mirrored at the crank pin; that is 2 x the way to it."""
-    angle = SCENE.motion(run.coordinate, 1.0).point("C").position[:, 0]
-    pin = SCENE.shaft[0] + SCENE.crank * np.cos(run.coordinate)  # type: ignore[attr-defined]
-    other = run.motion["C"].copy()
+    angle = SCENE.motion(run.coordinates[0], 1.0).point("C").position[:, 0]
+    pin = SCENE.shaft[0] + SCENE.crank * np.cos(run.coordinates[0])  # type: ignore[attr-defined]
+    other = run.points["C"].copy()
     other[0, :, 0] = 2.0 * pin - angle
-    return replace(run, motion={"C": other})
+    return replace(run, points={"C": other})
 
 
 @pytest.mark.usefixtures("no_presets")
 @pytest.mark.parametrize(("spoil", "outcome"), [
     (lambda run: run, Outcome.COMPLETED),
     (lambda run: moved(run, 100.0), Outcome.EXPLODED),
-    (lambda run: replace(run, ripple=0.6), Outcome.STALLED),
-    (lambda run: replace(run, gap=run.gap + np.linspace(0.0, 0.1, len(run.gap))), Outcome.OPENED),
+    (lambda run: replace(run, gaps={"slider-pin": np.linspace(0.0, 0.1, len(run.times))}), Outcome.OPENED),
     (on_the_other_branch, Outcome.FLIPPED),
     (lambda run: replace(run, outcome=Outcome.DIVERGED, reason="not finite"), Outcome.DIVERGED),
-], ids=["as-it-is", "exploded", "stalled", "opened", "flipped", "diverged"])  # fmt: skip
+], ids=["as-it-is", "exploded", "opened", "flipped", "diverged"])  # fmt: skip
 def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: object, outcome: Outcome) -> None:
     study = judged(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
     own = study.own
@@ -122,7 +120,7 @@ def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: objec
 @pytest.mark.usefixtures("no_presets")
 @pytest.mark.parametrize(
     "clock",
-    [lambda run: run.times + run.timestep, lambda run: run.times * 1.0001],
+    [lambda run: run.times + run.times[1], lambda run: run.times * 1.0001],
     ids=["stamps a step late", "steps too short"],
 )
 @pytest.mark.parametrize("tolerance", [None, {"position": 1e-4}])

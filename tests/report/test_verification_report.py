@@ -161,8 +161,8 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Other runs take most of the time, and nothing is asked of them.
-    monkeypatch.setattr("conrod.own.models.study.PRESETS", ())
-    monkeypatch.setattr("conrod.own.models.study.FINER", ())
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.FINER", ())
     monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
     (tmp_path / "saw.xml").write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
     given = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--revolutions", "1")

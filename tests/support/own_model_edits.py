@@ -8,16 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
 
-import mujoco
-
-from conrod.own.models import study as studying
-from conrod.own.models.assembly import prepare
-from conrod.own.models.driving import CrankDrive
+from conrod.mjcf.loops import scene_study
+from conrod.mjcf.loops.driving import Recording
+from conrod.mjcf.loops.turning import Turning, prepare, scan
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import Identity, identify
-from conrod.own.models.request import DrivenRun, Place, Question, Scan
+from conrod.own.models.request import Place, Question, Scan
 from conrod.own.models.results import ModelStudy
-from conrod.own.models.scanning import scan
 from conrod.scenes import SCENES
 
 ROOT = Path(__file__).parents[2]
@@ -113,45 +110,38 @@ def question(kind: str, **asked: object) -> Question:
     return Question(crank, places, mechanism.mobility, len(mechanism.cam_contacts), **asked)  # type: ignore[arg-type]
 
 
-_SCANS: dict[tuple[str, str], Scan] = {}
-_RUNS: dict[tuple[object, ...], DrivenRun] = {}
+_TURNS: dict[tuple[str, str], tuple[Turning, Scan]] = {}
 
 
-def scanned(folder: Path, text: str, put: Question) -> tuple[Path, Scan]:
+def scanned(folder: Path, text: str, put: Question) -> tuple[Path, Turning, Scan]:
     """The model as a file, and what its paths are: followed once for all tests that ask the same of it."""
     path = folder / "model.xml"
     path.write_text(text, encoding="utf-8")
     key = (text, repr(put))
-    if key not in _SCANS:
-        _SCANS[key] = scan(prepare(path, put), put)
-    return path, _SCANS[key]
+    if key not in _TURNS:
+        turning = prepare(path, put)
+        _TURNS[key] = turning, scan(turning, put)
+    return path, *_TURNS[key]
 
 
 def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **asked: object) -> Identity:
     """What a model's paths say, in this process."""
-    _, found = scanned(folder, text, question(kind, **asked))
+    *_, found = scanned(folder, text, question(kind, **asked))
     return identify(SCENES[FILES[kind]], found, given or GivenFrame())[0]
 
 
 def judged(
     folder: Path, kind: str, text: str, turns: float = 1.0, tolerance: dict[str, float] | None = None,
-    spoil: Callable[[DrivenRun], DrivenRun] = lambda run: run, **asked: object,
+    spoil: Callable[[Recording], Recording] = lambda run: run, **asked: object,
 ) -> ModelStudy:  # fmt: skip
-    """All of the judgement, in this process; `spoil` changes what is run before it is judged. Equal runs are kept."""
+    """All of the judgement, in this process; `spoil` changes what is run before it is judged."""
     put = question(kind, **asked)
-    path, found = scanned(folder, text, put)
-    run, driven, as_given = CrankDrive._run, CrankDrive.driven, CrankDrive.as_given
-
-    def kept(self: CrankDrive, model: mujoco.MjModel, data: mujoco.MjData) -> DrivenRun:
-        options = repr(model.opt), *(field.tobytes() for field in (model.eq_solref, model.dof_armature, data.ctrl))
-        key = (text, put, self.rate, turns, data.qpos.tobytes(), model.body_invweight0.tobytes(), *options)
-        if key not in _RUNS:
-            _RUNS[key] = run(self, model, data)
-        return _RUNS[key]
-
-    def spoiled(make: Callable[..., DrivenRun]) -> Callable[..., DrivenRun]:
-        return lambda *given: spoil(make(*given))
-
-    changes = {"_run": kept, "driven": spoiled(driven), "as_given": spoiled(as_given)}
-    with patch.object(studying, "scan", lambda *_: found), patch.multiple(CrankDrive, **changes):
-        return studying.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance)
+    path, turning, found = scanned(folder, text, put)
+    judge = scene_study.judged
+    changes = {
+        "prepare": lambda *_: turning,
+        "scan": lambda *_: found,
+        "judged": lambda label, run, *to: judge(label, spoil(run), *to),
+    }
+    with patch.multiple(scene_study, **changes):
+        return scene_study.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance)

@@ -67,7 +67,7 @@ def _each(path: Path, timeout: float, judged: Callable[[Scene], Any]) -> Judge:
 
 
 def _model(path: Path, named: tuple[str, Scene], asked: Request) -> Judging:
-    from conrod.own.models.study import study
+    from conrod.mjcf.loops.scene_study import study
 
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
     refuse(asked, its_own, "engine", "preset", "steps_per_rev", "qualify")

@@ -109,24 +109,6 @@ class StraightAhead:
         return np.asarray(stop + (stop - start) * (angle - second) / (second - first))
 
 
-# -- rank of a Jacobian whose rows and columns may be in different units -----------------------------------------------
-
-
-# Singular values below this share of the largest are zero: what is left of rounding is 1e-15 of it, a linkage a
-# thousandth of a degree from a singular pose has 1e-5.
-RANK_TOLERANCE = 1e-9
-
-
-def jacobian_rank(jacobian: Array) -> int:
-    """Rank of a Jacobian (rows, coordinates) whose rows and columns may be in different units."""
-    if not jacobian.size:
-        return 0
-    # A column in metres beside one in radians must not decide what is small.
-    scale = np.linalg.norm(jacobian, axis=0)
-    singular = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), compute_uv=False)
-    return int(np.sum(singular > RANK_TOLERANCE * singular[0])) if singular[0] > 0.0 else 0
-
-
 # -- states of centres of gravity, which rigid-body engines integrate, and impulses that act on them -------------------
 
 

@@ -69,14 +69,14 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
         can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
         much = f"{over} of its {driven} drives {'is' if over == 1 else 'are'} too many"
         raise InvalidInput(f"{loops}, which leaves {left}; {much}: {can}")
-    loose = _loose(matrix[:, driven:])
-    number, missing = _missing(machine, found, loose) if loose.shape[1] else (0, [])
+    left_free = _null(matrix[:, driven:])
+    number, missing = _missing(machine, found, left_free) if left_free.shape[1] else (0, [])
     if not number:
         return
-    others = [name for name in machine.joints_of(loose) if name not in missing][:3]
+    others = [name for name in machine.joints_of(left_free) if name not in missing][:3]
     instead = f", or in their place {', '.join(others)}" if others else ""
     hold = f"drive {number} more, or hold them (JOINT=hold): {', '.join(missing)}{instead}"
-    idle = f", {loose.shape[1] - number} of them idle" if loose.shape[1] > number else ""
+    idle = f", {left_free.shape[1] - number} of them idle" if left_free.shape[1] > number else ""
     raise InvalidInput(
         f"{loops}, which leaves {left}{idle}, and {driven} {'is' if driven == 1 else 'are'} driven: "
         f"{hold if missing else f'{others[0]} moves, and no law drives it'}; at a dead centre start from another pose"
@@ -115,11 +115,13 @@ def mobility(machine: DrivenTree) -> Mobility:
         before = after
     undetermined, idle = dict[str, None](), dict[str, None]()
     for k in np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round().astype(int):
-        found = poses(machine.tree, machine.knots[k].coordinates)
-        loose = _loose(_matrix(machine, found)[0][:, len(machine.laws) :])
-        idle |= dict.fromkeys(machine.joints_of(loose)) if loose.shape[1] else {}
-        for name, point in machine.tree.points.items() if loose.shape[1] else ():
-            if np.abs(_movement(machine, found, point, loose)).max() > MOVES:
+        left_free, found = (
+            loose(machine, machine.knots[k].coordinates),
+            poses(machine.tree, machine.knots[k].coordinates),
+        )
+        idle |= dict.fromkeys(machine.joints_of(left_free)) if left_free.shape[1] else {}
+        for name, point in machine.tree.points.items() if left_free.shape[1] else ():
+            if np.abs(_movement(machine, found, point, left_free)).max() > MOVES:
                 undetermined[name] = None
     rank = start.rows.shape[1]
     margins = [knot.values[rank - 1] / knot.values[0] if rank else 1.0 for knot in machine.knots]
@@ -142,8 +144,12 @@ def _rank(matrix: Array) -> int:
     return int(np.sum(values > RANK_TOLERANCE * values[0]))
 
 
-def _loose(matrix: Array) -> Array:
-    """Directions (free, k) in which the closures let joints move."""
+def loose(machine: DrivenTree, coordinates: Array) -> Array:
+    """Directions (free, k) in which the closures let a closed pose (nq, 1) move with its drives held."""
+    return _null(machine.scaled(poses(machine.tree, coordinates)))
+
+
+def _null(matrix: Array) -> Array:
     if not matrix.size:
         return np.eye(matrix.shape[1])
     return np.asarray(np.linalg.svd(matrix)[2][_rank(matrix) :].T)

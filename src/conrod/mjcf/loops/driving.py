@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -19,7 +19,6 @@ from conrod.exact.space import SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.equalities import closure_name, openings, owners
-from conrod.own.models.driving import look_at
 from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.runs.trajectory import Outcome
 
@@ -27,21 +26,26 @@ from conrod.runs.trajectory import Outcome
 # drive changes the joint's acceleration by one part in so many.
 FLYWHEEL = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+RESET = "MuJoCo reset its state"
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A run at K samples.
+    """A run at K samples, each read at one instant.
 
     Attributes:
         coordinates: of all joints (nq, K).
+        rates, accelerations: of all joints (nv, K).
         points: by name position, velocity and acceleration (3, K, 3).
         gaps: of each closure (K,), by name.
-        drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name.
+        drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name; empty where not asked for.
     """
 
     times: Array
     coordinates: Array
+    rates: Array
+    accelerations: Array
     points: Mapping[str, Array]
     gaps: Mapping[str, Array]
     drives: Mapping[str, Array]
@@ -94,51 +98,88 @@ class Drives:
 
 
 def driven_run(
-    machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int
-) -> Recording:
+    machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int,
+    carried: bool = True,
+) -> Recording:  # fmt: skip
     """Run a model through its exact motion's times, a sample each `every` steps.
 
     Args:
         model: with its settings and step, of which a copy gets flywheels; the first sample is its start.
+        carried: whether forces are recorded.
     """
     original, model = model, copy.copy(model)
     model.opt.disableflags |= older.flag("AUTORESET")
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:  # without which MuJoCo asks for no control
         model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
         model.actuator_gainprm[:], model.actuator_biasprm[:] = 0.0, 0.0
-    drives, data, aside = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(model)
+    drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
     start_state(data, motion)
-    step, plain = float(model.opt.timestep), mujoco.MjData(original)
+    step, joined = float(model.opt.timestep), list[str]()
 
-    def looked() -> tuple[Array, ...]:
-        look_at(model, data, aside)
-        carried, torques = carried_forces(machine, original, plain, aside)
-        reactions = [carried[rows[:3]] for rows in closure_rows(model, aside).values() if len(rows) >= 3]
-        gaps = list(gaps_of(machine.tree, model, aside).values())
-        moved = np.array([point.motion(model, aside) for point in points])
-        return data.qpos.copy(), moved, np.array(gaps), torques, np.array(reactions)
+    def forces(aside: mujoco.MjData) -> tuple[Array, Array]:
+        by_row, torques = carried_forces(machine, original, plain, aside)
+        rows = {name: own for name, own in closure_rows(model, aside).items() if len(own) >= 3}
+        joined[:] = rows
+        return torques, np.array([by_row[own[:3]] for own in rows.values()])
 
-    rows, reason = [], ""
-    with drives.acting(), warnings_kept_quiet():
-        for k in range(len(motion.times)):
+    with drives.acting():
+        run, seen = recorded(
+            machine.tree, model, data, points, motion.times, every, lambda done: drives.write(data, done * step),
+            forces if carried else lambda _: (),
+        )  # fmt: skip
+    if not carried:
+        return run
+    torques, reactions = seen
+    return replace(
+        run,
+        drives={joint.name: torques[:, k] for k, joint in enumerate(machine.driven)},
+        reactions={name: reactions[:, k] for k, name in enumerate(joined)},
+    )
+
+
+def recorded(
+    tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, points: tuple[FoundPoint, ...], times: Array,
+    every: int = 1, act: Callable[[int], None] = lambda _: None,
+    more: Callable[[mujoco.MjData], tuple[Array, ...]] = lambda _: (),
+) -> tuple[Recording, list[Array]]:  # fmt: skip
+    """Run a model from a state through times (K,), a sample each `every` steps, and what else is seen at each.
+
+    It ends where MuJoCo warns of numbers that are none.
+    """
+    aside, rows, reason = mujoco.MjData(model), list[tuple[Array, ...]](), ""
+    with warnings_kept_quiet():
+        for k in range(len(times)):
             if k:
-                steps = range((k - 1) * every, k * every)
-                reason = advanced(model, data, steps, lambda done: drives.write(data, done * step))
+                reason = advanced(model, data, range((k - 1) * every, k * every), act)
             if reason:
                 break
-            rows.append(looked())
-    coordinates, moved, gaps, torques, reactions = (np.array(column) for column in zip(*rows, strict=True))
-    joined = [name for name, own in closure_rows(model, aside).items() if len(own) >= 3]
+            look_at(model, data, aside)
+            motion = np.array([point.motion(model, aside) for point in points])
+            gaps = gaps_of(tree, model, aside)
+            state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
+            rows.append((*state, motion, np.array(list(gaps.values())), *more(aside)))
+    if not reason and not np.all(np.isfinite(rows[-1][3])):
+        reason = f"not finite at {float(data.time):.4g} s"
+    coordinates, rates, accelerations, moved, opened, *seen = (np.array(column) for column in zip(*rows, strict=True))
+    outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
     return Recording(
-        motion.times[: len(rows)],
-        coordinates.T,
+        times[: len(rows)], coordinates.T, rates.T, accelerations.T,
         {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
-        dict(zip(gaps_of(machine.tree, model, aside), gaps.T, strict=True)),
-        {joint.name: torques[:, k] for k, joint in enumerate(machine.driven)},
-        {name: reactions[:, k] for k, name in enumerate(joined)},
-        Outcome.DIVERGED if reason else Outcome.COMPLETED,
-        reason,
-    )
+        dict(zip(gaps, opened.T, strict=True)), {}, {}, outcome if reason else Outcome.COMPLETED, reason,
+    ), seen  # fmt: skip
+
+
+def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
+    """Make position, velocity and acceleration of the present instant in another data object.
+
+    What `mj_step` leaves of them does not belong together, under RK4 least of all. The run goes on to the last bit as
+    if it had not been looked at.
+    """
+    state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
+    mujoco.mj_getState(model, data, state, INTEGRATION)
+    mujoco.mj_setState(model, aside, state, INTEGRATION)
+    mujoco.mj_forward(model, aside)
+    mujoco.mj_rnePostConstraint(model, aside)
 
 
 def advanced(model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None]) -> str:
@@ -157,7 +198,7 @@ def broken_off(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
         return ""
     reset = bool(bad) and not model.opt.disableflags & older.flag("AUTORESET")
-    return ("MuJoCo reset its state" if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
+    return (RESET if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
 
 
 def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArray[np.intp]]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import HARDENING, MuJoCoSettings
+from conrod.engines.mujoco import HARDENING, MuJoCoSettings, harden, older
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -17,10 +17,9 @@ from conrod.exact.space import RATES, SpatialTree, lengths
 from conrod.exact.space.mobility import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import poses
-from conrod.mjcf.loops.driving import Recording, advanced, gaps_of, opens, start_state
+from conrod.mjcf.loops.driving import RESET, Recording, advanced, gaps_of, opens, start_state
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
-from conrod.own.models.driving import changed
 from conrod.own.models.loading import FoundPoint, listed, name_or_number
 from conrod.runs.outcome import OPEN_GAP
 from conrod.runs.trajectory import Outcome
@@ -40,17 +39,33 @@ TURNS_BACK, SWING = 0.6, 1e-3
 # -- driven runs ------------------------------------------------------------------------------------------------------
 
 
-def with_settings(model: mujoco.MjModel, label: str, step: float, period: float, idle: bool) -> mujoco.MjModel:
+def with_settings(
+    model: mujoco.MjModel, label: str, step: float, period: float, idle: bool, contact: bool = False
+) -> mujoco.MjModel:
     """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, as flywheels need.
+
+    Contacts and closures alike get a preset's.
 
     Args:
         idle: whether the drives leave a freedom, whose inertia rounding hides beside closures that are too hard.
+        contact: whether a contact places what the closures leave free.
     """
-    own = copy.copy(model)
-    own.opt.timestep = step
-    if label == OWN:
-        return changed(own, tolerance=CONVERGED)
-    return changed(own, _settings(label, step, period, idle), CONVERGED)
+    made = copy.copy(model)
+    option = made.opt
+    option.timestep = step
+    option.disableflags |= older.flag("AUTORESET")
+    if label != OWN:
+        settings = _settings(label, step, period, idle, contact)
+        option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
+        option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{settings.solver.upper()}")
+        option.iterations = settings.iterations
+        made.eq_solref[:], made.eq_solimp[:] = settings.solref, settings.solimp
+        made.geom_solref[:], made.geom_solimp[:] = settings.contact_solref, settings.contact_solimp
+        made.pair_solref[:], made.pair_solimp[:] = settings.contact_solref, settings.contact_solimp
+        if settings.hardening is not None:
+            harden(made, settings.hardening)
+    option.tolerance = CONVERGED
+    return made
 
 
 def pasted(label: str, step: float, period: float, idle: bool) -> str:
@@ -69,8 +84,8 @@ def pasted(label: str, step: float, period: float, idle: bool) -> str:
     return f"{option}\n{closures}{hardened}"
 
 
-def _settings(label: str, step: float, period: float, idle: bool) -> MuJoCoSettings:
-    tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact=False)
+def _settings(label: str, step: float, period: float, idle: bool, contact: bool = False) -> MuJoCoSettings:
+    tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact)
     if label != "hardened":
         return tuned
     return replace(
@@ -210,7 +225,7 @@ def shipped_run(
         reason = advanced(model, data, range(steps), look)
     outcome = Outcome.COMPLETED
     if reason:
-        outcome = Outcome.RESET if reason.startswith("MuJoCo reset") else Outcome.DIVERGED
+        outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
     elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
         outcome, reason = Outcome.OPENED, opens(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))

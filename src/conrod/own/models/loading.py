@@ -193,15 +193,6 @@ OBJECTS = {
 
 
 @dataclass(frozen=True)
-class Crank:
-    """The hinge that is driven: its number, and where its coordinate and its rate are."""
-
-    joint: int
-    coordinate: int
-    rate: int
-
-
-@dataclass(frozen=True)
 class FoundPoint:
     """A point of a compiled model: the frame of a site, a body or a geom."""
 
@@ -230,8 +221,8 @@ def joint_kind(model: mujoco.MjModel, joint: int) -> str:
     return str(mujoco.mjtJoint(int(model.jnt_type[joint])).name).removeprefix("mjJNT_").lower()
 
 
-def find_crank(model: mujoco.MjModel, name: str) -> Crank:
-    """The hinge of a name.
+def find_crank(model: mujoco.MjModel, name: str) -> int:
+    """Number of the hinge of a name.
 
     Raises:
         InvalidInput: there is none, or it is no hinge.
@@ -241,7 +232,7 @@ def find_crank(model: mujoco.MjModel, name: str) -> Crank:
         hinges = [n for j, n in enumerate(names_of(model, "joint")) if n and joint_kind(model, j) == "hinge"]
         choices = f"; its hinges: {listed(hinges)}" if hinges else "; it has no hinge with a name"
         raise InvalidInput(f"--crank {name}: it is a {kind} joint, a crank is a hinge{choices}")
-    return Crank(joint, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
+    return joint
 
 
 def find_point(model: mujoco.MjModel, place: Place) -> FoundPoint:

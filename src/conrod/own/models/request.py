@@ -13,7 +13,6 @@ from typing import TypeAlias
 
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Outcome
 
 KINDS = ("site", "body", "geom")
 
@@ -131,15 +130,13 @@ class ModelFacts:
 
 @dataclass(frozen=True)
 class Scan:
-    """One turn of a model with its crank held at T angles, solved by its own constraints.
+    """One turn of a model with its crank held at T angles.
 
     Attributes:
         coordinate: of the crank (T,), from the start of the turn upwards.
         points: names of the P points that were given.
         positions: of the points (P, T, 3).
         turns: of the links that the points are on, about the crank's axis, from the first sample on (P, T) [rad].
-        states: all joint coordinates (T, nq).
-        rates: derivatives of the joint rates by the crank's (T, nv).
         anchor, axis: of the crank's hinge, a point and a unit vector.
         wander: how far anchor and axis move in a turn.
         shape_error: depth of a mesh's facets under its curve, where a contact places the points.
@@ -150,35 +147,7 @@ class Scan:
     points: tuple[str, ...]
     positions: Array
     turns: Array
-    states: Array
-    rates: Array
     anchor: Array
     axis: Array
     wander: float
     shape_error: float
-
-
-@dataclass(frozen=True)
-class DrivenRun:
-    """A model driven by a flywheel on its crank, or run as given; each sample is read at one instant.
-
-    Attributes:
-        armature: of the crank in this run [kg m^2 in a model of metres and kilograms].
-        times, coordinate, rate, acceleration: (K,), those of the crank.
-        motion: position, velocity and acceleration (3, K, 3) of each given point.
-        gap: largest violation of a closure in each sample (K,).
-        ripple: largest deviation of the rate from the prescribed one, relative to it; 0 in a run as given.
-        outcome: completed, unless the numbers alone show otherwise.
-    """
-
-    armature: float
-    timestep: float
-    times: Array
-    coordinate: Array
-    rate: Array
-    acceleration: Array
-    motion: Mapping[str, Array]
-    gap: Array
-    ripple: float
-    outcome: Outcome
-    reason: str
