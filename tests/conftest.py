@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from conrod.working_folder import ONE_THREAD
+from conrod import ONE_THREAD
 
 os.environ.update(ONE_THREAD)  # as the command does, before numpy is loaded
 

@@ -31,7 +31,7 @@ FLOORS = [
     ("cli",),
 ]
 LEVEL = {room: level for level, rooms in enumerate(FLOORS) for room in rooms}
-AT_THE_ROOT = {"__init__", "__main__", "errors", "testing", "working_folder"}
+AT_THE_ROOT = {"__init__", "__main__", "errors", "testing"}
 
 # Who may not import whom: (importers, imported, why). A name stands for a module and all below it.
 FORBIDDEN = [

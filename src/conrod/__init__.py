@@ -7,14 +7,8 @@ trajectory = run(saw, MuJoCoSettings.hardened(saw, steps_per_revolution=500), re
 print(compare(trajectory, saw).worst("position"))
 """
 
-# ruff: noqa: E402  nothing is to be imported before this, not even from __future__
-from conrod.working_folder import leave_working_folder
-
-leave_working_folder()
-
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+# Nothing is imported here, not even from __future__: the working folder may still be searched, see `__main__`.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from conrod.cli.check import Checked as Checked
     from conrod.cli.check import check as check
@@ -41,6 +35,13 @@ if TYPE_CHECKING:
 
     __version__: str
 
+# Environment of all that conrod starts, and that libraries start there: MuJoCo, where something is to be drawn, loads
+# GLFW, which has an interpreter of its own look at a library.
+SAFE_PATH = {"PYTHONSAFEPATH": "1", "MUJOCO_GL": "disable"}
+# Threads of linear algebra, unless the user asks for others. Matrices are small and processes many: more would get in
+# each other's way, and last digits depend on the number of cores.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
     "conrod.cli.check": ("Checked", "check"),
@@ -57,13 +58,15 @@ _PUBLIC = {
     "conrod.studies.frame.baseline": ("Drift", "Held"),
     "conrod.studies.frame.resolve_arguments": ("scene",),
 }
-_HOMES = {name: module for module, names in _PUBLIC.items() for name in names}
+_HOMES: dict[str, str] = {}
+for _module, _names in _PUBLIC.items():
+    _HOMES |= dict.fromkeys(_names, _module)
 
 __all__ = ["__version__"]
 __all__ += list(_HOMES)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name == "__version__":
         # Here: until the command line answers it, Ctrl-C is a traceback, and this takes a while to import.
         from importlib.metadata import version
@@ -71,6 +74,8 @@ def __getattr__(name: str) -> Any:
         return globals().setdefault(name, version("conrod"))
     if name not in _HOMES:
         raise AttributeError(f"module 'conrod' has no attribute {name!r}; it has {', '.join(sorted(_HOMES))}")
+    from importlib import import_module
+
     return getattr(import_module(_HOMES[name]), name)
 
 

@@ -16,9 +16,9 @@ from typing import Any
 
 import pytest
 
+from conrod import SAFE_PATH
 from conrod.cli import main
 from conrod.studies.execution.worker_process import Limits, WorkerProcess
-from conrod.working_folder import SAFE_PATH
 
 # What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
 _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")

@@ -13,9 +13,9 @@ from io import TextIOWrapper
 
 import click
 
+from conrod import ONE_THREAD, SAFE_PATH
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import one_line, visible
-from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
 FAILED, USAGE, INTERRUPTED = 1, 2, 130  # exit statuses
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}

@@ -75,8 +75,6 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
 def load_work(kinematics: Kinematics, speed: float) -> float:
     """Energy [J] that loads give and take in a turn, or over the driver's span, at a crank speed [rad/s]."""
     mechanism = kinematics.mechanism
-    if not mechanism.loads:
-        return 0.0
     angles, (first, last) = kinematics.angles(SAMPLES), kinematics.span
     poses, slopes = kinematics.derivatives(angles, 1)
     bodies, work = pose_jets(mechanism, [poses, slopes]), 0.0

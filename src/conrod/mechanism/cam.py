@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -176,10 +176,6 @@ def polynomial(coefficients: tuple[float, ...], x: Array, order: int) -> Array:
     return np.where(upper, mirrored, lower)
 
 
-def _of(coefficients: tuple[float, ...]) -> Callable[[Array, int], Array]:
-    return lambda x, order: polynomial(coefficients, x, order)
-
-
 def dwell(x: Array, order: int) -> Array:
     """No motion."""
     return np.zeros(np.shape(x))
@@ -190,7 +186,8 @@ LAWS: dict[str, Callable[[Array, int], Array]] = {
     DWELL: dwell,
     HARMONIC: harmonic,
     CYCLOIDAL: cycloidal,
-    **{name: _of(coefficients) for name, coefficients in POLYNOMIALS.items()},
+    "3-4-5": partial(polynomial, POLYNOMIALS["3-4-5"]),
+    "4-5-6-7": partial(polynomial, POLYNOMIALS["4-5-6-7"]),
 }
 
 

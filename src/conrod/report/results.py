@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
+from conrod.engines import look_of
 from conrod.report import numbers
-from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Page
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
@@ -24,7 +24,7 @@ S = TypeVar("S", bound=SceneResults[Any])
 
 def name_of(result: Result) -> tuple[str, str]:
     """The first two cells of a row: engine and preset."""
-    return engine_title(result.engine), result.preset or KINEMATIC
+    return look_of(result.engine).title, result.preset or KINEMATIC
 
 
 def verdict_words(result: Result) -> str:
@@ -75,7 +75,7 @@ def summary_words(results: Iterable[Result]) -> str:
 
 def versions_words(results: Iterable[Result]) -> str:
     """Engines and their versions."""
-    return ", ".join(dict.fromkeys(f"{engine_title(r.engine)} {r.engine_version}" for r in results))
+    return ", ".join(dict.fromkeys(f"{look_of(r.engine).title} {r.engine_version}" for r in results))
 
 
 def results_table(

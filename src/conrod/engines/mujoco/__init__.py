@@ -168,8 +168,8 @@ def exchanged_inertia(machine: Machine) -> float:
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
     weight += sum(math.hypot(*push) for push in kinematics.mechanism.pushes.values())
     kinetic = mass * kinematics.travel**2
-    potential = (weight * kinematics.travel + load_work(kinematics, machine.speed)) / machine.speed**2
-    return kinetic + potential
+    work = load_work(kinematics, machine.speed) if kinematics.mechanism.loads else 0.0
+    return kinetic + (weight * kinematics.travel + work) / machine.speed**2
 
 
 PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {

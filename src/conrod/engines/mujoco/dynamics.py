@@ -50,7 +50,9 @@ def ended_by_engine(
 
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
-WARNINGS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
+WARNINGS = dict[str, int]()
+for _name, _kind in mujoco.mjtWarning.__members__.items():
+    WARNINGS[_name.removeprefix("mjWARN_")] = int(_kind)
 del WARNINGS["mjNWARNING"]
 
 

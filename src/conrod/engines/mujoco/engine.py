@@ -23,7 +23,7 @@ from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
 from conrod.engines.numerics import StraightAhead, approached, close_gap
-from conrod.engines.releases import read_releases
+from conrod.engines.releases import Releases, read_releases
 from conrod.engines.tracks import ForceTracks, no_forces
 from conrod.engines.tree import Tree, tree_of, tree_refusal
 from conrod.exact.motion import Array
@@ -162,7 +162,10 @@ class MuJoCo(Engine[MuJoCoSettings]):
     regularised = staticmethod(regularised)
     minimal = staticmethod(minimal)
     ingredients = staticmethod(ingredients)
-    releases = read_releases("conrod.engines.mujoco")
+
+    @property
+    def releases(self) -> Releases:
+        return read_releases("conrod.engines.mujoco")
 
     def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
         return standalone_mjcf(name, machine, settings=settings)

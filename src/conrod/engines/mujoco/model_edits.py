@@ -6,13 +6,14 @@ import copy
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 
 from conrod.engines.mujoco import MuJoCoSettings
-from conrod.engines.mujoco.loads import add, number, numbers, section, short
+from conrod.engines.mujoco.loads import add, numbers, section, short
 from conrod.engines.tree import Tree
 from conrod.errors import unknown_choice
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Revolute, Rolling, pins_of
@@ -141,16 +142,11 @@ def redundant_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -
         equality.append(again)
 
 
-def attribute(place: str, name: str, value: str | float) -> Edit:
+def attribute(place: str, name: str, value: str, root: ET.Element, *_: object) -> None:
     """An attribute of all elements at a place of the model but the driven joint; options and flags are always there."""
-    text = value if isinstance(value, str) else number(value)
-
-    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        for element in root.iterfind(place):
-            if element.get("name") != "crank":
-                element.set(name, text)
-
-    return edit
+    for element in root.iterfind(place):
+        if element.get("name") != "crank":
+            element.set(name, value)
 
 
 # Of the layers that links lie in, in widths of a link: more than the pins' length of 3.2.
@@ -163,21 +159,17 @@ def visual_geoms(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None
         add_link_geoms(body_element(root, link.name), link.name, tree)
 
 
-def colliding(layer: float) -> Edit:
+def colliding(layer: float, root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
     """The same shapes, able to collide, each link in a layer of its own, so many widths of a link from the next."""
-
-    def edit(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
-        # Linkages are run with collisions off.
-        section(section(root, "option"), "flag").attrib.pop("contact", None)
-        for i, link in enumerate(tree.mechanism.bodies):
-            shapes = ET.Element("body")
-            add_link_geoms(shapes, link.name, tree)
-            for shape in shapes:
-                shape.attrib |= {"contype": "1", "conaffinity": "1"}
-                _lift(shape, i * (layer * link_width(tree)))
-            body_element(root, link.name).extend(shapes)
-
-    return edit
+    # Linkages are run with collisions off.
+    section(section(root, "option"), "flag").attrib.pop("contact", None)
+    for i, link in enumerate(tree.mechanism.bodies):
+        shapes = ET.Element("body")
+        add_link_geoms(shapes, link.name, tree)
+        for shape in shapes:
+            shape.attrib |= {"contype": "1", "conaffinity": "1"}
+            _lift(shape, i * (layer * link_width(tree)))
+        body_element(root, link.name).extend(shapes)
 
 
 def _lift(shape: ET.Element, height: float) -> None:
@@ -231,20 +223,20 @@ EDITS: Mapping[str, Edit] = {
     "redundant-closures": redundant_closures,
     "no-contact": no_contact,
     "visual-geoms": visual_geoms,
-    "touching-geoms": colliding(0.0),
-    "colliding-geoms": colliding(LAYER),
+    "touching-geoms": partial(colliding, 0.0),
+    "colliding-geoms": partial(colliding, LAYER),
     "sensors-64": sensors,
-    "energy": attribute("option/flag", "energy", "enable"),
-    "fwdinv": attribute("option/flag", "fwdinv", "enable"),
-    "sparse-jacobian": attribute("option", "jacobian", "sparse"),
+    "energy": partial(attribute, "option/flag", "energy", "enable"),
+    "fwdinv": partial(attribute, "option/flag", "fwdinv", "enable"),
+    "sparse-jacobian": partial(attribute, "option", "jacobian", "sparse"),
     # MuJoCo has these two on by itself (4.0), so that it is their absence that must be said.
-    "no-islands": attribute("option/flag", "island", "disable"),
-    "no-multiccd": attribute("option/flag", "multiccd", "disable"),
-    "short-line-search": attribute("option", "ls_iterations", str(LINE_SEARCH)),
-    "noslip": attribute("option", "noslip_iterations", str(NOSLIP_ITERATIONS)),
-    "condim-3": attribute("contact/pair", "condim", "3"),
-    "passive-damping": attribute(PASSIVE_JOINTS, "damping", PASSIVE_DAMPING),
-    "passive-armature": attribute(PASSIVE_JOINTS, "armature", PASSIVE_ARMATURE),
+    "no-islands": partial(attribute, "option/flag", "island", "disable"),
+    "no-multiccd": partial(attribute, "option/flag", "multiccd", "disable"),
+    "short-line-search": partial(attribute, "option", "ls_iterations", str(LINE_SEARCH)),
+    "noslip": partial(attribute, "option", "noslip_iterations", str(NOSLIP_ITERATIONS)),
+    "condim-3": partial(attribute, "contact/pair", "condim", "3"),
+    "passive-damping": partial(attribute, PASSIVE_JOINTS, "damping", str(PASSIVE_DAMPING)),
+    "passive-armature": partial(attribute, PASSIVE_JOINTS, "armature", str(PASSIVE_ARMATURE)),
 }
 # MuJoCo lets a body through its parent: of the links in one plane only those overlap for it that a closure joins.
 OF_LOOPS = ("open-loops", "redundant-closures", "touching-geoms")

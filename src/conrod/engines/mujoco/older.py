@@ -5,6 +5,7 @@ What a release lacks altogether is refused with the reason; what it does wrong i
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 
 import mujoco
@@ -13,10 +14,9 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from conrod.engines.mujoco import MuJoCoSettings
-from conrod.engines.releases import numbers_of
 from conrod.exact.motion import Array
 
-RELEASE = numbers_of(mujoco.__version__)
+RELEASE = tuple(map(int, re.findall(r"\d+", mujoco.__version__)))
 # The first releases in which a bad state can be left as it is, equalities are of sites, rollouts take several data.
 # (3.2.3 and 3.2.4, which had sites first, have errors in connects of them: on 3.2.3 six-bar ends by a signal.)
 AUTORESET_FLAG, SITE_EQUALITIES, SEVERAL_DATA = (3, 2, 1), (3, 2, 5), (3, 2, 7)

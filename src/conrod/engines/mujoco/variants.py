@@ -53,18 +53,24 @@ LOOP_BASES: tuple[Knobs, ...] = (
     {"integrator": "RK4", "stabilisation": "8 h", "regularisation": "stiff"},
     HARDENED,
 )
-SOLVERS: list[Knobs] = [{"solver": s, "iterations": k} for s in ("PGS", "CG") for k in (10, 100)]
-SOLVERS += [{"solver": "Newton", "iterations": k} for k in (1, 3)]
-LOOP_GRID: tuple[Knobs, ...] = (
-    *all_of(
+
+
+def loop_grid() -> Iterator[Knobs]:
+    """What else is swept of a machine whose loops are closed by joints."""
+    yield from all_of(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"),
         regularisation=("stock", "stiff", "hardened 1e-9"),
-    ),
-    *({**base, **one} for base in LOOP_BASES for one in (*SOLVERS, {"tolerance": STOCK_TOLERANCE})),
-    *({**base, "integrator": other} for base in (IMPLICIT_FAST, HARDENED) for other in ("implicit", "discrete")),
-    *({**HARDENED, "regularisation": f"hardened {factor}"} for factor in ("1e-3", "1e-6", "1e-12")),
-)
+    )
+    solvers: list[Knobs] = [{"solver": s, "iterations": k} for s in ("PGS", "CG") for k in (10, 100)]
+    solvers += [{"solver": "Newton", "iterations": k} for k in (1, 3)]
+    yield from ({**base, **one} for base in LOOP_BASES for one in (*solvers, {"tolerance": STOCK_TOLERANCE}))
+    yield from (
+        {**base, "integrator": other} for base in (IMPLICIT_FAST, HARDENED) for other in ("implicit", "discrete")
+    )
+    yield from ({**HARDENED, "regularisation": f"hardened {factor}"} for factor in ("1e-3", "1e-6", "1e-12"))
+
+
 # A contact costs by the vertices of its cam, a step of few of them a third.
 CONTACT_BASES: tuple[Knobs, ...] = (
     {"stabilisation": STOCK_CONSTANT, "impedance": "0.9 to 0.95"},
@@ -72,22 +78,24 @@ CONTACT_BASES: tuple[Knobs, ...] = (
     {"vertices": 250},
     {"vertices": 1000},
 )
-CONTACT_GRID: tuple[Knobs, ...] = (
-    *all_of(
+
+
+def contact_grid() -> Iterator[Knobs]:
+    """What else is swept of a machine with a cam."""
+    yield from all_of(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "4 h", "T/1000"),
         impedance=CONTACT_IMPEDANCES,
-    ),
-    *({"solver": s, "iterations": k} for s, k in (("PGS", 10), ("CG", 10), ("Newton", 1))),
-    {"tolerance": STOCK_TOLERANCE},
-)
+    )
+    yield from ({"solver": s, "iterations": k} for s, k in (("PGS", 10), ("CG", 10), ("Newton", 1)))
+    yield {"tolerance": STOCK_TOLERANCE}
 
 
 def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
     """All rules of a grid, without repetition."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
-    usual, bases, others = (CONTACT, CONTACT_BASES, CONTACT_GRID) if contact else (LOOP, LOOP_BASES, LOOP_GRID)
-    return knob_rules(usual, bases if grid == "coarse" else (*bases, *others), _name, _settings)
+    usual, bases, others = (CONTACT, CONTACT_BASES, contact_grid) if contact else (LOOP, LOOP_BASES, loop_grid)
+    return knob_rules(usual, bases if grid == "coarse" else (*bases, *others()), _name, _settings)
 
 
 def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:

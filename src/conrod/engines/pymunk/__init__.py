@@ -54,7 +54,8 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     derivatives = kinematics.derivatives(angle, 4)
     poses, rates = derivatives[0], derivatives[1] * speed
     forces = inertia_forces(mechanism, poses, rates, derivatives[2] * speed**2)
-    forces -= load_forces(mechanism, poses, rates, angle / speed)
+    if mechanism.loads:
+        forces -= load_forces(mechanism, poses, rates, angle / speed)
     inverse = inverse_masses(mechanism, straight(mechanism))
     free = np.flatnonzero(inverse)
     of_centres = by_centres(mechanism, poses)[:, :, free]

@@ -18,7 +18,7 @@ from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.space import Build, Pushed, build
 from conrod.engines.pymunk.stepping import repeat, state
-from conrod.engines.releases import read_releases
+from conrod.engines.releases import Releases, read_releases
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pins_of
 
@@ -235,7 +235,10 @@ class Pymunk(Engine[PymunkSettings]):
     stabilised = staticmethod(grid.stabilised)
     regularised = staticmethod(grid.regularised)
     grid = staticmethod(grid.rules)
-    releases = read_releases("conrod.engines.pymunk")
+
+    @property
+    def releases(self) -> Releases:
+        return read_releases("conrod.engines.pymunk")
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, PymunkSettings]:
         return {name: preset(machine, steps_per_revolution) for name, preset in self.presets.items()}

@@ -18,16 +18,16 @@ AS_TUNED = "tuned"  # a knob that stands where the preset's rule puts it
 JOINT: Knobs = {"iterations": "10", "error_bias": "stock"}
 CONTACT: Knobs = {"slop": AS_TUNED, "bias": "0", "iterations": AS_TUNED, "vertices": 4000}
 
-# What is turned away from there: the presets, and a cam of fewer vertices, first.
+# What is turned away from there: the presets, and a cam of fewer vertices, first; then all that knobs may have.
 JOINT_BASES: tuple[Knobs, ...] = ({}, {"iterations": AS_TUNED, "error_bias": "0"})
-JOINT_GRID = all_of(iterations=("1", "3", "10", "30", "100", AS_TUNED), error_bias=BIASES)
+JOINT_GRID: Knobs = {"iterations": ("1", "3", "10", "30", "100", AS_TUNED), "error_bias": BIASES}
 CONTACT_BASES: tuple[Knobs, ...] = (
     {"slop": "stock", "bias": "stock", "iterations": "10"},
     {},
     {"vertices": 250},
     {"vertices": 1000},
 )
-CONTACT_GRID = all_of(slop=("stock", "0", AS_TUNED), bias=("stock", "0"), iterations=("1", "10", AS_TUNED))
+CONTACT_GRID: Knobs = {"slop": ("stock", "0", AS_TUNED), "bias": ("stock", "0"), "iterations": ("1", "10", AS_TUNED)}
 SLOPS = {AS_TUNED: "slop half a fall a step", "stock": "slop 0.1 m", "0": "slop 0"}
 
 
@@ -35,7 +35,7 @@ def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
     """All rules of a grid, without repetition."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     usual, bases, others = (CONTACT, CONTACT_BASES, CONTACT_GRID) if contact else (JOINT, JOINT_BASES, JOINT_GRID)
-    return knob_rules(usual, bases if grid == "coarse" else (*bases, *others), _name, _settings)
+    return knob_rules(usual, bases if grid == "coarse" else (*bases, *all_of(**others)), _name, _settings)
 
 
 def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> PymunkSettings:

@@ -15,7 +15,7 @@ from conrod.runs.comparison import Size, size_of
 from conrod.scenes import Scene
 
 # Name of an error -> the quantity that it is of.
-ERRORS = {"total": "position"} | {quantity: quantity for quantity in MOTION}
+ERRORS = {"total": "position"} | dict(zip(MOTION, MOTION, strict=True))
 # More cannot be distinguished in the width of a figure; each span keeps its largest error.
 SPANS = 400
 

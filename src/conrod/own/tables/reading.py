@@ -160,7 +160,10 @@ BLANKS = " "  # as a separator: any run of blanks
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", BLANKS: "blanks"}
 # Where two fit as well, the earlier one is meant: `0, 1, 2` is separated by commas.
 WRITTEN = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (BLANKS, "."), (BLANKS, ","))
-NUMBERS = {mark: re.compile(rf"[+-]?(\d+{re.escape(mark)}?\d*|{re.escape(mark)}\d+)([eE][+-]?\d+)?") for mark in ".,"}
+NUMBERS = {
+    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?"),
+    ",": re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?"),
+}
 COMMENT = re.compile(r"\s*[#%]+\s?")
 # A heading of a table separated by blanks: a word, with its unit if that is in brackets.
 WORD = re.compile(r"\S+(?:\s[\[(][^\])]*[\])])?")

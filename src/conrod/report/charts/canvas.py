@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from operator import attrgetter
 from typing import Any
 
 import matplotlib.style
@@ -27,7 +28,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import ValidationResult
 
-HUES = (*(one.colour for one in ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
+HUES = (*map(attrgetter("colour"), ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
 
 # Mark of an outcome.
 OUTCOME_MARKS = {

@@ -30,7 +30,7 @@ from conrod.scenes.space.machine import (
 )
 
 PIN = 0.02  # [m], half the length of a hinge that is closed at both ends
-AXIS, SHAFT = unit(X + 2.0 * Y - Z), 0.1 * (X - Y + 2.0 * Z)
+AXIS, SHAFT = (X + 2.0 * Y - Z) / np.linalg.norm(X + 2.0 * Y - Z), 0.1 * (X - Y + 2.0 * Z)
 
 
 def driven_angle(driving: Jet, bend: float) -> Jet:

@@ -18,9 +18,9 @@ from multiprocessing import Pipe
 from pathlib import Path
 from typing import Any, TypeVar
 
+from conrod import ONE_THREAD, SAFE_PATH
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.working_folder import ONE_THREAD, SAFE_PATH
 
 Result = TypeVar("Result")
 
