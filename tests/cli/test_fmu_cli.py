@@ -18,7 +18,7 @@ from command_line import conrod, said
 
 from conrod.errors import InvalidInput
 from conrod.own import fmu
-from conrod.own.fmu import Order, read_fmu, simulate
+from conrod.own.fmu import read_fmu, simulate
 from conrod.studies.execution import local
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
@@ -143,9 +143,9 @@ def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: P
 def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_path: Path, library: Path) -> None:
     folder, path = str(tmp_path / "unpacked"), saw(tmp_path, library, fault)
     place = read_fmu(path, folder).variables[:1]
-    order, limit = Order("co-simulation", 100, None, 0.0, 0.24, 200), 0.5 if fault == "hang" else 60.0
+    span, limit = (0.0, 0.24, 200), 0.5 if fault == "hang" else 60.0
     with pytest.raises(InvalidInput) as caught:
-        local.confined(simulate, path, folder, order, place, timeout=limit)
+        local.confined(simulate, path, folder, "co-simulation", span, place, timeout=limit)
     assert words in str(caught.value)
 
 

@@ -24,7 +24,7 @@ from conrod.scenes import Scene
 from conrod.studies.execution import local
 
 FEWEST = 8  # steps of a run
-CVODE_TOLERANCE = 1e-9  # relative; FMPy's own is 1e-5
+TOLERANCES = {"model-exchange": 1e-9}  # of CVode, relative; FMPy's own is 1e-5
 
 
 def run_fmu(
@@ -48,21 +48,17 @@ def run_fmu(
         columns = choose_variables(fmu, tuple(scene.lengths), asked)
         used = [fmu.variables[column.index - 1] for column in columns[1:]]
         unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:LISTED]
-        order = _order(mode, scene, steps, revolutions)
-        values = local.confined(simulate, path, folder, order, used, timeout=timeout)
+        span = scene.kinematics.mechanism.driver.span  # of an input that makes one pass, that pass
+        ends = (0.0, revolutions * scene.period) if span is None else sorted(angle / scene.speed for angle in span)
+        count = round((ends[1] - ends[0]) / scene.period * steps)
+        if not FEWEST <= count < MOST_ROWS:
+            raise InvalidInput(f"--steps-per-rev {steps}: {count} steps in all: {FEWEST} to {MOST_ROWS - 1} are taken")
+        values = local.confined(simulate, path, folder, mode, (*ends, count), used, timeout=timeout)
     has = "".join(f"; it has {other}, too: --preset {other}" for other in fmu.modes if other != mode)
-    form = f"FMI {fmu.version} {order}{f'; {fmu.tool}' if fmu.tool else ''}{has}"
+    solver = f", CVode at {TOLERANCES[mode]:.0e}" if mode in TOLERANCES else ""
+    tool = f"; {fmu.tool}" if fmu.tool else ""
+    form = f"FMI {fmu.version} {mode}, {steps} steps a turn{solver}{tool}{has}"
     return reading_of(columns, values, np.arange(1, len(values) + 1), unused, form)
-
-
-def _order(mode: str, scene: Scene, steps: int, revolutions: float) -> Order:
-    """The run of a mode; of an input that makes one pass, that pass."""
-    span = scene.kinematics.mechanism.driver.span
-    start, stop = (0.0, revolutions * scene.period) if span is None else sorted(angle / scene.speed for angle in span)
-    count = round((stop - start) / scene.period * steps)
-    if not FEWEST <= count < MOST_ROWS:
-        raise InvalidInput(f"--steps-per-rev {steps}: {count} steps in all: {FEWEST} to {MOST_ROWS - 1} are taken")
-    return Order(mode, steps, CVODE_TOLERANCE if mode == "model-exchange" else None, start, stop, count)
 
 
 # -- its variables as columns ------------------------------------------------------------------------------------------
@@ -216,32 +212,11 @@ def _variables(found: Any) -> Iterator[Variable]:
 # -- a run -------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Order:
-    """A run that is asked for.
-
-    Attributes:
-        mode: of `MODES`.
-        steps: per revolution, of communication in co-simulation, of samples in model exchange.
-        tolerance: of CVode, relative; None in co-simulation.
-        start, stop: [s].
-        count: of samples from start to stop.
-    """
-
-    mode: str
-    steps: int
-    tolerance: float | None
-    start: float
-    stop: float
-    count: int
-
-    def __str__(self) -> str:
-        solver = "" if self.tolerance is None else f", CVode at {self.tolerance:.0e}"
-        return f"{self.mode}, {self.steps} steps a turn{solver}"
-
-
-def simulate(_: Path, folder: str, order: Order, variables: Sequence[Variable]) -> Array:
+def simulate(_: Path, folder: str, mode: str, span: tuple[float, float, int], variables: Sequence[Variable]) -> Array:
     """Run an unpacked FMU from its initialisation to the end.
+
+    Args:
+        span: start and stop [s], and the number of samples from one to the other.
 
     Returns:
         Time and variables (T, 1 + variables), in the FMU's units.
@@ -251,6 +226,7 @@ def simulate(_: Path, folder: str, order: Order, variables: Sequence[Variable]) 
     """
     import fmpy
 
+    start, stop, count = span
     said = deque[str](maxlen=1)
 
     def log(*arguments: Any) -> None:
@@ -258,14 +234,14 @@ def simulate(_: Path, folder: str, order: Order, variables: Sequence[Variable]) 
 
     try:
         result = fmpy.simulate_fmu(
-            folder, fmi_type=MODES[order.mode], start_time=order.start, stop_time=order.stop,
-            output_interval=(order.stop - order.start) / order.count, relative_tolerance=order.tolerance,
+            folder, fmi_type=MODES[mode], start_time=start, stop_time=stop,
+            output_interval=(stop - start) / count, relative_tolerance=TOLERANCES.get(mode),
             output=[variable.array for variable in variables], logger=log, record_events=False, remote_platform=None,
         )  # fmt: skip
     except Exception as error:  # of FMPy, CVode and ctypes; the FMU's own words say more than its status
         reason = " ".join([*str(error).split(), *"".join(said).split()])
-        raise InvalidInput(f"{order.mode} failed: {reason}") from None
+        raise InvalidInput(f"{mode} failed: {reason}") from None
     times, rows = result["time"], len(result)
-    if not isclose(times[-1], order.stop, rel_tol=1e-9, abs_tol=1e-9 * (order.stop - order.start)):
-        raise InvalidInput(f"{order.mode} failed: it ended at {times[-1]:.6g} s of {order.stop:.6g} s")
+    if not isclose(times[-1], stop, rel_tol=1e-9, abs_tol=1e-9 * (stop - start)):
+        raise InvalidInput(f"{mode} failed: it ended at {times[-1]:.6g} s of {stop:.6g} s")
     return np.column_stack([times, *(result[one.array].reshape(rows, -1)[:, one.index] for one in variables)])
