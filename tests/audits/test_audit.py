@@ -14,7 +14,6 @@ from audits.documents import module, press
 from audits.documents.arc_cam import ArcCam
 from audits.documents.cam import CASES as CAM_CASES
 from audits.documents.module_linkages import RackLinkage, SixBar, least_misfit
-from audits.formulas import cam as formulas
 from audits.items import items_of, shipped_items
 from audits.judged import audit
 from audits.judging import Case, Explanation, Item, judge
@@ -92,28 +91,6 @@ def test_slips_of_the_cam_paper_are_met_by_one_row_of_its_tables_and_by_no_other
         if Number("-89,616").is_rounding_of(float(ArcCam(36.0, rho).series(angle, "flank")[3, 0]))
     ]
     assert found == [(88.0, 162.228)]
-
-
-def test_the_arcs_of_a_cam_meet_in_lift_and_velocity_exactly_and_its_series_do_not() -> None:
-    cam = ArcCam(36.0, 118.0)
-    left, right = cam.exact(cam.joint_c, "left")[:, 0], cam.exact(cam.joint_c, "right")[:, 0]
-    assert np.abs(left - right)[:2].max() < 1e-9
-    jump = cam.series(cam.joint_c, "nose")[:, 0] - cam.series(cam.joint_c, "flank")[:, 0]
-    assert jump[:2] == pytest.approx([-2.432, -13.371], abs=1e-3)
-
-
-def test_the_falling_sectors_mirror_the_rising_ones_so_that_one_survey_serves_both() -> None:
-    cam = ArcCam(36.0, 118.0)
-    scene = cam.scene
-    letters = {"R": 36.0, "rho": 118.0, "R1": 29.0, "C": 80.0, "r": 9.0, "w": 1.0, "b": scene.joint_angles[0]}
-    parity = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
-    falling = {
-        "flank": (formulas.eq_11, formulas.eq_15, formulas.eq_19, formulas.eq_23),
-        "nose": (formulas.eq_10, formulas.eq_14, formulas.eq_18, formulas.eq_22),
-    }
-    for arc, angles in (("flank", cam.flank_angles[::500]), ("nose", cam.nose_angles[::500])):
-        down = np.array([f(t=2.0 * math.pi - np.radians(angles), **letters) for f in falling[arc]])
-        assert np.abs(parity * down - cam.series(angles, arc)).max() < 1e-10
 
 
 def test_a_number_of_a_lost_polygon_that_others_do_not_support_is_called_lost() -> None:

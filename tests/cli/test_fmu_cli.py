@@ -22,24 +22,26 @@ from conrod.own.fmu import read_fmu, simulate
 from conrod.studies.execution import local
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
+at_once = pytest.mark.usefixtures("at_once")
 
 # -- a slider-crank in C, with a planted fault -----------------------------------------------------------------------
 
-OUTPUT, LOCAL = 'causality="output" initial="calculated"', 'causality="local"'
-VARIABLES = {
-    "slider.r[1]": (0, OUTPUT, '<Real unit="mm"/>'),
-    "slider.r[2]": (1, OUTPUT, '<Real unit="m"/>'),
-    "slider.v": (2, LOCAL, '<Real unit="m/s"/>'),
-    "crank.phi": (3, LOCAL, '<Real declaredType="Angle"/>'),
-    "slider.s": (4, LOCAL, "<Real/>"),
-    "der(slider.s)": (2, LOCAL, '<Real derivative="5"/>'),
-}
+SOURCE = Path(__file__).parents[1] / "support" / "slider_crank_fmu.c"
+BINARY = "binaries/linux64/saw.so"
+# What it calls its token is the fault.
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="saw" guid="{fault}" generationTool="hand">
-  {interfaces}
+<fmiModelDescription fmiVersion="2.0" modelName="saw" guid="none" generationTool="hand">
+  <ModelExchange modelIdentifier="saw"/><CoSimulation modelIdentifier="saw"/>
   <UnitDefinitions><Unit name="mm"/><Unit name="m"/><Unit name="m/s"/><Unit name="deg"/></UnitDefinitions>
   <TypeDefinitions><SimpleType name="Angle"><Real unit="deg"/></SimpleType></TypeDefinitions>
-  <ModelVariables>{variables}</ModelVariables>
+  <ModelVariables>
+    <ScalarVariable name="slider.r[1]" valueReference="0" causality="output"><Real unit="mm"/></ScalarVariable>
+    <ScalarVariable name="slider.r[2]" valueReference="1" causality="output"><Real unit="m"/></ScalarVariable>
+    <ScalarVariable name="slider.v" valueReference="2"><Real unit="m/s"/></ScalarVariable>
+    <ScalarVariable name="crank.phi" valueReference="3"><Real declaredType="Angle"/></ScalarVariable>
+    <ScalarVariable name="slider.s" valueReference="4"><Real/></ScalarVariable>
+    <ScalarVariable name="der(slider.s)" valueReference="2"><Real derivative="5"/></ScalarVariable>
+  </ModelVariables>
   <ModelStructure>
     <Outputs><Unknown index="1"/><Unknown index="2"/></Outputs>
     <Derivatives><Unknown index="6"/></Derivatives>
@@ -47,26 +49,13 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
   </ModelStructure>
 </fmiModelDescription>
 """
-BOTH = ("ModelExchange", "CoSimulation")  # as the standard orders them
-SOURCE = Path(__file__).parents[1] / "support" / "slider_crank_fmu.c"
-BINARY = "binaries/linux64/saw.so"
 
 
-def description(fault: str = "none") -> str:
-    """The model description; what it calls its token is the fault."""
-    interfaces = "".join(f'<{mode} modelIdentifier="saw"/>' for mode in BOTH)
-    variables = "".join(
-        f'<ScalarVariable name="{name}" valueReference="{reference}" {attributes}>{kind}</ScalarVariable>'
-        for name, (reference, attributes, kind) in VARIABLES.items()
-    )
-    return DESCRIPTION.format(fault=fault, interfaces=interfaces, variables=variables)
-
-
-def write_fmu(path: Path, library: Path | None, files: Mapping[str, str], binary: str = BINARY) -> Path:
+def write_fmu(path: Path, library: Path | None, files: Mapping[str, str]) -> Path:
     """An FMU of some files, and the library where there is one."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         if library is not None:
-            archive.write(library, binary)
+            archive.write(library, BINARY)
         for name, text in files.items():
             archive.writestr(name, text)
     return path
@@ -91,10 +80,11 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def saw(folder: Path, library: Path, fault: str = "none") -> Path:
-    return write_fmu(folder / "saw.fmu", library, {"modelDescription.xml": description(fault)})
+    return write_fmu(folder / "saw.fmu", library, {"modelDescription.xml": DESCRIPTION.replace("none", fault)})
 
 
-@pytest.mark.usefixtures("at_once", "undrawn")
+@at_once
+@pytest.mark.usefixtures("undrawn")
 def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library)
     speed = ("--column", "C.vx=slider.v")
@@ -116,14 +106,11 @@ def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
     assert found["errors"]["C"]["position"]["size"]["max"] < 1e-7
 
 
-@pytest.mark.usefixtures("at_once")
-@pytest.mark.parametrize(
-    ("fault", "words"),
-    [
-        ("rod", "none of the common causes reproduces the difference"),
-        ("late", "likely cause: each row belongs 6e-05 s (0.5 of a step) earlier than its time says"),
-    ],
-)
+@at_once
+@pytest.mark.parametrize(("fault", "words"), [
+    ("rod", "none of the common causes reproduces the difference"),
+    ("late", "likely cause: each row belongs 6e-05 s (0.5 of a step) earlier than its time says"),
+])  # fmt: skip
 def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, fault)
     done = conrod(*VALIDATE, "--column", "C.x=slider.r[1]", *JUDGED, cwd=tmp_path)
@@ -132,78 +119,62 @@ def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: P
     assert words in done.stdout
 
 
-@pytest.mark.parametrize(
-    ("fault", "words"),
-    [
-        ("segfault", "the process ended abnormally (ended by signal SIGSEGV)"),
-        ("hang", "the run took longer than its limit (no result after 0.5 s)"),
-        ("error", "co-simulation failed: fmi2DoStep failed with status 3 (error). the crank is stuck"),
-    ],
-)
+@pytest.mark.parametrize(("fault", "words"), [
+    ("segfault", "the process ended abnormally (ended by signal SIGSEGV)"),
+    ("hang", "the run took longer than its limit (no result after 0.5 s)"),
+    ("error", "co-simulation failed: fmi2DoStep failed with status 3 (error). the crank is stuck"),
+])  # fmt: skip
 def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_path: Path, library: Path) -> None:
     folder, path = str(tmp_path / "unpacked"), saw(tmp_path, library, fault)
-    place = read_fmu(path, folder).variables[:1]
-    span, limit = (0.0, 0.24, 200), 0.5 if fault == "hang" else 60.0
+    place, limit = read_fmu(path, folder).variables[:1], 0.5 if fault == "hang" else 60.0
     with pytest.raises(InvalidInput) as caught:
-        local.confined(simulate, path, folder, "co-simulation", span, place, timeout=limit)
+        local.confined(simulate, path, folder, "co-simulation", (0.0, 0.24, 200), place, timeout=limit)
     assert words in str(caught.value)
 
 
-@pytest.mark.usefixtures("at_once")
-@pytest.mark.parametrize(
-    ("fault", "arguments", "words"),
-    [
-        ("none", (), "say which variables are the motion of an observed point: --column C.x=VARIABLE; its outputs are"),
-        ("none", ("--column", "C.x=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
-        ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit m"),
-        ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
-    ],
-)
-def test_what_cannot_be_used_is_one_line(
-    fault: str, arguments: tuple[str, ...], words: str, tmp_path: Path, library: Path
-) -> None:
-    saw(tmp_path, library, fault)
-    refused(*arguments, words=words, cwd=tmp_path)
+DESCRIBED = {"modelDescription.xml": DESCRIPTION}
 
 
-def refused(*arguments: str, words: str, cwd: Path) -> None:
-    done = conrod(*VALIDATE, *arguments, cwd=cwd)
+def refused(folder: Path, words: str, *arguments: str) -> None:
+    done = conrod(*VALIDATE, *arguments, cwd=folder)
     lines = said(done)
     assert (done.returncode, len(lines), done.stdout) == (2, 1, ""), lines
     assert words in lines[0]
 
 
-WHOLE = description()
+@at_once
+@pytest.mark.parametrize(("fault", "arguments", "words"), [
+    ("none", (), "say which variables are the motion of an observed point: --column C.x=VARIABLE; its outputs are"),
+    ("none", ("--column", "C.x=slidr.r[1]"), "it has no variable 'slidr.r[1]', but 'slider.r[1]'"),
+    ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit m"),
+    ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
+])  # fmt: skip
+def test_what_cannot_be_used_is_one_line(
+    fault: str, arguments: tuple[str, ...], words: str, tmp_path: Path, library: Path
+) -> None:
+    saw(tmp_path, library, fault)
+    refused(tmp_path, words, *arguments)
 
 
-@pytest.mark.usefixtures("at_once")
-@pytest.mark.parametrize(
-    ("files", "words"),
-    [
-        ({}, "it is no FMU: it has no modelDescription.xml"),
-        ({"modelDescription.xml": "<a"}, "its description cannot be used"),
-        ({"modelDescription.xml": WHOLE, "resources/a": "a" * 100_000}, "more than a model has"),
-        ({"modelDescription.xml": WHOLE, "sources/a.c": ""}, "but none; of C sources `fmpy compile` builds one"),
-    ],
-)
+@at_once
+@pytest.mark.parametrize(("files", "words"), [
+    ({}, "it is no FMU: it has no modelDescription.xml"),
+    ({"modelDescription.xml": "<a"}, "its description cannot be used"),
+    (DESCRIBED | {"resources/a": "a" * 100_000}, "more than a model has"),
+    (DESCRIBED | {"sources/a.c": ""}, "but none; of C sources `fmpy compile` builds one"),
+])  # fmt: skip
 def test_an_archive_that_was_made_to_do_harm_is_refused(
     files: dict[str, str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fmu, "MOST_BYTES", 100_000)
     write_fmu(tmp_path / "saw.fmu", None, files)
-    refused(*POINT, words=words, cwd=tmp_path)
-
-
-@pytest.mark.usefixtures("at_once")
-def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    refused(tmp_path, words, *POINT)
     monkeypatch.setitem(sys.modules, "fmpy", None)
-    write_fmu(tmp_path / "saw.fmu", None, {"modelDescription.xml": WHOLE, BINARY: ""})
-    refused(*POINT, words="is not installed: pip install 'conrod[fmi]'", cwd=tmp_path)
+    refused(tmp_path, "is not installed: pip install 'conrod[fmi]'", *POINT)
 
 
 # -- the closed circle: the exact motion goes out as an FMU, comes back as any tool's FMU does, and nothing is lost ----
 
-CIRCLE = pytest.mark.usefixtures("at_once", "library")
 EXACT = ",".join(f"{quantity}=1e-12" for quantity in ("position", "velocity", "acceleration"))
 
 
@@ -216,7 +187,8 @@ def judged(folder: Path, scene: str, *options: str, exported: tuple[str, ...] = 
 
 
 # A closed form, and a pass, which begins before time 0.
-@CIRCLE
+@at_once
+@pytest.mark.usefixtures("library")
 @pytest.mark.parametrize(("scene", "mode"), [("saw-500rpm", "model-exchange"), ("geneva", "co-simulation")])
 def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, tmp_path: Path) -> None:
     status, found = judged(tmp_path, scene, "--preset", mode, "--tolerance", EXACT)
@@ -224,7 +196,8 @@ def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, 
     assert max(one["size"]["max"] for errors in found["errors"].values() for one in errors.values()) < 1e-12
 
 
-@CIRCLE
+@at_once
+@pytest.mark.usefixtures("library")
 def test_a_rod_that_is_a_micrometre_longer_is_off_by_its_sensitivity(tmp_path: Path) -> None:
     longer = 1e-6  # [m]
     status, found = judged(

@@ -52,13 +52,6 @@ def csv_text(columns: Mapping[str, Array], separator: str = ",", decimal: str = 
     return "\n".join(lines) + "\n"
 
 
-def reading_of(columns: Mapping[str, Array], scene: Scene, folder: Path) -> Reading:
-    """The columns after they were a CSV file."""
-    path = folder / "table.csv"
-    path.write_text(csv_text(columns), encoding="utf-8")
-    return read(path, scene)
-
-
 def read(path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = ()) -> Reading:
     """A table read as the command line reads it, in this process."""
     points = tuple(scene.lengths)
@@ -73,7 +66,8 @@ def judged(
     tolerance: Mapping[str, float] | None = None,
 ) -> TableStudy:
     """The columns after they were a CSV file, judged."""
-    return study_table("table.csv", scene.kind, scene, reading_of(columns, scene, folder), estimate, tolerance)
+    reading = read(written(folder, csv_text(columns), "table.csv"), scene)
+    return study_table("table.csv", scene.kind, scene, reading, estimate, tolerance)
 
 
 def written(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8") -> Path:
@@ -81,9 +75,3 @@ def written(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8
     path = folder / name
     path.write_text(text, encoding=encoding)
     return path
-
-
-def write_all_formats(columns: Mapping[str, Array], folder: Path) -> None:
-    """The columns as t.csv and t.npz."""
-    written(folder, csv_text(columns))
-    np.savez(folder / "t.npz", **columns)  # type: ignore[arg-type]
