@@ -22,4 +22,5 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Users' files are looked at in this process: to begin another takes longer than the look."""
-    monkeypatch.setattr("conrod.studies.execution.local.confined", lambda task, *given, **_: task(*given))
+    # What `confined` calls, for modules that are imported meanwhile keep `confined` itself.
+    monkeypatch.setattr("conrod.studies.execution.local.isolated", lambda task, *given, **_: task(*given))
