@@ -19,6 +19,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
+ROD_TURN = 2.836899999574396  # of the rod in its reference pose
 STOCK = '<option timestep="0.002" gravity="0 -9.81 0"/>'
 QUANTITIES = ("position", "velocity", "acceleration")
 
@@ -92,12 +93,13 @@ def moved(run: Recording, by: float) -> Recording:
 
 
 def on_the_other_branch(run: Recording) -> Recording:
-    """C where the other branch has it, mirrored at the crank pin; that is 2 x the way to it."""
-    angle = SCENE.motion(run.coordinates[0], 1.0).point("C").position[:, 0]
-    pin = SCENE.shaft[0] + SCENE.crank * np.cos(run.coordinates[0])  # type: ignore[attr-defined]
-    other = run.points["C"].copy()
-    other[0, :, 0] = 2.0 * pin - angle
-    return replace(run, points={"C": other})
+    """The rod mirrored at the crank pin, and C where that has it."""
+    slide, crank, rod = run.coordinates
+    back, pin = SCENE.motion(crank, 1.0).point("C").position[:, 0], SCENE.crank * np.cos(crank)  # type: ignore[attr-defined]
+    across = 2.0 * (SCENE.shaft[0] + pin - back)
+    mirrored, other = np.array([slide + across, crank, np.pi - rod - 2.0 * (crank + ROD_TURN)]), run.points["C"].copy()
+    other[0, :, 0] += across
+    return replace(run, coordinates=mirrored, points={"C": other})
 
 
 @pytest.mark.usefixtures("no_presets")

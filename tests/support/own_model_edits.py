@@ -10,6 +10,7 @@ from unittest.mock import patch
 
 from conrod.mjcf.loops import scene_study
 from conrod.mjcf.loops.driving import Recording
+from conrod.mjcf.loops.scene_study import Bench
 from conrod.mjcf.loops.turning import Turning, prepare, scan
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import Identity, identify
@@ -137,11 +138,7 @@ def judged(
     """All of the judgement, in this process; `spoil` changes what is run before it is judged."""
     put = question(kind, **asked)
     path, turning, found = scanned(folder, text, put)
-    judge = scene_study.judged
-    changes = {
-        "prepare": lambda *_: turning,
-        "scan": lambda *_: found,
-        "judged": lambda label, run, *to: judge(label, spoil(run), *to),
-    }
-    with patch.multiple(scene_study, **changes):
+    judge, known = Bench.judged, {"prepare": lambda *_: turning, "scan": lambda *_: found}
+    spoiled = patch.object(Bench, "judged", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
+    with patch.multiple(scene_study, **known), spoiled:
         return scene_study.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance)

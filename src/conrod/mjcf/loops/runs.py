@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import mujoco
@@ -110,9 +110,11 @@ def errors_of(
     }
     errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
     worst = max(off, key=lambda name: float(off[name][0].max()))
-    far = int(off[worst][0].argmax()) if errors["position"] > OPEN_GAP * travel else None
-    if far is not None and (where := _flipped(run, far, machine, motion, travel)):
-        return LoopRun(label, step, Outcome.FLIPPED, where, gap=gap)
+    far, near = int(off[worst][0].argmax()), OPEN_GAP * travel
+    here, there = (found[:, far : far + 1] for found in (run.coordinates, motion.coordinates))
+    time = float(run.times[far])
+    if errors["position"] > near and flipped(machine, run.points, here, time, there, near):
+        return LoopRun(label, step, Outcome.FLIPPED, f"on another branch {machine.where(time)}", gap=gap)
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
         drives = _relative(run.drives, exact.drives)
@@ -120,19 +122,21 @@ def errors_of(
     return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, gap, drives, reactions)
 
 
-def _flipped(run: Recording, sample: int, machine: DrivenTree, motion: SpatialMotion, travel: float) -> str:
-    """Reason for a run on another branch, whose nearest closed pose is not the exact one; empty where it is."""
-    time = float(run.times[sample])
+def flipped(
+    machine: DrivenTree, names: Iterable[str], coordinates: Array, time: float, exact: Array, near: float
+) -> bool:
+    """True for coordinates (nq, 1) on another branch: the closed pose nearest to them is not the exact one (nq, 1).
+
+    Args:
+        names: of points that drives determine, which are no further apart than `near` where it is.
+    """
     try:
-        nearest = machine.closed(run.coordinates[:, sample : sample + 1], time)[0]
+        nearest = machine.closed(coordinates, time)[0]
     except InvalidInput:
-        return ""
-    there = poses(machine.tree, nearest)
-    apart = [
-        float(np.linalg.norm(there.point(machine.tree.points[name])[0][:, 0] - motion.points[name].position[sample]))
-        for name in run.points
-    ]
-    return f"on another branch {machine.where(time)}" if max(apart) > OPEN_GAP * travel else ""
+        return False
+    there = poses(machine.tree, np.concatenate([nearest, exact], axis=1))
+    places = [there.point(machine.tree.points[name])[0] for name in names]
+    return max(float(np.linalg.norm(place[:, 0] - place[:, 1])) for place in places) > near
 
 
 def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[str, float]:

@@ -16,13 +16,12 @@ from conrod.exact.space.laws import law_of
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.driving import Recording, driven_run, recorded
 from conrod.mjcf.loops.results import LABELS
-from conrod.mjcf.loops.runs import with_settings
+from conrod.mjcf.loops.runs import flipped, with_settings
 from conrod.mjcf.loops.turning import Turning, prepare, scan
 from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.loading import data_at_start
-from conrod.own.models.references import other_branches
 from conrod.own.models.request import Question
 from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankMotion, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
@@ -68,64 +67,17 @@ def study(
         found = ModelStudy(str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, points)
         if identity.left > COMPARABLE:
             return found
-        branches = other_branches(machine) if isinstance(moving, Scene) else (machine,)
-        touching = facts.touching is not None
-        to = RunReference(moving, machine.speed, branches, turning, identity.frame, points, touching)
-        runs_of = _Runs(turning, to, question, revolutions)
+        bench = Bench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
         refused = {"hardened": "hardening does not apply to contact"} if question.contacts else {}
-        at_steps = {label: [runs_of.driven(label)] for label in LABELS if label not in refused}
+        at_steps = {label: [bench.driven(label)] for label in LABELS if label not in refused}
         for finer in FINER if refine else ():
             if finer * revolutions * machine.period <= MOST_SAMPLES * facts.timestep:
                 for label, same in at_steps.items():
-                    same.append(runs_of.driven(label, finer))
-        own_run, crank = runs_of.as_given()
+                    same.append(bench.driven(label, finer))
+        own_run, crank = bench.as_given()
         refined = {label: _points(same) for label, same in at_steps.items() if len(same) > 1}
         runs = {label: same[0] for label, same in at_steps.items()}
         return replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined)
-
-
-class _Runs:
-    """Runs of a model whose crank turns at a scene's speed, or that its own file drives.
-
-    Raises:
-        InvalidInput: the model's time step needs more samples than can be kept.
-    """
-
-    def __init__(self, turning: Turning, to: RunReference, question: Question, turns: float) -> None:
-        self.turning, self.to, self.question, self.turns = turning, to, question, turns
-        self.step = float(turning.model.opt.timestep)
-        if (samples := len(self._times(self.step))) > MOST_SAMPLES:
-            raise InvalidInput(
-                f"its timestep of {self.step:g} s makes {samples} samples of {turns:g} turns: "
-                f"at most {MOST_SAMPLES} are kept; fewer --revolutions"
-            )
-        elapsed, rate = float(np.remainder(to.frame.zero - turning.first, 2.0 * np.pi)), to.frame.sense * to.speed
-        law = law_of(f"{rate!r}rad/s", "rad", turning.first + elapsed, turning.crank.name)
-        self.machine = DrivenTree(turning.machine.tree, {turning.crank.name: law})
-        coordinates, rates = turning.state(elapsed)
-        self.start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
-
-    def _times(self, step: float) -> Array:
-        """The model's own timesteps need not divide a turn."""
-        duration = self.turns * 2.0 * math.pi / abs(self.to.speed)
-        return np.asarray(step * np.arange(max(2, math.ceil(duration / step - 1e-9)) + 1), dtype=float)
-
-    def driven(self, label: str, finer: float = 1.0) -> JudgedRun:
-        """With its own settings or a preset's, at so many steps in place of one."""
-        step = self.step / finer
-        model = with_settings(
-            self.turning.model, label, step, 2.0 * math.pi / abs(self.to.speed), False, bool(self.question.contacts)
-        )
-        motion = SpatialMotion(self._times(step), *self.start, {})
-        return judged(label, driven_run(self.machine, model, motion, self.turning.points, 1, False), self.to, step)
-
-    def as_given(self) -> tuple[JudgedRun, CrankMotion | None]:
-        """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
-        model, turning = self.turning.model, self.turning
-        data, _ = data_at_start(model, self.question.keyframe, self.question.controls)
-        run, _ = recorded(turning.machine.tree, model, data, turning.points, self._times(self.step))
-        found = judged(AS_GIVEN, run, self.to, self.step)
-        return found, crank_motion(run, self.to, self.step) if found.outcome is Outcome.COMPLETED else None
 
 
 def _points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
@@ -137,110 +89,115 @@ def _points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
     )
 
 
-# -- one run -----------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class RunReference:
-    """The machine that a model's runs are compared with, and the frame in which they are seen.
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A model whose crank turns at a scene's speed, or as its own file drives it.
 
     Attributes:
         exact: the machine that the model is.
         speed: nominal, of the crank angle [rad/s].
-        others: other assembly branches.
-        touching: whether a contact of the model places its follower.
+        frame: in which runs are seen.
+        points: that are compared.
     """
 
+    turning: Turning
+    question: Question
     exact: ExactReference
     speed: float
-    others: tuple[ExactReference, ...]
-    turning: Turning
     frame: Frame
     points: tuple[str, ...]
-    touching: bool
+    turns: float
 
+    @property
+    def period(self) -> float:
+        return 2.0 * math.pi / abs(self.speed)
 
-def tracks_of(run: Recording, to: RunReference) -> dict[str, PointTracks]:
-    """A run's points in the document's frame."""
-    frame, crank = to.frame, to.turning.crank
-    rates, sense = (run.rates[crank.rate], run.accelerations[crank.rate]), frame.sense
-    instants = Instants(run.times, frame.angle(run.coordinates[crank.coordinate]), *(sense * one for one in rates))
-    placed = (frame.placed, frame.turned, frame.turned)
-    return {
-        name: PointTracks(*(Track(instants, seen(v)) for seen, v in zip(placed, run.points[name], strict=True)))
-        for name in to.points
-    }
+    def _times(self, step: float) -> Array:
+        """Instants of a run, whose steps need not divide a turn; raises InvalidInput where they are too many."""
+        samples = max(2, math.ceil(self.turns * self.period / step - 1e-9)) + 1
+        if samples > MOST_SAMPLES:
+            raise InvalidInput(
+                f"its timestep of {step:g} s makes {samples} samples of {self.turns:g} turns: "
+                f"at most {MOST_SAMPLES} are kept; fewer --revolutions"
+            )
+        return np.asarray(step * np.arange(samples), dtype=float)
 
+    def driven(self, label: str, finer: float = 1.0) -> JudgedRun:
+        """With its own settings or a preset's, at so many steps in place of one."""
+        turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
+        model = with_settings(turning.model, label, step, self.period, False, bool(self.question.contacts))
+        elapsed = float(np.remainder(self.frame.zero - turning.first, 2.0 * np.pi))
+        rate, crank = self.frame.sense * self.speed, turning.crank.name
+        law = law_of(f"{rate!r}rad/s", "rad", turning.first + elapsed, crank)
+        coordinates, rates = turning.state(elapsed)
+        start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
+        machine, motion = DrivenTree(turning.machine.tree, {crank: law}), SpatialMotion(self._times(step), *start, {})
+        return self.judged(label, driven_run(machine, model, motion, turning.points, 1, False), step)
 
-def judged(label: str, run: Recording, to: RunReference, step: float) -> JudgedRun:
-    """A run with its outcome and its errors."""
-    tracks, verdict = tracks_of(run, to), Verdict(run.outcome, run.reason)
-    if run.outcome is Outcome.COMPLETED:
-        verdict = next(_endings(run, tracks, to), verdict)
-    errors = None
-    if verdict.outcome is Outcome.COMPLETED:
-        errors = {
-            name: {quantity: size_of(series.error) for quantity, series in vars(found).items()}
-            for name, found in track_errors(tracks, to.speed, ExactMotions(to.exact)).items()
+    def as_given(self) -> tuple[JudgedRun, CrankMotion | None]:
+        """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
+        model, turning = self.turning.model, self.turning
+        data, _ = data_at_start(model, self.question.keyframe, self.question.controls)
+        step = float(model.opt.timestep)
+        run, _ = recorded(turning.machine.tree, model, data, turning.points, self._times(step))
+        found = self.judged(AS_GIVEN, run, step)
+        if found.outcome is not Outcome.COMPLETED:
+            return found, None
+        # The crank in the last turn's time, or in all of it where that is less.
+        at, last = self.instants(run), run.times >= run.times[-1] - self.period * (1.0 + 1e-9)
+        angle, rate = at.angle[last], at.rate[last]
+        mean = float(angle[-1] - angle[0]) / max(step * (len(angle) - 1), 1e-300)
+        return found, CrankMotion(mean, float(rate.min()), float(rate.max()))
+
+    def instants(self, run: Recording) -> Instants:
+        """The crank in the document's frame."""
+        crank, sense = self.turning.crank, self.frame.sense
+        rates = run.rates[crank.rate], run.accelerations[crank.rate]
+        return Instants(run.times, self.frame.angle(run.coordinates[crank.coordinate]), *(sense * one for one in rates))
+
+    def judged(self, label: str, run: Recording, step: float) -> JudgedRun:
+        """A run with its outcome and its errors."""
+        at, seen = self.instants(run), (self.frame.placed, self.frame.turned, self.frame.turned)
+        tracks = {
+            name: PointTracks(*(Track(at, see(v)) for see, v in zip(seen, run.points[name], strict=True)))
+            for name in self.points
         }
-    at = next(iter(tracks.values())).position.instants
-    return JudgedRun(
-        label=label,
-        outcome=verdict.outcome,
-        reason=verdict.reason,
-        steps_per_revolution=2.0 * np.pi / abs(to.speed) / step,
-        errors=errors,
-        phase=float(np.abs(at.angle - at.angle[0] - to.speed * at.times).max()) if len(at.times) else np.nan,
-    )
+        verdict, errors = Verdict(run.outcome, run.reason), None
+        if run.outcome is Outcome.COMPLETED:
+            verdict = next(self._endings(run, tracks), verdict)
+        if verdict.outcome is Outcome.COMPLETED:
+            errors = {
+                name: {quantity: size_of(series.error) for quantity, series in vars(found).items()}
+                for name, found in track_errors(tracks, self.speed, ExactMotions(self.exact)).items()
+            }
+        phase = float(np.abs(at.angle - at.angle[0] - self.speed * at.times).max())
+        return JudgedRun(label, verdict.outcome, verdict.reason, self.period / step, errors, phase)
 
-
-def crank_motion(run: Recording, to: RunReference, step: float) -> CrankMotion:
-    """Motion of the crank in the last turn's time of a run, or in all of it where that is less."""
-    crank, period = to.turning.crank, 2.0 * np.pi / abs(to.speed)
-    angle, rate = to.frame.angle(run.coordinates[crank.coordinate]), to.frame.sense * run.rates[crank.rate]
-    last = run.times >= run.times[-1] - period * (1.0 + 1e-9)
-    angle, rate = angle[last], rate[last]
-    mean = float(angle[-1] - angle[0]) / max(step * (len(angle) - 1), 1e-300)
-    return CrankMotion(mean, float(rate.min()), float(rate.max()))
-
-
-def _endings(run: Recording, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:
-    """Outcomes that the crank, the points and the violation of the closures show; the first one counts."""
-    travel = max(to.exact.lengths.values())
-    places = np.array([t.position.values for t in tracks.values()])
-    exact = ExactMotions(to.exact)
-    off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])
-    away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / to.exact.kinematics.size
-    if away.max() > OUT_OF_REACH:
-        time = run.times[int(np.argmax(away > OUT_OF_REACH))]
-        yield Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
-    if to.touching:
-        # A follower further from the crank's axis than the cam would have it, or nearer by a roller.
-        from_axis = places - np.array(to.frame.shaft)
-        outward = (off * from_axis).sum(axis=2) / np.linalg.norm(from_axis, axis=2)
-        contacts = to.exact.mechanism().cam_contacts
-        if contacts and outward.min() < -contacts[0].roller_radius:
-            yield Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
-        if outward.max() > LOST_GAP * travel:
-            yield Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
-    opened = to.frame.unit * max((float((gap - gap[0]).max()) for gap in run.gaps.values()), default=0.0)
-    if opened > OPEN_GAP * travel:
-        yield Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
-    yield from _flipped(np.linalg.norm(off, axis=2), OPEN_GAP * travel, tracks, to)
-
-
-def _flipped(away: Array, near: float, tracks: Mapping[str, PointTracks], to: RunReference) -> Iterator[Verdict]:
-    """A verdict on a run that is nearer to another branch where it is furthest from its own.
-
-    Args:
-        away: distances from the exact places (P, T) [m]; `near` is none.
-    """
-    row, worst = np.unravel_index(int(np.argmax(away)), away.shape)
-    name = list(tracks)[int(row)]
-    position = tracks[name].position
-    angle = position.instants.angle[worst : worst + 1]
-    for other in to.others if away.max() > near else ():
-        there = other.motion(angle, to.speed).point(name).position[0]
-        if np.linalg.norm(position.values[worst] - there) < 0.5 * away[row, worst]:
-            where = f"at {float(np.degrees(angle[0])):.1f} deg"
-            yield Verdict(Outcome.FLIPPED, f"{name} is on the other assembly branch {where}")
+    def _endings(self, run: Recording, tracks: Mapping[str, PointTracks]) -> Iterator[Verdict]:
+        """Outcomes that the points and the violation of the closures show; the first one counts."""
+        travel, exact = max(self.exact.lengths.values()), ExactMotions(self.exact)
+        places = np.array([t.position.values for t in tracks.values()])
+        off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])
+        away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / self.exact.kinematics.size
+        if away.max() > OUT_OF_REACH:
+            time = run.times[int(np.argmax(away > OUT_OF_REACH))]
+            yield Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
+        opened = self.frame.unit * max((float((gap - gap[0]).max()) for gap in run.gaps.values()), default=0.0)
+        if self.turning.touching is not None:
+            # A follower further from the crank's axis than the cam would have it, or nearer by a roller.
+            from_axis = places - np.array(self.frame.shaft)
+            outward = (off * from_axis).sum(axis=2) / np.linalg.norm(from_axis, axis=2)
+            contacts = self.exact.mechanism().cam_contacts
+            if contacts and outward.min() < -contacts[0].roller_radius:
+                yield Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
+            if outward.max() > LOST_GAP * travel:
+                yield Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
+        if opened > OPEN_GAP * travel:
+            yield Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
+        worst = int(np.argmax(size := np.linalg.norm(off, axis=2).max(axis=0)))
+        if size[worst] > OPEN_GAP * travel and self.turning.touching is None:
+            machine, there = self.turning.machine, run.coordinates[:, worst : worst + 1]
+            time, near = float(there[self.turning.crank.coordinate, 0]) - self.turning.first, OPEN_GAP * travel
+            here = self.turning.state(float(np.remainder(time, 2.0 * np.pi)))[0][:, None]
+            if flipped(machine, machine.tree.points, there, time, here, near / self.frame.unit):
+                yield Verdict(Outcome.FLIPPED, f"on another branch {machine.where(time)}")
