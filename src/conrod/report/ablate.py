@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import engine_title
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Kind
 from conrod.report.table import Cell, Table, Tone, Toned, table
-from conrod.report.template import listed, rendered
+from conrod.report.template import listed
 from conrod.studies.ablate_findings import (
     AS_GOOD,
     COSTS,
@@ -57,6 +56,11 @@ def _ingredient(one: IngredientResult) -> list[Cell]:
     ]
 
 
+def engines_of(studies: Mapping[str, AblationStudy]) -> list[str]:
+    """The engines of all studies."""
+    return list(dict.fromkeys(found.engine for study in studies.values() for found in study.engines))
+
+
 def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
     """A row for each ingredient of an engine, a column for each machine."""
     found = {name: one for name, study in studies.items() for one in study.engines if one.engine == engine}
@@ -89,15 +93,7 @@ def speed_up(found: EngineAblation) -> str:
 
 # -- pages -------------------------------------------------------------------------------------------------------------
 
-RULES: dict[str, Any] = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}
-
-
-def _page(part: Part[AblationStudy]) -> Page:
-    text = rendered(
-        "ablate", study=part.findings, command=part.command, title=engine_title, finding=speed_up,
-        ingredients=ingredients_table, control=lambda found: cost_text(found.variants[0].cost), **RULES,
-    )  # fmt: skip
-    return Page(text)
+RULES = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}  # of the pages
 
 
 def _summary(study: AblationStudy) -> dict[str, Any]:
@@ -111,23 +107,10 @@ def _summary(study: AblationStudy) -> dict[str, Any]:
     }
 
 
-def _index(index: Index[AblationStudy]) -> Page:
-    studies = {name: index.findings(name) for name in index.entries}
-    engines = dict.fromkeys(found.engine for study in studies.values() for found in study.engines)
-    text = rendered(
-        "ablate-index", entries=index.entries, studies=studies, title=engine_title, finding=speed_up,
-        by_engine={engine_title(engine): verdicts_table(engine, studies) for engine in engines},
-        versions=index.versions, origin=index.origin, **RULES,
-    )  # fmt: skip
-    return Page(text)
-
-
 KIND = Kind(
     name="ablate",
     findings=AblationStudy,
     title=lambda study: study.title,
     summary=_summary,
-    page=_page,
-    index=_index,
     digits=4,
 )

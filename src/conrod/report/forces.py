@@ -8,17 +8,14 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import engine_title
-from conrod.report.kind import Kind, Page, Part
+from conrod.report.kind import Kind
 from conrod.report.results import (
-    index_page,
     name_of,
     results_table,
     summary_of,
     verdict_cell,
-    versions_words,
 )
 from conrod.report.table import Table, table
-from conrod.report.template import rendered
 from conrod.studies.forces.results import GROUPS, ForceResult, ForceStudy, is_moment
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
@@ -27,13 +24,13 @@ TITLE = "largest error over the run, by the exact peak; of contact rms between a
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def tolerance_reasons(results: Iterable[ForceResult]) -> list[str]:
+def reasons(results: Iterable[ForceResult]) -> list[str]:
     """The reasons of the tolerances, each once with its engine and preset."""
     given = [(r.engine, r.preset, r.reason_of_tolerance) for r in results if r.reason_of_tolerance]
     return [f"{engine_title(engine)} {preset}, {why}" for engine, preset, why in dict.fromkeys(given)]
 
 
-def _lacking(result: ForceResult) -> list[str]:
+def lacking(result: ForceResult) -> list[str]:
     """Quantities that the engine does not report, a phrase for each reason; nothing of a run that did not complete."""
     reasons: dict[str, dict[str, None]] = {}
     for name, reason in (result.unsupported or {}).items() if result.completed else ():
@@ -50,11 +47,15 @@ def verdicts_table(found: Sequence[ForceStudy]) -> Table:
     columns: dict[str, Callable[[ForceResult], str]] = {"steps/rev": lambda r: str(r.steps_per_revolution)}
     columns |= {g: lambda r, g=g: numbers.measured(r.judged_error(g)) for g in groups}  # type: ignore[misc]
     columns |= {f"order of {g}": lambda r, g=g: numbers.order((r.order or {}).get(g)) for g in groups}  # type: ignore[misc]
-    return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in _lacking(r))))
+    return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in lacking(r))))
+
+
+def errors_tables(study: ForceStudy) -> list[Table]:
+    """A table for each group, with a row for each quantity, joint by joint, with max and rms of each run."""
+    return [_errors_table([r for r in study.results if r.errors], group) for group in GROUPS]
 
 
 def _errors_table(results: Sequence[ForceResult], group: str) -> Table:
-    """A row for each quantity, joint by joint, with max and rms of each run."""
     names = next((r.groups[group] for r in results if group in r.groups), ())
     rows = []
     for name in names:
@@ -79,20 +80,6 @@ def _sizes(result: ForceResult, name: str) -> str:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _page(part: Part[ForceStudy]) -> Page:
-    found = part.findings
-    measured = [r for r in found.results if r.errors]
-    lacking = [f"{' '.join(name_of(r))}: {words}" for r in found.results for words in _lacking(r)]
-    text = rendered(
-        "forces", found=found, command=part.command, verdicts=verdicts_table([found]),
-        versions=versions_words(found.results),
-        reasons=tolerance_reasons(found.results), lacking=lacking,
-        contact=bool(found.scene.kinematics.mechanism.cam_contacts),
-        errors=[_errors_table(measured, group) for group in GROUPS],
-    )  # fmt: skip
-    return Page(text)
-
-
 def _judged_sizes(result: ForceResult) -> dict[str, Any]:
     return {"largest": {group: result.judged_error(group) for group in result.groups}}
 
@@ -102,13 +89,6 @@ KIND = Kind(
     findings=ForceStudy,
     title=lambda found: found.scene.title,
     summary=partial(summary_of, more=_judged_sizes),
-    page=_page,
-    index=partial(
-        index_page,
-        title="Drive torque, joint reactions and contact forces against the exact ones",
-        file="forces.json",
-        verdicts=verdicts_table,
-    ),
     results="forces.json",
     index_file="forces.md",
     suffix="-forces",

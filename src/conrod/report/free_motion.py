@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from conrod.report import numbers
 from conrod.report.charts.panels import free_motion_figure
 from conrod.report.figure import Figure
-from conrod.report.kind import Kind, Page, Part
-from conrod.report.results import described, index_page, results_table, summary_of, summary_words, versions_words
+from conrod.report.kind import Kind
+from conrod.report.results import results_table, summary_of
 from conrod.report.table import Table
-from conrod.report.template import rendered
-from conrod.studies.free_motion.plan import (
-    CONTACT_STEPS_A_TURN,
-    CROSSING_STEPS_A_TURN,
-    FREE,
-    LENGTH_ERROR,
-    LONGEST_STEP,
-    SECONDS,
-    STEPS_A_TURN,
-    TURNS,
-)
+from conrod.studies.free_motion import plan
 from conrod.studies.free_motion.results import EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -34,7 +24,7 @@ def loads_words(study: MotionStudy) -> str:
     acting += [f"a constant force on {force.body}" for force in mechanism.forces]
     acting += [load.name for load in mechanism.loads if load.name not in study.left_out]
     acts = f"what acts: {', '.join(acting)}" if acting else "nothing else acts"
-    if study.motion == FREE:
+    if study.motion == plan.FREE:
         without = f"without {', '.join(study.left_out)}" if study.left_out else "no torque on the crank"
         return f"free motion, {without}; {acts}."
     return f"driven by its torques; {acts}."
@@ -62,7 +52,7 @@ def _sentence(words: str) -> str:
 def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
     """A row for each result: errors, when it leaves the exact motion, observed order and verdict."""
     lengths = {study.name: study.scene.lengths for study in studies}
-    leaving = next((r.leaving for study in studies for r in study.results), LENGTH_ERROR)
+    leaving = next((r.leaving for study in studies for r in study.results), plan.LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {
         "step": lambda r: f"{numbers.quantity(1e3 * r.step, 6)} ms",
         "position": lambda r: numbers.measured(r.largest("position")),
@@ -86,24 +76,14 @@ def _leaves(result: MotionResult) -> str:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _figures(study: MotionStudy) -> tuple[Figure, ...]:
-    if all(r.curves is None for r in study.results):
-        return ()
-    alt = f"Errors of position and energy of {study.name} over time"
-    return (Figure(f"{study.name}-free-motion", alt, partial(free_motion_figure, study)),)
-
-
-def _page(part: Part[MotionStudy]) -> Page:
-    study, figures = part.findings, _figures(part.findings)
-    text = rendered(
-        "motion", study=study, figures=figures, description=described(study.scene), loads=loads_words(study),
-        exact=exact_words(study), summary=summary_words(study.results), results=verdicts_table([study]),
-        versions=versions_words(study.results),
-        command=part.command, longest=1e3 * LONGEST_STEP,
-        steps_a_turn=STEPS_A_TURN, contact_steps=CONTACT_STEPS_A_TURN, crossing_steps=CROSSING_STEPS_A_TURN,
-        usual=SECONDS, turns=TURNS, seconds=study.results[0].seconds,
-    )  # fmt: skip
-    return Page(text, figures)
+def figures(studies: Iterable[MotionStudy]) -> list[Figure]:
+    """A figure for each study of which a run has curves."""
+    alt = "Errors of position and energy of {} over time"
+    return [
+        Figure(f"{study.name}-free-motion", alt.format(study.name), partial(free_motion_figure, study))
+        for study in studies
+        if any(r.curves is not None for r in study.results)
+    ]
 
 
 def _sizes(result: MotionResult) -> dict[str, float | None]:
@@ -115,14 +95,6 @@ KIND = Kind(
     findings=MotionStudy,
     title=lambda study: study.scene.title,
     summary=partial(summary_of, more=_sizes),
-    page=_page,
-    index=partial(
-        index_page,
-        title="Free motion against the exact one",
-        file="motion.json",
-        verdicts=verdicts_table,
-        figures=_figures,
-    ),
     results="motion.json",
     index_file="motion.md",
     suffix="-motion",

@@ -6,9 +6,8 @@ from typing import Any
 
 from conrod.mjcf.results import Invariance, InvarianceStudy, Kept
 from conrod.report import numbers
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Kind
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
-from conrod.report.template import rendered
 
 
 def finding(study: InvarianceStudy) -> str:
@@ -57,19 +56,8 @@ def notes(study: InvarianceStudy) -> list[str]:
     return [*cases, f"MuJoCo {study.engine_version}; {study.run}"]
 
 
-def _page(part: Part[InvarianceStudy]) -> Page:
-    study = part.findings
-    results = invariances_table(study)
-    text = rendered("invariances", finding=finding(study), results=results, notes=notes(study), part=part)
-    return Page(text)
-
-
 def _summary(study: InvarianceStudy) -> dict[str, Any]:
     return {"passed": study.passed, "finding": finding(study)}
-
-
-def _index(index: Index[InvarianceStudy]) -> Page:
-    return Page(rendered("invariances-index", entries=index.entries, origin=index.origin))
 
 
 KIND = Kind(
@@ -77,8 +65,6 @@ KIND = Kind(
     findings=InvarianceStudy,
     title=lambda study: study.name,
     summary=_summary,
-    page=_page,
-    index=_index,
     results="invariances.json",
     index_file="invariances.md",
     suffix="-invariances",

@@ -1,8 +1,9 @@
 """Kinds of reports: how findings are saved, and how pages and figures are made of what was saved.
 
 To add a kind: findings, a frozen dataclass of plain values, arrays, scenes, enums and further dataclasses; templates
-`NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, where all prose stands; a module
-with `KIND = Kind(...)`, such as `report/free_motion.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before
+`NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, where all prose stands, and which
+ask a module for its tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `KIND = Kind(...)`,
+such as `report/free_motion.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before
 any work and writes with `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
@@ -15,12 +16,13 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import import_module
 from typing import Any, Generic, TypeVar
 
 from conrod.errors import unknown_choice
-from conrod.report.figure import Figure
 from conrod.report.table import Table, table
+from conrod.report.template import Page, page
 from conrod.scenes import CATALOGUE, SCENES, catalogue_names
 
 F = TypeVar("F")
@@ -69,14 +71,6 @@ class Reproduction:
 
 
 @dataclass(frozen=True)
-class Page:
-    """A page in Markdown with the figures that it shows."""
-
-    text: str
-    figures: tuple[Figure, ...] = ()
-
-
-@dataclass(frozen=True)
 class Part(Generic[F]):
     """Findings on one machine or file.
 
@@ -108,6 +102,11 @@ class Index(Generic[F]):
     origin: str
     findings: Callable[[str], F]
 
+    @cached_property
+    def studies(self) -> dict[str, F]:
+        """The findings of all parts."""
+        return {name: self.findings(name) for name in self.entries}
+
     @property
     def versions(self) -> Table:
         """All versions of conrod that occur, and the environment of what was found last; pages name their engines."""
@@ -125,8 +124,11 @@ class Kind(Generic[F]):
         findings: type of a part's findings.
         title: of a part, from its findings.
         summary: what the index and scripts read of a part, plain values.
-        page: of a part.
-        index: the first page; None where a report has one part, whose page is the first.
+        page: what the template of a part's page speaks of beside `part`, its findings `study`, and `report`, the
+            kind's module.
+        index: the same of the first page, beside `index` and `report`; None where a report has one part, whose page is
+            the first.
+        template: name of the templates; that of the kind where it is empty.
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
@@ -145,8 +147,9 @@ class Kind(Generic[F]):
     findings: type[F]
     title: Callable[[F], str]
     summary: Callable[[F], Mapping[str, Any]]
-    page: Callable[[Part[F]], Page]
-    index: Callable[[Index[F]], Page] | None = None
+    page: Callable[[Part[F]], Mapping[str, Any]] = lambda _: {}
+    index: Callable[[Index[F]], Mapping[str, Any]] | None = lambda _: {}
+    template: str = ""
     results: str = "results.json"
     index_file: str = "README.md"
     suffix: str = ""
@@ -159,6 +162,24 @@ class Kind(Generic[F]):
     tile: str = ""
     spots: Callable[[F], Mapping[str, Sequence[tuple[float, float, str]]]] | None = None
     schema: int = 2
+
+    def page_of(self, part: Part[F]) -> Page:
+        """The page of a part."""
+        return page(self._template, part=part, study=part.findings, report=self._module, **self.page(part))
+
+    def first_of(self, index: Index[F]) -> Page | None:
+        """The first page, where there is one beside that of the part."""
+        if self.index is None:
+            return None
+        return page(f"{self._template}-index", index=index, report=self._module, **self.index(index))
+
+    @property
+    def _template(self) -> str:
+        return self.template or self.name
+
+    @property
+    def _module(self) -> Any:
+        return import_module(KINDS[self.name])
 
     def page_file(self, part: str) -> str:
         """Name of a part's page."""

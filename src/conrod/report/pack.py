@@ -23,7 +23,7 @@ from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.folder import document_in
 from conrod.report.results import described, parameters_table
 from conrod.report.table import table
-from conrod.report.template import rendered
+from conrod.report.template import page
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
 from conrod.studies.frame.files import file_to_write, folder_to_write, is_folder, is_no_file
@@ -75,12 +75,12 @@ def _readme(name: str, scene: Scene, samples: int) -> str:
     """The page: what to solve, what to hand in, and the one figure that counts."""
     mechanism = scene.mechanism()
     lengths = [(point, numbers.quantity(1e3 * length, 9)) for point, length in scene.lengths.items()]
-    return rendered(
+    return page(
         "pack", name=name, scene=scene, mechanism=mechanism, description=described(scene), samples=samples,
         drive=_drive(scene), one_pass=mechanism.driver.span is not None, command=_command(name, scene),
         sense="counter-clockwise" if mechanism.driver.sense * scene.speed > 0 else "clockwise",
         lengths=table(("point", "L [mm]"), lengths), parameters=parameters_table(scene),
-    )  # fmt: skip
+    ).text  # fmt: skip
 
 
 def _drive(scene: Scene) -> str:

@@ -8,8 +8,7 @@ from typing import Any
 
 from conrod.engines.engine import CUSTOM
 from conrod.report import numbers
-from conrod.report.kind import Kind, Page, Part
-from conrod.report.template import rendered
+from conrod.report.kind import Kind
 from conrod.scenes import Scene
 from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
 from conrod.studies.sweep.step_search import Choice
@@ -67,18 +66,12 @@ def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
     }
 
 
-def _page(part: Part[Advice]) -> Page:
-    found = part.findings
-    limits = ", ".join(f"{quantity} {value:g}" for quantity, value in found.allowed.items())
-    return Page(rendered("recommendation", advice=found, limits=limits, command=part.command))
-
-
 KIND = Kind(
     name="recommendation",
     findings=Advice,
     title=lambda found: found.title,
     summary=lambda found: {name: one["qualifies"] for name, one in found.answers.items()},
-    page=_page,
+    index=None,
 )
 
 

@@ -7,10 +7,7 @@ from typing import Any, TypeVar
 
 from conrod.engines import look_of
 from conrod.report import numbers
-from conrod.report.figure import Figure
-from conrod.report.kind import Index, Page
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
-from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
@@ -19,7 +16,6 @@ PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
 KINEMATIC = "kinematic mode"
 
 R = TypeVar("R", bound=Result)
-S = TypeVar("S", bound=SceneResults[Any])
 
 
 def name_of(result: Result) -> tuple[str, str]:
@@ -113,29 +109,6 @@ def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -
         for r in study.results
     ]
     return {"passed": study.passed, "verdict": summary_words(study.results), "results": results}
-
-
-def index_page(
-    index: Index[S],
-    title: str,
-    file: str,
-    verdicts: Callable[[Sequence[S]], Table],
-    figures: Callable[[S], Any] = lambda _: (),
-) -> Page:
-    """The first page of several scenes: who passed, a figure, all verdicts.
-
-    Args:
-        title: what is compared.
-        file: of the numbers.
-        figures: those of a page.
-    """
-    found = [index.findings(name) for name in index.entries]
-    drawn: list[Figure] = [figure for one in found for figure in figures(one)]
-    text = rendered(
-        "results-index", title=title, entries=index.entries, failed=[one.name for one in found if not one.passed],
-        figures=drawn[:1], verdicts=verdicts(found), origin=index.origin, file=file,
-    )  # fmt: skip
-    return Page(text)
 
 
 def described(scene: Scene) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -26,31 +26,13 @@ from conrod.report.charts.canvas import (
     whole_decades,
 )
 from conrod.report.figure import Figure, Spot, spots_in
-from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.table import table
-from conrod.report.template import rendered
+from conrod.report.kind import Index, Kind
+from conrod.report.table import Table, table
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 
-def _page(part: Part[SweepStudy]) -> Page:
-    study, diagram = part.findings, _diagram(part.findings)
-    text = rendered(
-        "sweep",
-        study=study,
-        versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
-        findings=tables.findings(study),
-        ends=tables.end_words(study),
-        diagram=diagram,
-        tables=tables,
-        command=part.command,
-        one_pass=study.one_pass,
-        untimed=len([p for p in study.points if p.completed]) - len(tables.timed_points(study)),
-    )
-    return Page(text, (diagram,) if diagram else ())
-
-
-def _diagram(study: SweepStudy) -> Figure | None:
+def diagram_of(study: SweepStudy) -> Figure | None:
     """Error against cost; None where nothing was timed."""
     if not tables.timed_points(study):
         return None
@@ -60,7 +42,7 @@ def _diagram(study: SweepStudy) -> Figure | None:
 
 def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
     """Spots of the diagram, one for each timed point, with its settings to paste in further lines."""
-    diagram = _diagram(study)
+    diagram = diagram_of(study)
     if diagram is None:
         return {}
     figure, points = work_precision_figure(study), tables.timed_points(study)
@@ -83,28 +65,18 @@ def _summary(study: SweepStudy) -> dict[str, Any]:
     return {"findings": tables.findings(study), "cheapest": tables.cheapest_rows(study, "position")}
 
 
-def _index(index: Index[SweepStudy]) -> Page:
-    studies = [index.findings(name) for name in index.entries]
+def cheapest_table(index: Index[SweepStudy]) -> Table:
+    """The cheapest settings of all machines within tolerances of the position."""
     rows = [
         [f"[{name}]({entry['page']})", *row]
         for name, entry in index.entries.items()
         for row in entry["summary"]["cheapest"]
     ]
     head = ["machine", "position " + tables.CHEAPEST_HEAD[0], *tables.CHEAPEST_HEAD[1:]]
-    figure = _first_figure(studies)
-    text = rendered(
-        "sweep-index",
-        entries=index.entries,
-        cheapest=table(head, rows, right=head[4:]),
-        figure=figure,
-        one_pass=any(study.one_pass for study in studies),
-        versions=index.versions,
-        origin=index.origin,
-    )
-    return Page(text, (figure,) if figure else ())
+    return table(head, rows, right=head[4:])
 
 
-def _first_figure(studies: Sequence[SweepStudy]) -> Figure | None:
+def first_figure(studies: Iterable[SweepStudy]) -> Figure | None:
     """The diagram of one quantity, of the study with most points; None where none was timed."""
     study = max((study for study in studies if tables.timed_points(study)), key=lambda s: len(s.points), default=None)
     if study is None:
@@ -210,8 +182,6 @@ KIND = Kind(
     findings=SweepStudy,
     title=lambda study: study.title,
     summary=_summary,
-    page=_page,
     spots=_spots,
-    index=_index,
     digits=6,
 )

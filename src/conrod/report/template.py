@@ -1,21 +1,34 @@
 """Pages in Markdown from templates: the prose of all reports lies in `templates/*.md.jinja`.
 
-In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None. The functions of
-`conrod.report.numbers` are filters (`{{ size | measured }}`). A paragraph may take several lines of a template.
+In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None; figures that it shows are
+those of the page. The functions of `conrod.report.numbers` are filters (`{{ size | measured }}`), those of
+`conrod.report.results` are there by their names. A paragraph may take several lines of a template.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
+from jinja2.runtime import Context
 
-from conrod.report import numbers
+from conrod.report import numbers, results
+from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure
 from conrod.report.table import Cell, Table, Toned, Verbatim, in_markdown, verbatim
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page in Markdown with the figures that it shows."""
+
+    text: str
+    figures: tuple[Figure, ...] = ()
+
 
 NO_CONTINUATION = ("|", "#", "- ", "* ", "!", "```", "<", "$$")
 
@@ -90,14 +103,26 @@ FILTERS = {
 }
 
 
-def rendered(template: str, **names: Any) -> str:
+GLOBALS = {
+    "described": results.described,
+    "engine_title": engine_title,
+    "name_of": results.name_of,
+    "parameters_table": results.parameters_table,
+    "summary_words": results.summary_words,
+    "versions_words": results.versions_words,
+}
+
+
+def page(template: str, **names: Any) -> Page:
     """A page.
 
     Args:
         template: its file in `templates`, without `.md.jinja`.
         names: what the template speaks of; one that is missing is an error.
     """
-    return unwrapped(_environment().get_template(f"{template}.md.jinja").render(**names))
+    shown = dict[str, Figure]()
+    text = _environment().get_template(f"{template}.md.jinja").render(shown_figures=shown, **names)
+    return Page(unwrapped(text), tuple(shown.values()))
 
 
 @cache
@@ -107,14 +132,17 @@ def _environment() -> Environment:
         lstrip_blocks=True, autoescape=False,
     )  # fmt: skip
     made.filters |= FILTERS
+    made.globals |= GLOBALS
     return made
 
 
-def _shown(value: Any) -> Any:
+@pass_context
+def _shown(context: Context, value: Any) -> Any:
     match value:
         case Table():
             return in_markdown(table_text(value))
         case Figure():
+            context["shown_figures"][value.name] = value
             return in_markdown(figure_text(value))
         case Verbatim():
             return value

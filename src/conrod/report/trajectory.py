@@ -12,10 +12,9 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.charts.panels import table_figure
 from conrod.report.figure import Figure
-from conrod.report.kind import Kind, Page, Part
-from conrod.report.results import exceeded_words, parameters_table
+from conrod.report.kind import Kind, Part
+from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
-from conrod.report.template import rendered
 
 PART = "table"  # of the report, which has one
 # Of what is estimated: the unit that it is shown in, the factor from SI, its meaning.
@@ -116,16 +115,14 @@ def errors_table(study: TableStudy) -> Table:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _page(part: Part[TableStudy]) -> Page:
+def _page(part: Part[TableStudy]) -> dict[str, Any]:
     study = part.findings
     alt = "Error of the table over the run"
     figures = (Figure("error", alt, lambda: table_figure(study)),) if study.errors else ()
-    text = rendered(
-        "trajectory", study=study, command=part.command, verdict=verdict_text(study), summary=summary_line(study),
-        figures=figures, findings=findings(study), errors=errors_table(study), columns=columns_table(study),
-        parameters=parameters_table(study.scene),
-    )  # fmt: skip
-    return Page(text, figures)
+    return {
+        "verdict": verdict_text(study), "summary": summary_line(study), "figures": figures, "findings": findings(study),
+        "errors": errors_table(study), "columns": columns_table(study),
+    }  # fmt: skip
 
 
 def _summary(study: TableStudy) -> dict[str, Any]:
@@ -144,4 +141,5 @@ KIND = Kind(
     title=lambda study: f"{study.file} against {study.scene_name}",
     summary=_summary,
     page=_page,
+    index=None,
 )

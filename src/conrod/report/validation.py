@@ -9,18 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from conrod.report import numbers
-from conrod.report import validation_tables as tables
+from conrod.report import numbers, validation_tables
 from conrod.report.charts.canvas import completed, engine_title, label
 from conrod.report.charts.panels import error_figure, overview_figure, refinement_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.html.moving import animated_svg, moving
-from conrod.report.kind import Index, Kind, Page, Part
-from conrod.report.results import described, parameters_table, summary_of, summary_words, versions_words
+from conrod.report.kind import Index, Kind, Part
+from conrod.report.results import summary_of
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.template import rendered
-from conrod.scenes import CamFollower
+from conrod.scenes import Scene
 from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 
 GRID = 1e-4  # of a span that is drawn: what cannot be seen
@@ -72,10 +70,13 @@ def _sizes(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, 
     return {"mode": result.mode, "largest": largest, "position_m": metres, "allowed": result.limits}
 
 
+tables = validation_tables  # that the page asks for
+
+
 # -- a scene's page --------------------------------------------------------------------------------------------------
 
 
-def _figures(study: SceneStudy) -> dict[str, Figure]:
+def figures(study: SceneStudy) -> dict[str, Figure]:
     """The figures of a page by name; those of the runs only where one completed."""
     name = study.name
     drawn: dict[str, tuple[str, Any]] = {
@@ -92,20 +93,9 @@ def _figures(study: SceneStudy) -> dict[str, Figure]:
     return {which: Figure(f"{name}-{which}", alt, draw) for which, (alt, draw) in drawn.items()}
 
 
-def _page(part: Part[SceneStudy]) -> Page:
-    study, scene = part.findings, part.findings.scene
-    figures = _figures(study)
-    breaks = ", ".join(numbers.quantity(float(np.degrees(a))) for a in scene.break_angles())
-    text = rendered(
-        "validation", study=study, scene=scene, part=part, description=described(scene), figures=figures,
-        summary=summary_words(study.results), versions=versions_words(study.results),
-        verdicts=tables.verdicts_table([study]), added=tables.added_words(study), parameters=parameters_table(scene),
-        has_contact=bool(scene.mechanism().cam_contacts), noticed=tables.qualification_table(study),
-        one_pass=scene.kinematics.mechanism.driver.span is not None, points=tables.points_table(study),
-        joints=tables.joints_table(study), breaks=breaks, cam=scene if isinstance(scene, CamFollower) else None,
-        tolerances=tables.tolerances_table(study), settings=tables.settings_tables(study),
-    )  # fmt: skip
-    return Page(text, tuple(figures.values()))
+def breaks(scene: Scene) -> str:
+    """The crank angles [deg] at which an acceleration or a jerk jumps."""
+    return ", ".join(numbers.quantity(float(np.degrees(angle))) for angle in scene.break_angles())
 
 
 def _live(part: Part[SceneStudy], anchor: str) -> str:
@@ -117,24 +107,18 @@ def _live(part: Part[SceneStudy], anchor: str) -> str:
 # -- the index -------------------------------------------------------------------------------------------------------
 
 
-def _index(index: Index[SceneStudy]) -> Page:
+def overview(index: Index[SceneStudy]) -> Figure:
+    """How far off all engines are on all machines."""
     scenes = {name: entry["summary"] for name, entry in index.entries.items()}
-    figure = Figure(
-        "overview", "Largest position error of every machine, engine and preset", partial(overview_figure, scenes)
-    )
-    text = rendered(
-        "validation-index", entries=index.entries, failed=[n for n, scene in scenes.items() if not scene["passed"]],
-        errors=_errors_table(index.entries), figure=figure, reasons=_reasons(index.entries), origin=index.origin,
-        versions=index.versions, unsupported=_unsupported_table(index.entries),
-    )  # fmt: skip
-    return Page(text, (figure,))
+    alt = "Largest position error of every machine, engine and preset"
+    return Figure("overview", alt, partial(overview_figure, scenes))
 
 
 def _link(name: str, entry: Mapping[str, Any]) -> str:
     return f"[{name}]({entry['page']})"
 
 
-def _errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
+def errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
     """A row for each machine, a column for each engine and preset: the largest position error over L."""
     runs = dict.fromkeys(_run(r) for entry in entries.values() for r in entry["summary"]["results"])
     rows = []
@@ -157,7 +141,7 @@ def _error(result: Mapping[str, Any]) -> Cell:
     return Toned(text, "bad") if result["passed"] is False else text
 
 
-def _reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
+def reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """List of what did not pass, with reasons."""
     return [
         f"{_link(name, entry)}, {' '.join(_run(r))}: {r['verdict']}"
@@ -167,7 +151,7 @@ def _reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def _unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
+def unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
     """Table of what an engine cannot do, with the reason."""
     found = dict.fromkeys(
         (_link(name, entry), engine_title(r["engine"]), r["reason"])
@@ -183,8 +167,6 @@ KIND = Kind(
     findings=SceneStudy,
     title=lambda study: study.scene.title,
     summary=_summary,
-    page=_page,
-    index=_index,
     kept=_kept,
     digits=6,
     live=_live,

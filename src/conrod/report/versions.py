@@ -11,9 +11,8 @@ from matplotlib.patches import Patch, Rectangle
 from conrod.engines import look_of
 from conrod.report import numbers
 from conrod.report.figure import Figure
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Kind
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.template import rendered
 from conrod.studies.versions import Change, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
@@ -110,27 +109,14 @@ def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
 # -- pages -------------------------------------------------------------------------------------------------------------
 
 
-def _figure(study: VersionStudy) -> Figure:
+def figure(study: VersionStudy) -> Figure:
+    """What changed with each release."""
     alt = f"Which runs changed with each release of {look_of(study.engine).title}, and by how much"
     return Figure(study.engine, alt, partial(releases_figure, study))
 
 
-def _page(part: Part[VersionStudy]) -> Page:
-    study, figure = part.findings, _figure(part.findings)
-    text = rendered(
-        "versions", study=study, title=look_of(study.engine).title, figure=figure, headline=headline(study),
-        changes=changes_table(study), unsupported=unsupported_lines(study), command=part.command,
-    )  # fmt: skip
-    return Page(text, (figure,))
-
-
 def _summary(study: VersionStudy) -> dict[str, Any]:
     return {"headline": headline(study), "releases": list(study.measured)}
-
-
-def _index(index: Index[VersionStudy]) -> Page:
-    figures = {name: _figure(index.findings(name)) for name in index.entries}
-    return Page(rendered("versions-index", entries=index.entries, figures=figures, origin=index.origin))
 
 
 KIND = Kind(
@@ -138,7 +124,5 @@ KIND = Kind(
     findings=VersionStudy,
     title=lambda study: look_of(study.engine).title,
     summary=_summary,
-    page=_page,
-    index=_index,
     digits=4,
 )

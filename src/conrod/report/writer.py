@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
 from conrod.report.folder import GIVEN, ReportFolder, document_in, json_text, restored, shortened, values_of
-from conrod.report.kind import KINDS, Index, Kind, Page, Part, Reproduction, kind_named
+from conrod.report.kind import KINDS, Index, Kind, Part, Reproduction, kind_named
+from conrod.report.template import Page
 from conrod.studies.frame.writing import Batch, recover
 
 F = TypeVar("F")
@@ -144,14 +145,12 @@ def _batch(
         files |= texts
         done[name] = _entry(kind, name, entries[name], summary, texts)
     done = {name: done[name] for name in sorted(done, key=kind_order)}
-    first: dict[str, str] = {}
-    if kind.index is not None:
 
-        def read(name: str) -> Any:
-            return restored(kind.findings, saved[name] if name in saved else target.values(name))
+    def read(name: str) -> Any:
+        return restored(kind.findings, saved[name] if name in saved else target.values(name))
 
-        index = Index(done, head["environment"], _origin(head["command"]), read)
-        first = _page_files(kind.index_file, kind.index(index))
+    index = kind.first_of(Index(done, head["environment"], _origin(head["command"]), read))
+    first = _page_files(kind.index_file, index) if index else {}
     document = {**head, "files": [kind.results, *first], "parts": done}
     target.check_free([*files, *first, kind.results])
     owned = {kind.results, *first, *(name for entry in done.values() for name in entry["files"])}
@@ -172,7 +171,7 @@ def part_files(
     """A part's files, made of its saved findings, and its summary; for any process."""
     kind = kind_named(kind_name)
     part = Part(name, restored(kind.findings, values), entry["command"], entry["conrod"])
-    page = _page_files(kind.page_file(name), kind.page(part))
+    page = _page_files(kind.page_file(name), kind.page_of(part))
     return {kind.data_file(name): json_text(values), **page}, values_of(kind.summary(part.findings))
 
 

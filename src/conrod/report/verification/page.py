@@ -17,7 +17,7 @@ from conrod.report.folder import restored, values_of
 from conrod.report.html import page as html_page
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.table import Table, text_of
-from conrod.report.template import rendered
+from conrod.report.template import page
 
 CRITERIA, SETTINGS, VALIDATION, OPEN, ABSENT = "criteria", "settings", "validation", "deviations", "absent"
 Statements: TypeAlias = dict[str, dict[str, str]]  # by section and row
@@ -111,9 +111,9 @@ def _statements(of: Verification) -> Statements:
 
 def sealed_page(found: Verification) -> bytes:
     """The report as a file: the hash of it, with zeros where the hash stands, stands in its head and on the page."""
-    text = rendered(
+    text = page(
         "verification", found=found, digest=UNSEALED, measured=len(found.sections["validation"].sentences) > 1
-    )
+    ).text
     place = Place("verification", 0, lambda name, alt: None, lambda name: None)
     html = html_page.document(
         [html_page.Section("verification", f"Verification report: {found.subject}", html_of(text, place))]
