@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 from audits.cam_survey import LARGEST_PRESSURE_ANGLE, CamSurvey, surveys
 from audits.documents.module_answers import answers
 from audits.formulas.published import SAME
 from audits.listing_survey import runs
+from audits.report.cam_figures import pressure_angle, series_error
 from audits.report.corrections import share_text
+from conrod.report.figure import Figure
 from conrod.report.numbers import quantity
 from conrod.report.printed_values import escaped, unsigned_zero
-from conrod.report.table import table
-from conrod.report.template import table_text
+from conrod.report.table import Table, table
+
+Block: TypeAlias = str | Table | Figure
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    return table_text(table(head, rows))
-
-
-def _paragraphs(*blocks: str) -> str:
-    return "\n\n".join(blocks)
-
-
-def module_section() -> str:
+def module_section() -> list[Block]:
     """The answers, with their computation."""
     rows = [
         [str(a.line), escaped(a.place), escaped(a.quantity), quantity(a.value, 6), escaped(a.unit), escaped(a.why)]
         for a in answers()
     ]
-    return _paragraphs(
+    return [
         "## Asked for and not printed",
         "What the examples ask and leave open, from their printed lengths and speeds.",
-        _table(["line", "where", "quantity", "value", "unit", "computation"], rows),
-    )
+        table(["line", "where", "quantity", "value", "unit", "computation"], rows),
+    ]
 
 
 SAW_METHOD = (
@@ -45,7 +41,7 @@ SAW_METHOD = (
 )
 
 
-def saw_section() -> str:
+def saw_section() -> list[Block]:
     """Peaks of each way to run the listing."""
     rows = [
         [
@@ -66,7 +62,7 @@ def saw_section() -> str:
         "Largest values in size over the turn; *off by* is the largest deviation from the exact motion at the speed "
         "that is meant, as a share of its peak."
     )
-    return _paragraphs("## The MATLAB listing as MATLAB runs it", SAW_METHOD, caption, _table(head, rows))
+    return ["## The MATLAB listing as MATLAB runs it", SAW_METHOD, caption, table(head, rows)]
 
 
 def _number(value: float) -> str:
@@ -101,15 +97,15 @@ PRESSURE = (
 )
 
 
-def cam_section() -> str:
+def cam_section() -> list[Block]:
     """The tables with their figures."""
     found = surveys()
     broken = [f"R = {s.base:g}, rho = {s.flank:g}" for s in found if not s.keeps_the_rule]
-    return _paragraphs(
+    return [
         "## The truncated series for every cam",
         CAM_METHOD,
         _worst(found),
-        "![Error of the series over the cam angle for R = 36 mm](figures/series-error.svg)",
+        Figure("series-error", "Error of the series over the cam angle for R = 36 mm", series_error),
         *(block for k, name in enumerate(NAMES) for block in (f"### {name.capitalize()}", _series_table(found, k))),
         "### The joint B",
         AT_B,
@@ -118,12 +114,12 @@ def cam_section() -> str:
         PRESSURE,
         f"{len(broken)} of the {len(found)} cams break the rule: {'; '.join(broken)} mm. Among them is the cam that "
         "the conclusion calls the extreme one.",
-        "![Largest pressure angle of every cam, with the rule of 30 degrees](figures/pressure-angle.svg)",
+        Figure("pressure-angle", "Largest pressure angle of every cam, with the rule of 30 degrees", pressure_angle),
         _pressure_table(found),
-    )
+    ]
 
 
-def _worst(found: Sequence[CamSurvey]) -> str:
+def _worst(found: Sequence[CamSurvey]) -> Table:
     """The cam on which the series does worst, in words."""
     rows = []
     for k, name in enumerate(NAMES):
@@ -133,14 +129,14 @@ def _worst(found: Sequence[CamSurvey]) -> str:
         rows.append(
             [name, f"{cam.base:g}", f"{cam.flank:g}", f"{_size(error)} {UNITS[k]}", f"{100.0 * max(shares):.1f} %"]
         )
-    return _table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
+    return table(["worst case", "R [mm]", "rho [mm]", "error of the series", "of the exact peak"], rows)
 
 
-def _series_table(found: Sequence[CamSurvey], k: int) -> str:
+def _series_table(found: Sequence[CamSurvey], k: int) -> Table:
     unit = UNITS[k]
     head = ["R [mm]", "rho [mm]", f"exact peak [{unit}]", "error on the flank", "error on the nose",
             "jump at C, series", "jump at C, exact"]  # fmt: skip
-    return _table(
+    return table(
         head,
         [
             [
@@ -156,10 +152,10 @@ def _series_table(found: Sequence[CamSurvey], k: int) -> str:
     )
 
 
-def _joint_b_table(found: Sequence[CamSurvey]) -> str:
+def _joint_b_table(found: Sequence[CamSurvey]) -> Table:
     head = ["R [mm]", "rho [mm]", "B [deg]", "C [deg]", "acceleration at B, series [mm/s²]", "exact [mm/s²]",
             "jerk at B, series [mm/s³]", "exact [mm/s³]"]  # fmt: skip
-    return _table(
+    return table(
         head,
         [
             [
@@ -173,7 +169,7 @@ def _joint_b_table(found: Sequence[CamSurvey]) -> str:
     )
 
 
-def _pressure_table(found: Sequence[CamSurvey]) -> str:
+def _pressure_table(found: Sequence[CamSurvey]) -> Table:
     head = [
         "R [mm]",
         "rho [mm]",
@@ -182,7 +178,7 @@ def _pressure_table(found: Sequence[CamSurvey]) -> str:
         "as printed [deg]",
         f"within {LARGEST_PRESSURE_ANGLE:g} deg",
     ]
-    return _table(
+    return table(
         head,
         [
             [

@@ -124,11 +124,7 @@ class Kind(Generic[F]):
         findings: type of a part's findings.
         title: of a part, from its findings.
         summary: what the index and scripts read of a part, plain values.
-        page: what the template of a part's page speaks of beside `part`, its findings `study`, and `report`, the
-            kind's module.
-        index: the same of the first page, beside `index` and `report`; None where a report has one part, whose page is
-            the first.
-        template: name of the templates; that of the kind where it is empty.
+        one_part: whether a report has one part, whose page is the first; others have an index.
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
@@ -147,9 +143,7 @@ class Kind(Generic[F]):
     findings: type[F]
     title: Callable[[F], str]
     summary: Callable[[F], Mapping[str, Any]]
-    page: Callable[[Part[F]], Mapping[str, Any]] = lambda _: {}
-    index: Callable[[Index[F]], Mapping[str, Any]] | None = lambda _: {}
-    template: str = ""
+    one_part: bool = False
     results: str = "results.json"
     index_file: str = "README.md"
     suffix: str = ""
@@ -164,26 +158,16 @@ class Kind(Generic[F]):
     schema: int = 2
 
     def page_of(self, part: Part[F]) -> Page:
-        """The page of a part."""
-        return page(self._template, part=part, study=part.findings, report=self._module, **self.page(part))
+        """The page of a part; its template speaks of `part`, its findings `study`, and the kind's module `report`."""
+        return page(self.name, import_module(KINDS[self.name]), part=part, study=part.findings)
 
-    def first_of(self, index: Index[F]) -> Page | None:
-        """The first page, where there is one beside that of the part."""
-        if self.index is None:
-            return None
-        return page(f"{self._template}-index", index=index, report=self._module, **self.index(index))
-
-    @property
-    def _template(self) -> str:
-        return self.template or self.name
-
-    @property
-    def _module(self) -> Any:
-        return import_module(KINDS[self.name])
+    def index_of(self, index: Index[F]) -> Page:
+        """The first page of several parts; its template speaks of `index` and the kind's module `report`."""
+        return page(f"{self.name}-index", import_module(KINDS[self.name]), index=index)
 
     def page_file(self, part: str) -> str:
         """Name of a part's page."""
-        return self.index_file if self.index is None else f"{part}{self.suffix}.md"
+        return self.index_file if self.one_part else f"{part}{self.suffix}.md"
 
     def data_file(self, part: str) -> str:
         """Name of the file of a part's findings."""

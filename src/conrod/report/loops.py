@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, ShippedRun
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured, order, quantity
 from conrod.report.table import VERDICT, Table, Toned, table
-from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 
 RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
@@ -164,15 +162,6 @@ def _force_words(what: str, found: Mapping[str, float]) -> str:
     return f"{what} off by up to {measured(found[worst])} of the largest ({worst})"
 
 
-def _page(part: Part[LoopStudy]) -> Page:
-    study = part.findings
-    text = rendered(
-        "loops", study=study, name=Path(study.file).name, finding=finding(study), runs=runs_table(study),
-        moves=list(what_moves(study)), exact=list(how_exact(study)), command=part.command,
-    )  # fmt: skip
-    return Page(text)
-
-
 def _summary(study: LoopStudy) -> dict[str, Any]:
     cheapest = study.cheapest and f"{study.cheapest.label}, {quantity(1e3 * study.cheapest.timestep)} ms"
     return {
@@ -186,7 +175,8 @@ def _summary(study: LoopStudy) -> dict[str, Any]:
     }
 
 
-def _index(index: Index[LoopStudy]) -> Page:
+def index_table(index: Index[LoopStudy]) -> Table:
+    """A row for each model."""
     rows = []
     for entry in index.entries.values():
         one = entry["summary"]
@@ -202,7 +192,7 @@ def _index(index: Index[LoopStudy]) -> Page:
         *labels,
         "cheapest within tolerance",
     )
-    return Page(rendered("loops-index", runs=table(headings, rows, labels), index=index))
+    return table(headings, rows, labels)
 
 
 KIND = Kind(
@@ -210,8 +200,6 @@ KIND = Kind(
     findings=LoopStudy,
     title=lambda study: study.name,
     summary=_summary,
-    page=_page,
-    index=_index,
     results="loops.json",
     index_file="loops.md",
     suffix="-loops",

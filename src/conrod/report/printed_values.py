@@ -8,10 +8,9 @@ from typing import Any
 
 from conrod.own.printed.verdicts import GOOD, Audited, Number, Verdict
 from conrod.own.printed.verdicts import Kind as Judgement
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Index, Kind
 from conrod.report.numbers import MISSING
 from conrod.report.table import Table, table
-from conrod.report.template import rendered
 
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
 SHOWN = 3  # digits of an exact value beyond the printed ones
@@ -73,19 +72,9 @@ def numbers_table(verdicts: Sequence[Verdict]) -> Table:
     return table(head, rows)
 
 
-def _page(part: Part[Audited]) -> Page:
-    audited = part.findings
-    text = rendered(
-        "printed-values", title=escaped(audited.title), document=escaped(audited.document), command=part.command,
-        counts=counts_text(audited), numbers=numbers_table(audited.verdicts),
-    )  # fmt: skip
-    return Page(text)
-
-
-def _index(index: Index[Audited]) -> Page:
-    audits = {name: index.findings(name) for name in index.entries}
-    counts = counts_table({f"[{escaped(one.title)}]({name}.md)": one for name, one in audits.items()})
-    return Page(rendered("printed-values-index", counts=counts, origin=index.origin))
+def linked(index: Index[Audited]) -> dict[str, Audited]:
+    """What was found by a link to the page of it."""
+    return {f"[{escaped(one.title)}]({name}.md)": one for name, one in index.studies.items()}
 
 
 def _summary(audited: Audited) -> dict[str, Any]:
@@ -97,6 +86,4 @@ KIND = Kind(
     findings=Audited,
     title=lambda audited: audited.title,
     summary=_summary,
-    page=_page,
-    index=_index,
 )

@@ -71,7 +71,7 @@ KIND = Kind(
     findings=Advice,
     title=lambda found: found.title,
     summary=lambda found: {name: one["qualifies"] for name, one in found.answers.items()},
-    index=None,
+    one_part=True,
 )
 
 

@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import PurePath
+from types import ModuleType
 from typing import Any
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, pass_context
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 
 from conrod.report import numbers, results
@@ -97,12 +99,15 @@ FILTERS = {
     "measured": numbers.measured,
     "quantity": numbers.quantity,
     "lengths": numbers.lengths,
+    "in_shown_unit": numbers.in_shown_unit,
+    "file_name": lambda path: PurePath(path).name,
     "bullets": bullets,
     "begun": begun,
     "verbatim": verbatim,
 }
 
 
+OWN = "conrod.report"
 GLOBALS = {
     "described": results.described,
     "engine_title": engine_title,
@@ -113,22 +118,25 @@ GLOBALS = {
 }
 
 
-def page(template: str, **names: Any) -> Page:
+def page(template: str, report: ModuleType | None = None, **names: Any) -> Page:
     """A page.
 
     Args:
-        template: its file in `templates`, without `.md.jinja`.
-        names: what the template speaks of; one that is missing is an error.
+        template: its file in `templates`, without `.md.jinja`; or beside the module.
+        report: the module that the template asks for tables and figures.
+        names: what else it speaks of; one that is missing is an error.
     """
     shown = dict[str, Figure]()
-    text = _environment().get_template(f"{template}.md.jinja").render(shown_figures=shown, **names)
+    found = _environment(report.__name__.rpartition(".")[0] if report else OWN).get_template(f"{template}.md.jinja")
+    text = found.render(report=report, shown_figures=shown, **names)
     return Page(unwrapped(text), tuple(shown.values()))
 
 
 @cache
-def _environment() -> Environment:
+def _environment(package: str) -> Environment:
+    beside = PackageLoader(package, "")
     made = Environment(
-        loader=PackageLoader("conrod.report"), undefined=StrictUndefined, finalize=_shown, trim_blocks=True,
+        loader=ChoiceLoader([PackageLoader(OWN), beside]), undefined=StrictUndefined, finalize=_shown, trim_blocks=True,
         lstrip_blocks=True, autoescape=False,
     )  # fmt: skip
     made.filters |= FILTERS

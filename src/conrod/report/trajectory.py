@@ -12,7 +12,7 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.charts.panels import table_figure
 from conrod.report.figure import Figure
-from conrod.report.kind import Kind, Part
+from conrod.report.kind import Kind
 from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
 
@@ -115,14 +115,9 @@ def errors_table(study: TableStudy) -> Table:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _page(part: Part[TableStudy]) -> dict[str, Any]:
-    study = part.findings
-    alt = "Error of the table over the run"
-    figures = (Figure("error", alt, lambda: table_figure(study)),) if study.errors else ()
-    return {
-        "verdict": verdict_text(study), "summary": summary_line(study), "figures": figures, "findings": findings(study),
-        "errors": errors_table(study), "columns": columns_table(study),
-    }  # fmt: skip
+def figure(study: TableStudy) -> Figure | None:
+    """Errors over the run; None where there are none."""
+    return Figure("error", "Error of the table over the run", lambda: table_figure(study)) if study.errors else None
 
 
 def _summary(study: TableStudy) -> dict[str, Any]:
@@ -140,6 +135,5 @@ KIND = Kind(
     findings=TableStudy,
     title=lambda study: f"{study.file} against {study.scene_name}",
     summary=_summary,
-    page=_page,
-    index=None,
+    one_part=True,
 )

@@ -11,11 +11,10 @@ from typing import Any
 from conrod.own.models.identity import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
-from conrod.report.kind import Kind, Page, Part
+from conrod.report.kind import Kind
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
 from conrod.report.results import exceeded_words
 from conrod.report.table import Table, table
-from conrod.report.template import rendered
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -218,16 +217,6 @@ def drive(study: ModelStudy) -> Iterator[str]:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _page(part: Part[ModelStudy]) -> Page:
-    study = part.findings
-    text = rendered(
-        "model", study=study, name=Path(study.file).name, verdict=verdict(study), command=part.command,
-        places=", ".join(f"{place.point} = `{place}`" for place in study.question.places), findings=findings(study),
-        runs=runs_table(study), drive=list(drive(study)),
-    )  # fmt: skip
-    return Page(text, ())
-
-
 def _summary(study: ModelStudy) -> dict[str, Any]:
     return {"is_machine": study.is_machine, "passed": study.passed, "verdict": verdict(study)}
 
@@ -237,5 +226,5 @@ KIND = Kind(
     findings=ModelStudy,
     title=lambda study: f"{Path(study.file).name}: is it {study.scene_name}?",
     summary=_summary,
-    page=_page,
+    one_part=True,
 )

@@ -149,8 +149,8 @@ def _batch(
     def read(name: str) -> Any:
         return restored(kind.findings, saved[name] if name in saved else target.values(name))
 
-    index = kind.first_of(Index(done, head["environment"], _origin(head["command"]), read))
-    first = _page_files(kind.index_file, index) if index else {}
+    index = Index(done, head["environment"], _origin(head["command"]), read)
+    first = {} if kind.one_part else _page_files(kind.index_file, kind.index_of(index))
     document = {**head, "files": [kind.results, *first], "parts": done}
     target.check_free([*files, *first, kind.results])
     owned = {kind.results, *first, *(name for entry in done.values() for name in entry["files"])}

@@ -76,7 +76,7 @@ def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | No
     report = next(json.loads(text) for name, text in texts.items() if name.endswith(".json") and "/" not in name)
     kind, parts = kind_named(report["kind"]), report["parts"]
     pages = {entry["page"]: name for name, entry in parts.items() if entry["page"] in texts}
-    first = [kind.index_file] if kind.index is not None and kind.index_file in texts else []
+    first = [kind.index_file] if not kind.one_part and kind.index_file in texts else []
     # What has one part is opened for that.
     anchors = _anchors([*pages, *first] if len(pages) == 1 else [*first, *pages], f"-{number}" if number else "")
     found = []

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -12,24 +11,14 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure, Spot, spots_in
-from conrod.report.kind import Index, Kind, Page, Part
+from conrod.report.kind import Index, Kind
+from conrod.report.limits import tables
 from conrod.report.limits.charts import error_chart, float_figure, label_of, places_on
 from conrod.report.limits.map_figure import map_figure
-from conrod.report.limits.tables import (
-    by_axis,
-    limits_table,
-    onset_table,
-    refusals,
-    repeated_words,
-    undetected_table,
-    undetected_words,
-    who,
-)
 from conrod.report.table import Table, table
-from conrod.report.template import rendered
+from conrod.studies.limits import records
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.records import GOOD, Level
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 
 # In a folder all else that is a fraction was measured; inputs are kept as they are.
@@ -65,62 +54,42 @@ def _spots(study: LimitStudy) -> dict[str, list[Spot]]:
         places = []
         for run in one.runs:
             where = f"{one.x[run.i]:.0f} {across.label}, {label_of(upwards)} {numbers.quantity(y[run.j])}"
-            noticed = "" if run.level in GOOD else ", undetected" if run.undetected else ", detected"
+            noticed = "" if run.level in records.GOOD else ", undetected" if run.undetected else ", detected"
             places.append((x[run.i], y[run.j], f"{where}, {run.level}, {run.outcome}{noticed}"))
         found[map_of(one).name] = spots_in(figure, figure.axes[0], places)
     return found
 
 
-def _page(part: Part[LimitStudy]) -> Page:
-    study = part.findings
-    walked = {axis: walks for axis, walks in by_axis(study.walks).items() if any(w.probes for w in walks)}
-    figures = [figure for axis, walks in walked.items() if (figure := axis_figure(axis, walks))]
-    maps = [map_of(found) for found in study.maps]
+def axis_figures(study: LimitStudy) -> list[Figure]:
+    """The errors along each axis that was walked."""
+    walked = {axis: walks for axis, walks in tables.by_axis(study.walks).items() if any(w.probes for w in walks)}
+    return [figure for axis, walks in walked.items() if (figure := axis_figure(axis, walks))]
+
+
+def maps_of(study: LimitStudy) -> list[Figure]:
+    """The figures of all maps."""
+    return [map_of(found) for found in study.maps]
+
+
+def follower_figure(study: LimitStudy) -> Figure:
+    """From which speed the follower flies."""
     alt = "From which speed the follower flies"
-    follower = Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
-    text = rendered(
-        "limits",
-        study=study,
-        versions=", ".join(f"{engine_title(name)} {version}" for name, version in study.engines.items()),
-        command=part.command,
-        undetected=undetected_words(study.walks),
-        on_maps=[run.undetected for found in study.maps for run in found.runs],
-        limits=limits_table(study.walks),
-        figures=figures,
-        dangers=undetected_table(study.walks),
-        maps=maps,
-        onsets=onset_table(study.floats),
-        theory=study.floats[0].theory * 30.0 / math.pi if study.floats else None,
-        same_again=repeated_words(study.determinism),
-        not_walked=refusals(study.walks),
-        follower=follower,
-    )
-    return Page(text, (*figures, *maps, *([follower] if study.floats else [])))
+    return Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
 
 
-def _index(index: Index[LimitStudy]) -> Page:
-    studies = {name: index.findings(name) for name in index.entries}
-    steps = [walk for study in studies.values() for walk in study.walks if walk.axis == "steps" and walk.probes]
-    figure = axis_figure("steps", [walk for walk in steps if walk.scene == steps[0].scene]) if steps else None
-    text = rendered(
-        "limits-index",
-        undetected=undetected_words(walk for study in studies.values() for walk in study.walks),
-        machines=_machines_table(index.entries, studies),
-        figure=figure,
-        levels=list(Level),
-        versions=index.versions,
-        origin=index.origin,
-    )
-    return Page(text, (figure,) if figure else ())
+def first_figure(studies: Iterable[LimitStudy]) -> Figure | None:
+    """The errors along the axis of steps, of the first machine that has some."""
+    steps = [walk for study in studies for walk in study.walks if walk.axis == "steps" and walk.probes]
+    return axis_figure("steps", [walk for walk in steps if walk.scene == steps[0].scene]) if steps else None
 
 
-def _machines_table(entries: Mapping[str, Mapping[str, Any]], studies: Mapping[str, LimitStudy]) -> Table:
+def machines_table(index: Index[LimitStudy]) -> Table:
     """A row for each machine: what is undetected, and when its follower lets go."""
     rows = []
-    for name, study in studies.items():
-        onsets = [f"{f.onset:.4f} ({' '.join(who(f))})" for f in study.floats if f.onset is not None]
-        title = f"[{name}]({entries[name]['page']}): {entries[name]['title']}"
-        rows.append((title, undetected_words(study.walks), ", ".join(onsets) or numbers.MISSING))
+    for name, study in index.studies.items():
+        onsets = [f"{f.onset:.4f} ({' '.join(tables.who(f))})" for f in study.floats if f.onset is not None]
+        title = f"[{name}]({index.entries[name]['page']}): {index.entries[name]['title']}"
+        rows.append((title, tables.undetected_words(study.walks), ", ".join(onsets) or numbers.MISSING))
     return table(("machine", "wrong and undetected", "follower lets go at, over theory"), rows)
 
 
@@ -128,7 +97,7 @@ def _summary(study: LimitStudy) -> dict[str, Any]:
     return {
         "undetected": sum(probe.undetected for walk in study.walks for probe in walk.probes),
         "runs": sum(len(walk.probes) for walk in study.walks),
-        "text": undetected_words(study.walks),
+        "text": tables.undetected_words(study.walks),
     }
 
 
@@ -168,9 +137,7 @@ KIND = Kind(
     findings=LimitStudy,
     title=lambda study: study.title,
     summary=_summary,
-    page=_page,
     spots=_spots,
-    index=_index,
     merged=merged,
     digits=4,
     digits_of=DIGITS,

@@ -7,7 +7,7 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import engine_title
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import VERDICT, Cell, Table, Toned, table
 from conrod.report.template import listed
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
@@ -153,7 +153,7 @@ def onset_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
     onsets = {found: numbers.MISSING if found.onset is None else f"{found.onset:.4f}" for found in floats}
     return table(
-        (*WHO, "onset / theory", ""), [(*who(found), onset, _verdict(found)) for found, onset in onsets.items()]
+        (*WHO, "onset / theory", VERDICT), [(*who(found), onset, _verdict(found)) for found, onset in onsets.items()]
     )
 
 
