@@ -75,7 +75,7 @@ def test_a_figure_is_xml_whatever_a_name_has_in_it() -> None:
     ],
 )
 def test_a_page_has_no_html_or_running_link_of_a_value(value: object) -> None:
-    page = _environment().from_string("# <b>{{ value }}</b>").render(value=value)
+    page = _environment().from_string("# <b>{{ value }}</b>").render(value=value, shown_figures={})
     assert page.startswith("# <b>")  # a template's own is left
     inner = page.removeprefix("# <b>").removesuffix("</b>")
     assert "<" not in inner

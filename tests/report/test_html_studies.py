@@ -23,7 +23,7 @@ from conrod.report.figure import Figure, with_spots
 from conrod.report.folder import restored
 from conrod.report.html.page import document, sections_of
 from conrod.report.kind import kind_named
-from conrod.report.sweep import _diagram, _spots
+from conrod.report.sweep import _spots, diagram_of
 from conrod.report.sweep_tables import timed_points
 from conrod.scenes import SCENES, catalogue_names
 from conrod.studies.frame.writing import Batch
@@ -101,7 +101,7 @@ def vertices(data: str) -> Any:
 
 def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     study = handmade_sweep()
-    diagram = _diagram(study)
+    diagram = diagram_of(study)
     assert isinstance(diagram, Figure)
     drawn = ElementTree.fromstring(diagram.svg())
     width, height = (float(one) for one in drawn.attrib["viewBox"].split()[2:])

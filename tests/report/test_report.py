@@ -80,12 +80,12 @@ def a_study(name: str, *results: ValidationResult) -> SceneStudy:
 
 
 def page_of(study: SceneStudy, command: str = "conrod validate saw-40rpm --out reports") -> str:
-    return KIND.page(Part(study.name, study, command, "0.0.0")).text
+    return KIND.page_of(Part(study.name, study, command, "0.0.0")).text
 
 
 def figures(study: SceneStudy) -> dict[str, Figure]:
     """The figures of a scene's page by name."""
-    drawn = KIND.page(Part(study.name, KIND.kept(study), "", "0.0.0")).figures
+    drawn = KIND.page_of(Part(study.name, KIND.kept(study), "", "0.0.0")).figures
     return {figure.name.removeprefix(f"{study.name}-"): figure for figure in drawn}
 
 

@@ -149,10 +149,10 @@ def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
 
 def force_verdicts(found: Sequence[ForceStudy]) -> Iterator[Part]:
     """Largest errors, observed orders, verdict."""
-    from conrod.report.forces import tolerance_reasons, verdicts_table
+    from conrod.report.forces import reasons, verdicts_table
 
     yield verdicts_table(found)
-    yield from (f"tolerance: {reason}" for reason in tolerance_reasons(r for one in found for r in one.results))
+    yield from (f"tolerance: {reason}" for reason in reasons(r for one in found for r in one.results))
 
 
 # -- motion without a drive --------------------------------------------------------------------------------------------

@@ -133,7 +133,7 @@ def page(template: str, report: ModuleType | None = None, **names: Any) -> Page:
 
 
 @cache
-def _environment(package: str) -> Environment:
+def _environment(package: str = OWN) -> Environment:
     beside = PackageLoader(package, "")
     made = Environment(
         loader=ChoiceLoader([PackageLoader(OWN), beside]), undefined=StrictUndefined, finalize=_shown, trim_blocks=True,
