@@ -33,17 +33,11 @@ def qualified(tolerance: float | None = None) -> Qualified:
     return found
 
 
-# -- the search --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("threshold", [3.7e-9, 0.9])
 def test_bisection_finds_a_known_threshold(threshold: float) -> None:
     found = smallest_noticed(lambda size: size > threshold, 1.0)
     assert found is not None
     assert threshold <= found <= FINE * threshold
-
-
-# -- in place ----------------------------------------------------------------------------------------------------------
 
 
 def test_every_defect_of_a_motion_is_noticed_and_masses_cannot_be_seen_in_it() -> None:
@@ -88,9 +82,6 @@ def test_nothing_planted_is_nothing_noticed() -> None:
         if defect.unit:
             for _, plant in defect.plants(given):
                 assert noticed_by(judge(plant(given, 0.0))) == ()
-
-
-# -- healthy machines --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("number", [0, 1])

@@ -31,42 +31,21 @@ from conrod.scenes.described_scene import DescribedScene, scene_of
 
 NAMES = dynamics_names()
 QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MOST_CHAIN}")  # which is that of 2, and slow
-SAMPLES = {"saw-coasting": 601, "press-cutting": 601, "slider-crank-spring": 601}
-# Times [s] that show what a scene is about.
-DURATION = {
-    "press-cutting": 0.9,
-    "press-cutting-flywheel": 0.9,
-    "saw-coasting": 1.2,
-    "pendulum": 3.0,
-    "slider-crank-spring": 3.0,
-    "six-bar-swing": 2.0,
-    "four-bar-swing": 1.5,
-    "four-bar-chain-2": 2.0,
-    "four-bar-chain-10": 0.5,
-    "cam-spring-slow": 0.1,
-    "cam-spring-fast": 0.1,
-}
+# Times [s] that show what a scene is about, and samples; else 2 s by 301.
+SHOWN = {
+    **dict.fromkeys(("press-cutting", "press-cutting-flywheel"), (0.9, 601)),
+    **dict.fromkeys(("cam-spring-slow", "cam-spring-fast"), (0.1, 301)),
+    "saw-coasting": (1.2, 601), "slider-crank-spring": (3.0, 601), "pendulum": (3.0, 301), "four-bar-swing": (1.5, 301),
+    "four-bar-chain-10": (0.5, 301),
+}  # fmt: skip
 
 
 @cache
 def free(name: str) -> FreeMotion:
     """The motion that the scene's file begins."""
     scene = catalogue_scene(name)
-    times = np.linspace(0.0, DURATION.get(name, 2.0), SAMPLES.get(name, 301))
+    times = np.linspace(0.0, *SHOWN.get(name, (2.0, 301)))
     return ForwardDynamics(scene.mechanism()).motion(times, rates=scene.start_rates)
-
-
-def turn_of(name: str, body: str) -> tuple[Array, Array]:
-    """Turn and its rate of a body in the free motion, each (T,)."""
-    at = 3 * catalogue_scene(name).mechanism().body_index[body] + 2
-    return free(name).poses[:, at], free(name).rates[:, at]
-
-
-def crank(name: str) -> tuple[Array, Array]:
-    """The crank angle and its rate in the free motion, each (T,)."""
-    driver = catalogue_scene(name).mechanism().driver
-    turn, rate = turn_of(name, catalogue_scene(name).mechanism().crank)
-    return driver.sense * (turn - driver.start), driver.sense * rate
 
 
 # -- what they claim -------------------------------------------------------------------------------------------------
@@ -79,9 +58,10 @@ def test_the_balance_of_energy_closes(name: str) -> None:
 
 def test_the_saw_loses_friction_times_its_way_until_it_rests() -> None:
     motion, stroke = free("saw-coasting"), Saw().lengths["C"]
-    angle, rate = crank("saw-coasting")
-    assert abs(rate[-1]) < 1e-3 * rate[0]
-    slider = 3 * catalogue_scene("saw-coasting").mechanism().body_index["slider"]
+    mechanism = catalogue_scene("saw-coasting").mechanism()
+    slider, turn = 3 * mechanism.body_index["slider"], 3 * mechanism.body_index[mechanism.crank] + 2
+    angle = mechanism.driver.sense * (motion.poses[:, turn] - mechanism.driver.start)
+    assert abs(motion.rates[-1, turn]) < 1e-3 * abs(motion.rates[0, turn])
     speed = motion.rates[:, slider]
     friction = simpson(-30.0 * np.tanh(speed / 0.02) * speed, x=motion.times)
     assert motion.energy[-1] - motion.energy[0] == pytest.approx(friction, rel=1e-4)
@@ -92,39 +72,31 @@ def test_the_saw_loses_friction_times_its_way_until_it_rests() -> None:
     assert lost == pytest.approx(30.0 * 2.0 * stroke * turns, rel=2e-3)
 
 
-# -- the cam's spring --------------------------------------------------------------------------------------------------
-
-
-def least_push(name: str, speed: float) -> tuple[float, float]:
-    """The least push between cam and roller over a turn [N], and the crank angle [rad] where it is."""
-    scene = catalogue_scene(name)
-    begins = CamFollower().joint_angles[1]  # where the nose does
-    angle = np.concatenate([np.linspace(0.0, 2.0 * math.pi, 361), begins + np.array([1e-6, 1e-3])])
-    state = State(angle, np.full(len(angle), speed), np.zeros(len(angle)), angle / speed)
-    push = joint_forces(scene.kinematics, state).components["contact"]["contact"]
-    return float(push.min()), float(angle[push.argmin()])
-
-
 def test_the_push_of_the_cam_becomes_zero_at_the_float_speed_where_the_nose_begins() -> None:
-    slow, fast = catalogue_scene("cam-spring-slow").speed, catalogue_scene("cam-spring-fast").speed
-    assert least_push("cam-spring-slow", slow)[0] > 1.0
-    assert least_push("cam-spring-fast", fast)[0] < -1.0
-    found = brentq(lambda speed: least_push("cam-spring-slow", speed)[0], slow, fast, xtol=1e-9)
-    cam = CamFollower()
-    nose = np.linspace(cam.joint_angles[1], math.pi, 2001)
-    motion = cam.motion(nose, 1.0, 0.0).point("roller")
+    slow, fast = (catalogue_scene(f"cam-spring-{name}") for name in ("slow", "fast"))
+    begins = CamFollower().joint_angles[1]
+    angle = np.append(np.linspace(0.0, 2.0 * math.pi, 361), begins + 1e-6)
+
+    def push(speed: float) -> Array:
+        state = State(angle, np.full_like(angle, speed), np.zeros_like(angle), angle / speed)
+        return joint_forces(slow.kinematics, state).components["contact"]["contact"]
+
+    assert push(slow.speed).min() > 1.0
+    assert push(fast.speed).min() < -1.0
+    assert push(fast.speed).argmin() == 361
+    found = brentq(lambda speed: float(push(speed).min()), slow.speed, fast.speed, xtol=1e-9)
+    nose = CamFollower().motion(np.linspace(begins, math.pi, 2001), 1.0, 0.0).point("roller")
     # The spring's force over the mass that it has to bring down.
-    square = 400.0 * (motion.position[:, 1] - 0.020) / (0.5 * -motion.acceleration[:, 1])
+    square = 400.0 * (nose.position[:, 1] - 0.020) / (0.5 * -nose.acceleration[:, 1])
     assert found == pytest.approx(math.sqrt(square.min()), rel=1e-5)
-    assert least_push("cam-spring-fast", fast)[1] == pytest.approx(cam.joint_angles[1], abs=1e-5)
-    assert f"{found * 30.0 / math.pi:.1f} rpm" in catalogue_scene("cam-spring-fast").description
+    assert f"{found * 30.0 / math.pi:.1f} rpm" in fast.description
 
 
 # -- MJCF --------------------------------------------------------------------------------------------------------------
 
 
-def compiled(name: str, scene: DescribedScene) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The exported model as MuJoCo alone has it, at its keyframe, with the crank's flywheel taken away."""
+def crank_acceleration(name: str, scene: DescribedScene) -> float:
+    """Of the exported model as MuJoCo alone has it, at its keyframe, with the crank's flywheel taken away."""
     model = mujoco.MjModel.from_xml_string(standalone_mjcf(name, scene))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -132,10 +104,6 @@ def compiled(name: str, scene: DescribedScene) -> tuple[mujoco.MjModel, mujoco.M
     model.dof_armature[:] = 0.0
     mujoco.mj_setConst(model, data)
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    return model, data
-
-
-def crank_acceleration(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     mujoco.mj_forward(model, data)
     return float(data.qacc[model.joint("crank").dofadr[0]])
 
@@ -151,7 +119,7 @@ def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: 
         del tables[kind][its_name]
     scene = scene_of(tables)
     exact = exact_acceleration(scene, scene.kinematics.span[0])
-    found = crank_acceleration(*compiled(name, catalogue_scene(name)))
+    found = crank_acceleration(name, catalogue_scene(name))
     assert found == pytest.approx(exact, rel=1e-3)
     for some in ("springs", "dampers", "torques"):
         without = tables.pop(some, None)
@@ -168,19 +136,6 @@ def exact_acceleration(scene: DescribedScene, angle: float) -> float:
 
 
 # -- engines at constant crank speed -----------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_engines_keep_the_roller_on_the_cam_below_the_float_speed_and_lose_it_above(engine: str) -> None:
-    worst = {}
-    for name in ("cam-spring-slow", "cam-spring-fast"):
-        scene = catalogue_scene(name)
-        settings = engine_named(engine).presets["tuned"](scene, 7854)
-        expected = engine_named(engine).expected_error(scene, settings)
-        worst[name] = compare(run(scene, settings, 1.0), scene).worst("position") / expected.position
-    assert worst["cam-spring-slow"] < 1.0
-    assert worst["cam-spring-fast"] > 50.0
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import cell_tasks as tasks
 import pytest
 from cell_tasks import Here
-from outside_kills import children
 
 from conrod import InvalidInput
+from conrod.runs.trajectory import Outcome
+from conrod.studies.execution import dispatch
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
+from conrod.studies.execution.local import Ended, LocalProcesses, confined, isolated
 from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.frame.run import RunCase
 
 CELLS = tasks.cells(30)
 
@@ -31,26 +36,6 @@ CELLS = tasks.cells(30)
 def local() -> Iterator[LocalProcesses]:
     with LocalProcesses(2, cell_timeout=60.0) as executor:
         yield executor
-
-
-def ended(outcome: type[Exception]) -> Callable[[RunCase], Measurement]:
-    def task(cell: RunCase) -> Measurement:
-        raise outcome("no result after 3 s")
-
-    return task
-
-
-# -- one table, whoever runs it --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("executor", [Here, lambda: LocalProcesses(2, cell_timeout=60.0)])
-def test_every_executor_gives_the_same_table(executor: Callable[[], RepeatingExecutor], ledger: Ledger) -> None:
-    expected = {cell.key: measure(cell) for cell in CELLS[:6]}
-    with executor() as made:
-        table = run_cases(CELLS[:6], ledger, made)
-    assert table == expected
-    assert list(table) == list(expected)
-    assert any(m.outcome == "completed" for m in table.values())
 
 
 def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
@@ -68,9 +53,12 @@ def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
 def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
     ledger: Ledger, error: type[Exception], outcome: str
 ) -> None:
+    def stopped(cell: RunCase) -> Measurement:
+        raise error("no result after 3 s")
+
     def again(timeout: float | None, memory: int | None) -> list[int]:
         here = Here(Limits(timeout, memory))
-        table = run_cases(tasks.assigned(CELLS[:1], ended(error)), ledger, here)
+        table = run_cases(tasks.assigned(CELLS[:1], stopped), ledger, here)
         assert [m.outcome for m in table.values()] == [outcome]
         return here.ran
 
@@ -80,13 +68,8 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
     assert again(4.0, 2000) == [0]
     done = Here(Limits(5.0, 3000))
     assert [m.outcome for m in run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done).values()] == ["completed"]
-    assert again_is_none(ledger)
-
-
-def again_is_none(ledger: Ledger) -> bool:
-    here = Here()
-    run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, here)
-    return not here.ran
+    run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done)
+    assert done.ran == [0]
 
 
 # -- what a cell does to its process ---------------------------------------------------------------------------------
@@ -181,33 +164,6 @@ def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(led
     assert [int(m.reason) for m in table.values()] == list(range(30))
 
 
-SWEEP = """
-import sys
-from pathlib import Path
-sys.path.insert(0, {tests!r})
-import cell_tasks
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.ledger import Ledger
-
-class Told:
-    def started(self, total, already_finished):
-        print("workers", flush=True)
-    def advanced(self, case, measurement):
-        print("kept", flush=True)
-
-with Ledger.open(Path(sys.argv[1])) as ledger, LocalProcesses(2) as executor:
-    run_cases({cells}, ledger, executor, watcher=Told())
-"""
-
-
-def sweep(path: Path, count: int, task: str | None = None) -> subprocess.Popen[str]:
-    cells = f"cell_tasks.cells({count})"
-    cells = cells if task is None else f"cell_tasks.assigned({cells}, cell_tasks.{task})"
-    script = SWEEP.format(tests=str(Path(__file__).parents[1] / "support"), cells=cells)
-    return subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE, text=True)
-
-
 def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_run(tmp_path: Path) -> None:
     count, cells = 40, tasks.cells(40)
     with Ledger.open(tmp_path / "undisturbed") as ledger:
@@ -215,11 +171,9 @@ def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_
         rows = list(ledger.rows())
     kept_before = 0
     for after in (3, 12):
-        with sweep(tmp_path / "killed", count) as running:
+        with tasks.running(tmp_path / "killed", count) as running:
             assert running.stdout is not None
-            told = (line for line in running.stdout if line.startswith("kept"))
-            assert len(list(islice(told, after))) == after
-            running.kill()
+            assert len(list(islice(running.stdout, after))) == after
         with Ledger.open(tmp_path / "killed") as ledger:
             kept = len(ledger.finished(cell.key for cell in cells))
         # Negative control: it was killed in the middle, not before and not after.
@@ -230,16 +184,127 @@ def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_
         assert list(ledger.rows()) == rows
 
 
+def children(process: int) -> list[int]:
+    threads = Path(f"/proc/{process}/task").iterdir()
+    return [int(child) for thread in threads for child in (thread / "children").read_text().split()]
+
+
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
 def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(tmp_path: Path) -> None:
-    with sweep(tmp_path / "ledger", 8, "misbehave") as running:
+    with tasks.running(tmp_path / "ledger", 8, "misbehave") as running:
         assert running.stdout is not None
-        while running.stdout.readline().startswith("workers"):
-            pass
-        workers = list(children(running.pid))
+        assert running.stdout.readline()
+        workers = children(running.pid)
         assert workers
-        running.kill()
     give_up = time.monotonic() + 60.0
     while any(Path(f"/proc/{worker}").exists() for worker in workers) and time.monotonic() < give_up:
         time.sleep(0.05)
     assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+
+
+# -- killed from outside -----------------------------------------------------------------------------------------------
+
+AGAIN = "ended by signal SIGKILL, and again with nothing beside it"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / "attempts"
+    made.mkdir()
+    return made
+
+
+def test_a_cell_whose_worker_is_killed_from_outside_is_repeated_alone(ledger: Ledger, folder: Path) -> None:
+    cells = tasks.kept_in(folder, tasks.cells(12))
+    with LocalProcesses(3, cell_timeout=60.0) as executor:
+        table = run_cases(tasks.assigned(cells, tasks.killed_once), ledger, executor)
+    assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(12)}
+    attempts = [(int(file.name.split("-")[0]), *map(float, file.read_text().split())) for file in folder.iterdir()]
+    spans = {number: span for number, *span in attempts if span[1] < math.inf}
+    assert (len(attempts), len(spans)) == (12 + len(tasks.KILLS), 12)
+    for killed in tasks.KILLS:
+        begin, end = spans[killed]
+        assert all(last <= begin or first >= end for number, (first, last) in spans.items() if number != killed)
+
+
+def test_a_cell_that_ends_so_twice_has_crashed_and_no_other_has(ledger: Ledger) -> None:
+    cells = tasks.cells(8)
+    with LocalProcesses(2) as executor:
+        table = run_cases(tasks.assigned(cells, tasks.kill_itself), ledger, executor)
+    crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
+    assert crashed == {tasks.CRASHES: AGAIN}
+    assert sum(m.outcome == "completed" for m in table.values()) == 7
+
+
+def wait_once(mark: Path, times: int) -> str:
+    """Dies as often of a SIGKILL, then returns."""
+    before = len(list(mark.iterdir()))
+    (mark / str(before)).touch()
+    if before < times:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "done"
+
+
+def test_what_is_isolated_is_repeated_once(folder: Path) -> None:
+    assert isolated(wait_once, folder, 1) == "done"
+    assert confined(wait_once, folder, 1) == "done"
+    assert len(list(folder.iterdir())) == 3
+    assert isolated(wait_once, folder, 1000) == Ended(Outcome.CRASHED, AGAIN)
+    assert len(list(folder.iterdir())) == 5
+
+
+def test_what_a_limit_ends_is_not_killed_from_outside() -> None:
+    # Negative control: conrod's own SIGKILL is an outcome at once.
+    begin = time.monotonic()
+    ended = isolated(time.sleep, 1000.0, timeout=1.0)
+    assert isinstance(ended, Ended)
+    assert ended.outcome is Outcome.TIMED_OUT
+    assert time.monotonic() - begin >= 1.0
+
+
+# -- processes on one ledger -------------------------------------------------------------------------------------------
+
+COUNT, CLAIMED = 24, 4  # of them, by a process of one job whose runs take long
+
+
+def sharing(folder: Path, own: str, others: str, **environment: str) -> Any:
+    """A process that runs all cells on the ledger of a folder, from when another one does, too."""
+    notes = {"CONROD_STARTS": str(folder / own), "CONROD_OTHER_STARTS": str(folder / others)}
+    return tasks.running(folder / "ledger", COUNT, "noted", 1, **notes, **environment)
+
+
+def starts(folder: Path) -> Counter[int]:
+    notes = [folder / own for own in ("a", "b") if (folder / own).exists()]
+    return Counter(int(k) for note in notes for k in note.read_text(encoding="ascii").split())
+
+
+@pytest.mark.parametrize("selfish", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_two_processes_run_each_cell_once_and_both_have_all(selfish: bool, tmp_path: Path) -> None:
+    how = {"CONROD_SELFISH": "yes"} if selfish else {}
+    with ExitStack() as both:
+        pair = [both.enter_context(sharing(tmp_path, *names, **how)) for names in (("a", "b"), ("b", "a"))]
+        said = [running.communicate(timeout=120)[0].splitlines() for running in pair]
+    assert said[0][-1] == said[1][-1] == str([str(k) for k in range(COUNT)])
+    assert starts(tmp_path).keys() == set(range(COUNT))
+    assert (starts(tmp_path).total() > COUNT) is selfish
+    done = [Counter(lines[:-1]) for lines in said]
+    assert [found.total() for found in done] == [COUNT, COUNT]
+    # Both took part.
+    assert min(found["completed"] for found in done) > 0
+    assert selfish or done[0]["completed"] + done[1]["completed"] == COUNT
+
+
+def test_what_a_killed_process_had_claimed_the_other_runs(tmp_path: Path) -> None:
+    with sharing(tmp_path, "a", "a", CONROD_HANGS="yes") as hanging:
+        while not starts(tmp_path):
+            assert hanging.poll() is None
+        with sharing(tmp_path, "b", "a") as other:
+            assert list(islice(other.stdout, COUNT - CLAIMED)) == ["completed\n"] * (COUNT - CLAIMED)
+            # The rest is claimed: it waits, and runs none of it.
+            with pytest.raises(subprocess.TimeoutExpired):
+                other.wait(5 * dispatch.POLL)
+            assert starts(tmp_path).total() == COUNT - CLAIMED + 1
+            hanging.kill()
+            said = other.communicate(timeout=120)[0].splitlines()
+    assert said == [*["completed"] * CLAIMED, str([str(k) for k in range(COUNT)])]
+    assert starts(tmp_path).total() == COUNT + 1

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import command_line
 import planted_faults as planted
 import pymunk
 import pytest
+from own_model_edits import HACKSAW
 from planted_faults import MEMORY
+from table_files import csv_text, exact_table
 
 from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, run
+from conrod.scenes import SCENES
 from conrod.studies.execution.local import Ended, LocalProcesses, isolated
+from conrod.studies.execution.worker_process import HOME, import_path
 from conrod.studies.frame.case import Measurement
 
 SAW = Saw()
@@ -71,9 +78,6 @@ def test_mistakes_are_raised_with_their_traceback() -> None:
         isolated(run, SAW.with_parameters(speed=1.0), SETTINGS, 1.0)
 
 
-# -- runs and engines in workers; many faults among many runs are in tests/attack --------------------------------------
-
-
 # With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).
 @pytest.mark.parametrize("megabytes", [3, 16])
 def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(megabytes: int) -> None:
@@ -90,3 +94,65 @@ def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(m
 def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measurement], kind: type[Exception]) -> None:
     with LocalProcesses(1, cell_memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
         executor.submit(task, 16).result()
+
+
+# -- files beside a user's model are data ------------------------------------------------------------------------------
+
+# Of Python's library, which is searched last, and of what conrod needs; some are loaded by every interpreter.
+NAMES = ("queue", "pickle", "numpy", "csv", "re", "typing", "__future__", "subprocess", "runpy", "mujoco", "ctypes")
+PLANTED = "open(__file__ + '.executed', 'w').close()"
+COMMANDS = (
+    ("lint", "my.xml", "--seconds", "0.1", "--json", "lint.json"),
+    ("validate", "my.xml", "--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--revolutions", "1"),
+    ("validate", "t.csv", "--scene", "saw-500rpm"),
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in NAMES:
+        (tmp_path / f"{name}.py").write_text(PLANTED)
+    (tmp_path / "my.xml").write_text(HACKSAW.read_text())
+    (tmp_path / "t.csv").write_text(csv_text(exact_table(SCENES["saw-500rpm"], ("position",))))
+    return tmp_path
+
+
+def executed(folder: Path) -> list[str]:
+    return [path.name for path in folder.glob("*.executed")]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:2]))
+def test_no_command_imports_what_lies_beside_a_model(folder: Path, command: tuple[str, ...]) -> None:
+    done = command_line.conrod(*command, cwd=folder, ledger=folder / "ledger.sqlite", own_workers=True)
+    assert executed(folder) == []
+    assert done.returncode == (1 if command[0] == "lint" else 0), done.stderr  # the saw has findings
+
+
+def test_python_m_conrod_does_not_search_the_working_folder(folder: Path) -> None:
+    done = start(folder, "-m", "conrod", "show", "saw-500rpm")
+    assert executed(folder) == []
+    assert done.returncode == 0, done.stderr
+    # Negative control.
+    start(folder, "-c", "import queue, numpy")
+    assert {"queue.py.executed", "numpy.py.executed"} <= set(executed(folder))
+
+
+def start(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def here_and_where_from() -> tuple[list[str], str]:
+    import conrod
+
+    return sys.path, str(Path(conrod.__file__).parent.parent)
+
+
+def test_a_child_imports_this_conrod_and_not_from_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", ["", *(entry for entry in sys.path if entry != HOME)])
+    assert import_path()[0] == HOME
+    path, home = isolated(here_and_where_from)
+    assert home == HOME
+    assert not {"", str(tmp_path)} & set(path)

@@ -18,6 +18,7 @@ from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.run import RunCase, as_run, measure, not_run, predicted_errors
+from conrod.studies.validation.plan import POSES, Plan, validate_dynamic
 
 SAW: Any = SCENES["saw-40rpm"]
 GENEVA: Any = scene_named("geneva")
@@ -117,3 +118,14 @@ def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and
     made = run_again(failing)
     assert made.outcome.slug != "completed"
     assert measure(failing) == Measurement(made.outcome.slug, made.reason)
+
+
+def test_errors_of_drawn_poses_are_those_of_the_points_and_a_planted_one_is_not() -> None:
+    run = validate_dynamic("saw", SAW, engine_named("pymunk"), "stock", Plan(240))
+    assert run.poses is not None
+    assert run.poses.values.shape == (POSES + 1, 9)
+    exact = SAW.motion(run.poses.angle, SAW.speed).point("C").position
+    for share, right in ((1.0, True), (1.1, False)):
+        poses = SAW.kinematics.poses(run.poses.angle) + share * run.poses.values
+        off = np.linalg.norm(SAW.kinematics.point_derivatives([poses])["C"][0] - exact, axis=1).max() / SAW.lengths["C"]
+        assert bool(off == pytest.approx(run.largest("position"), rel=0.02)) is right

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import re
-from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,9 @@ from command_line import conrod
 
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
+from conrod.exact import GenericReference
 from conrod.exact.dynamics.inverse import sensitivities
-from conrod.exact.kinematics import Kinematics
-from conrod.mechanism.mechanism import Body, Mechanism
+from conrod.mechanism.mechanism import Body
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.measuring import even_state, peaks_of, seen_in
@@ -76,16 +75,6 @@ def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> No
 # -- wrong masses ----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Machine:
-    mechanism: Mechanism
-    speed: float
-
-    @cached_property
-    def kinematics(self) -> Kinematics:
-        return Kinematics(self.mechanism)
-
-
 class Defective:
     """An engine in whose models one body is another than in the scene."""
 
@@ -98,7 +87,7 @@ class Defective:
     def forces(self, scene: Scene, settings: Any, revolutions: float, start: float) -> ForceTracks:
         mechanism = scene.kinematics.mechanism
         bodies = tuple(self._changed(body) for body in mechanism.bodies)
-        wrong = Machine(replace(mechanism, bodies=bodies), scene.speed)
+        wrong = GenericReference(replace(mechanism, bodies=bodies), scene.speed)
         made: ForceTracks = self._engine.forces(wrong, settings, revolutions, start)
         return made
 
@@ -150,18 +139,6 @@ def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -
     assert (found.likeness or {})[f"follower.{quality}"] == pytest.approx(1.0, abs=0.2)
 
 
-def test_what_no_quantity_depends_on_is_not_looked_for() -> None:
-    scene = scene_of("shear-press")
-    every = {(one.body, one.quality) for one in sensitivities(scene.kinematics, even_state(scene))}
-    peaks = peaks_of(scene)
-    unseen = every - seen_in(scene, list(peaks), peaks)
-    assert unseen == {("crank", "inertia"), ("slider", "centre_of_gravity.y"), ("slider", "inertia")}
-    # A drive torque alone sees less: nothing of where the slider's mass is.
-    torque = every - seen_in(scene, ["drive torque"], peaks)
-    assert unseen < torque
-    assert ("slider", "centre_of_gravity.x") in torque
-
-
 # -- what is not reported --------------------------------------------------------------------------------------------
 
 
@@ -195,24 +172,6 @@ def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
 
 
 # -- the command -----------------------------------------------------------------------------------------------------
-
-QUICK = ("--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "250", "--revolutions", "1", "--jobs", "1")
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_command_prints_writes_and_judges(tmp_path: Path) -> None:
-    folder, file = tmp_path / "report", tmp_path / "found.json"
-    asked = ("validate", "shear-press", "--quantity", "torque,reactions", *QUICK)
-    done = conrod(*asked, "--out", str(folder), "--json", str(file))
-    assert done.returncode == 0, done.stderr
-    assert "within tolerance" in done.stdout
-    (entry,) = json.loads(file.read_text(encoding="utf-8"))["parts"]["shear-press"]["summary"]["results"]
-    assert entry["passed"] is True
-    assert set(entry["largest"]) == {"torque", "reactions"}
-    files = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
-    assert files == ["data/shear-press-forces.json", "forces.json", "forces.md", "shear-press-forces.md"]
-    page = (folder / "shear-press-forces.md").read_text(encoding="utf-8")
-    assert "`slider-pin.y`" in page
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -18,8 +17,6 @@ from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
-from conrod.report.folder import shortened
-from conrod.report.free_motion import KIND
 from conrod.scenes import SCENES, catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
@@ -43,13 +40,8 @@ def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", pl
 
 
 def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
-    held = MotionStudy(
-        "it",
-        select_scenes(["slider-crank-spring"], [])["slider-crank-spring"],
-        (result(course("pendulum")),),
-        FREE,
-        (),
-    )
+    scene = select_scenes(["pendulum"], [])["pendulum"]
+    held = MotionStudy("it", scene, (result(course("pendulum")),), FREE, ())
     assert held.passed
     lost = ExactSummary(2.0 * EXACT_DRIFT, "", 1.0)
     drifting, measured = (replace(result(course("pendulum"), preset=one), exact=lost) for one in ("hardened", "stock"))
@@ -62,16 +54,6 @@ def stiffer(mechanism: Mechanism) -> Mechanism:
     assert springs
     wrong = replace(springs[0], law=replace(springs[0].law, stiffness=1.01 * springs[0].law.stiffness))  # type: ignore[arg-type,union-attr]
     return replace(mechanism, loads=tuple(wrong if load is springs[0] else load for load in mechanism.loads))
-
-
-def test_a_spring_wrong_by_a_hundredth_is_seen() -> None:
-    right = course("slider-crank-spring")
-    good, bad = result(right), result(replace(right, mechanism=stiffer(right.mechanism)))
-    assert good.passed is True
-    assert bad.passed is False
-    assert bad.largest("position") > 1000.0 * good.largest("position")  # type: ignore[operator]
-    assert bad.leaves is not None
-    assert bad.leaves < 0.5
 
 
 def test_a_pendulum_converges_with_the_order_of_the_integrator() -> None:
@@ -124,12 +106,9 @@ def moved(mechanism: Mechanism) -> Mechanism:
     """The pin that is farthest from its body's origin, further by a ten-thousandth."""
     pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and joint.name != mechanism.driver.joint]
     pin = max(pins, key=lambda one: np.hypot(*one.point_a) + np.hypot(*one.point_b))
-    wrong = replace(pin, point_a=away(pin.point_a)) if any(pin.point_a) else replace(pin, point_b=away(pin.point_b))
+    end = "point_a" if any(pin.point_a) else "point_b"
+    wrong = replace(pin, **{end: tuple(1.0001 * x for x in getattr(pin, end))})
     return replace(mechanism, joints=tuple(wrong if joint is pin else joint for joint in mechanism.joints))
-
-
-def away(point: tuple[float, float]) -> tuple[float, float]:
-    return 1.0001 * point[0], 1.0001 * point[1]
 
 
 def with_defect(right: ExactCourse, name: str, defect: Callable[[Mechanism], Mechanism]) -> ExactCourse:
@@ -141,22 +120,6 @@ def with_defect(right: ExactCourse, name: str, defect: Callable[[Mechanism], Mec
     return replace(right, mechanism=wrong, motion=replace(motion, poses=poses, rates=turning))
 
 
-CHEAP = ("whitworth", "saw-40rpm", "four-bar-swing")
-
-
-@pytest.fixture
-def unrefined(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs at the step of the rule alone, by which a verdict is given."""
-    monkeypatch.setattr("conrod.studies.free_motion.perform.PATH", (1,))
-
-
-def found_wrong(name: str, seconds: float | None) -> None:
-    right = exact_course(name, select_scenes([name], [])[name], MotionPlan(FREE, seconds))
-    assert result(right).passed is True
-    assert result(with_defect(right, name, moved)).passed is False
-    assert result(with_defect(right, name, heaviest)).passed is False
-
-
 def heaviest(mechanism: Mechanism) -> Mechanism:
     """The heaviest body but the crank, heavier by a hundredth all over."""
     body = max((b for b in mechanism.bodies if b.name != mechanism.crank), key=lambda b: b.mass)
@@ -164,10 +127,16 @@ def heaviest(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, bodies=tuple(wrong if b is body else b for b in mechanism.bodies))
 
 
-@pytest.mark.usefixtures("unrefined")
-@pytest.mark.parametrize("name", CHEAP)
-def test_a_moved_pin_and_a_body_heavier_all_over_are_out_of_tolerance(name: str) -> None:
-    found_wrong(name, 0.5)
+@pytest.mark.parametrize("name", ["whitworth", "saw-40rpm", "four-bar-swing", "slider-crank-spring"])
+def test_a_moved_pin_a_heavier_body_and_a_stiffer_spring_are_out_of_tolerance(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Runs at the step of the rule alone, by which a verdict is given.
+    monkeypatch.setattr("conrod.studies.free_motion.perform.PATH", (1,))
+    right = course(name, FREE, 0.5)
+    assert result(right).passed is True
+    for defect in (moved, heaviest) if name != "slider-crank-spring" else (stiffer,):
+        assert result(with_defect(right, name, defect)).passed is False
 
 
 @pytest.mark.slow
@@ -221,12 +190,6 @@ def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
         MotionPlan(TORQUE).mechanism(course("pendulum").mechanism, "pendulum")
 
 
-@pytest.mark.slow
-def test_a_follower_that_would_fly_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="the follower leaves the cam at t = "):
-        course("cam-spring-fast", FREE, 0.7)
-
-
 def test_the_example_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
     text = (Path(__file__).parents[2] / "docs/free-motion.md").read_text()
     exec(text.split("```python\n")[1].split("```")[0], {})
@@ -237,29 +200,6 @@ def test_the_example_of_the_documentation_runs(capsys: pytest.CaptureFixture[str
 
 
 # -- the command -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_command_writes_a_page_a_figure_and_numbers_without_clocks(tmp_path: Path) -> None:
-    file, folder = tmp_path / "found.json", tmp_path / "report"
-    done = conrod(
-        *("validate", "four-bar-chain-2", "--motion", "free", "--seconds", "0.8", "--engine", "mujoco"),
-        *("--preset", "hardened", "--out", str(folder), "--json", str(file)),
-    )
-    assert done.returncode == 0, done.stderr
-    assert "within tolerance" in done.stdout
-    assert "smooth continuation" in done.stdout
-    assert "<= 1e-11" in done.stdout
-    page = (folder / "four-bar-chain-2-motion.md").read_text()
-    assert "smooth continuation" in page
-    assert "(figures/four-bar-chain-2-free-motion.svg)" in page
-    assert (folder / "figures/four-bar-chain-2-free-motion.svg").is_file()
-    part = json.loads(file.read_text())["parts"]["four-bar-chain-2"]
-    assert part["summary"]["passed"] is True
-    found = part["findings"]
-    assert found["results"][0]["refinement"][2]["step"] == pytest.approx(found["results"][0]["step"] / 4.0)
-    written = json.loads((folder / "data/four-bar-chain-2-motion.json").read_text())
-    assert written == shortened(found, KIND.digits)
 
 
 @pytest.mark.parametrize(

@@ -43,24 +43,26 @@ def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Measu
 
 
 SAME = measured(0.5, bodies_position="a", C_acceleration="b")
-OTHER_STATE = measured(0.5 + DIGIT, bodies_position="x", C_acceleration="b")
-OTHER_OUTPUT = measured(0.5, bodies_position="a", C_acceleration="x")
 
 
-def test_the_same_bits_are_no_change_and_each_other_one_is_seen() -> None:
+@pytest.mark.parametrize(
+    ("other", "differ", "size", "last_digits"),
+    [
+        (measured(0.5 + DIGIT, bodies_position="x", C_acceleration="b"), (STATE,), DIGIT, True),
+        (measured(0.5, bodies_position="a", C_acceleration="x"), (OUTPUT,), 0.0, True),
+        (measured(0.5 + 1e-4, bodies_position="x", C_acceleration="b"), (STATE,), 1e-4, False),
+        (measured(outcome="opened", bodies_position="a", C_acceleration="b"), (), None, False),
+    ],
+)
+def test_the_same_bits_are_no_change_and_each_other_one_is_seen(
+    other: Measurement, differ: tuple[str, ...], size: float | None, last_digits: bool
+) -> None:
     assert change_between(SAME, SAME, LINKAGE_STEPS) is None
-    state, output = (change_between(SAME, other, LINKAGE_STEPS) for other in (OTHER_STATE, OTHER_OUTPUT))
-    assert state is not None
-    assert output is not None
-    assert (state.differ, state.last_digits) == ((STATE,), True)
-    assert (output.differ, output.last_digits) == ((OUTPUT,), True)
-    moved = change_between(SAME, measured(0.5 + 1e-4, bodies_position="x", C_acceleration="b"), LINKAGE_STEPS)
-    assert moved is not None
-    assert not moved.last_digits
-    assert moved.size["position"] == pytest.approx(1e-4)
-    opened = change_between(SAME, measured(outcome="opened", bodies_position="a", C_acceleration="b"), LINKAGE_STEPS)
-    assert opened is not None
-    assert (opened.outcomes, opened.last_digits) == (("completed", "opened"), False)
+    found = change_between(SAME, other, LINKAGE_STEPS)
+    assert found is not None
+    assert (found.differ, found.last_digits) == (differ, last_digits)
+    assert found.outcomes == ("completed", other.outcome)
+    assert found.size.get("position") == (None if size is None else pytest.approx(size, rel=1e-3))
 
 
 def planted(runs: dict[str, Measurement | str]) -> VersionStudy:

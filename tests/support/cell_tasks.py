@@ -5,16 +5,22 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from conrod import InvalidInput, PymunkSettings, Saw
-from conrod.studies.execution.local import RepeatingExecutor
+from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Case, Measurement
+from conrod.studies.frame.ledger import Ledger
+from conrod.studies.frame.ledger_file import Claims
 from conrod.studies.frame.run import RunCase
 
 SAW = Saw()
@@ -23,6 +29,7 @@ BASE = PymunkSettings.tuned(SAW, 20)
 TIMEOUT = 5.0
 MEMORY = 3_000_000_000
 CRASHES, HANGS, HOARDS, LEAVES = 3, 7, 11, 13
+HERE = str(Path(__file__).parent)
 
 
 def cells(count: int, steps: int = 20) -> list[RunCase]:
@@ -64,6 +71,42 @@ def noted(cell: Any) -> Measurement:
     while "CONROD_HANGS" in os.environ or not others.exists():
         time.sleep(0.01)
     return Measurement("completed", str(number(cell)))
+
+
+class Told:
+    """Prints how each cell ended."""
+
+    def started(self, total: int, already_finished: int) -> None: ...
+
+    def unreadable(self, count: int) -> None: ...
+
+    def advanced(self, case: Case, how: str) -> None:
+        print(how, flush=True)
+
+
+def main(ledger: str, count: str, task: str, jobs: str) -> None:
+    """Run so many cells on a ledger, with a task in their place if it is named; prints their reasons in the end."""
+    if "CONROD_SELFISH" in os.environ:
+        Claims.take = lambda self, name: True  # type: ignore[method-assign]
+    asked: Sequence[Case] = cells(int(count))
+    asked = assigned(cells(int(count)), globals()[task]) if task else asked
+    with Ledger.open(Path(ledger)) as opened, LocalProcesses(int(jobs)) as executor:
+        print([m.reason for m in run_cases(asked, opened, executor, watcher=Told()).values()])
+
+
+@contextmanager
+def running(
+    ledger: Path, count: int, task: str = "", jobs: int = 2, **environment: str
+) -> Iterator[subprocess.Popen[str]]:
+    """A process of its own that does so, killed in the end."""
+    # Not by `python -m`: its workers have to find the tasks in a module of this name.
+    code = f"import sys; sys.path.insert(0, {HERE!r}); import cell_tasks; cell_tasks.main(*sys.argv[1:])"
+    asked = [sys.executable, "-c", code, str(ledger), str(count), task, str(jobs)]
+    with subprocess.Popen(asked, stdout=subprocess.PIPE, text=True, env=os.environ | environment) as begun:
+        try:
+            yield begun
+        finally:
+            begun.kill()
 
 
 class Here(RepeatingExecutor):
@@ -134,12 +177,18 @@ def kept_in(folder: Path, cells: list[RunCase]) -> list[RunCase]:
     return [dataclasses.replace(cell, name=str(folder)) for cell in cells]
 
 
-def wait_for_a_kill(cell: RunCase) -> Measurement:
-    """One cell waits at its first attempt to be killed; each attempt leaves a file with its span of time."""
+KILLS = {CRASHES: signal.SIGKILL, HANGS: signal.SIGTERM}
+
+
+def killed_once(cell: RunCase) -> Measurement:
+    """Some cells are killed at their first attempt; each attempt leaves a file with its span of time."""
     span = Path(cell.name) / f"{number(cell)}-{os.getpid()}"
     begun, first = time.monotonic(), not list(Path(cell.name).glob(f"{number(cell)}-*"))
     span.write_text(f"{begun} inf")
-    time.sleep(1000.0 if first and number(cell) == CRASHES else 0.05)
+    time.sleep(0.05)
+    if first and number(cell) in KILLS:
+        os.kill(os.getpid(), KILLS[number(cell)])
+        time.sleep(1000.0)
     span.write_text(f"{begun} {time.monotonic()}")
     return echo(cell)
 
