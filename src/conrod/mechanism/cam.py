@@ -77,11 +77,6 @@ class CamProfile:
         one, other = self.arcs[first], self.arcs[second]
         return (one.centre, one.radius) != (other.centre, other.radius)
 
-    def distance(self, x: Array, y: Array) -> Array:
-        """Signed distance [m] of points in the cam's frame to the profile, negative inside."""
-        cx, cy, radius = self.arc_geometry(self.active_arc(x, y))
-        return np.hypot(x - cx, y - cy) - radius
-
     def points(self, normals: Array) -> Array:
         """Points of the profile with the given outward normals [rad]; (N, 2) [m]."""
         start = self.arcs[0].start
