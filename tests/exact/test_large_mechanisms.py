@@ -23,11 +23,6 @@ from conrod.scenes.described_scene import DescribedScene, scene_of
 DEEP = "bodies.rocker19.points.P.y"
 
 
-@pytest.fixture(scope="module", params=[pytest.param(20, marks=pytest.mark.slow), 24])
-def large(request: pytest.FixtureRequest) -> DescribedScene:
-    return scene_of(large_mechanism(request.param))
-
-
 @pytest.fixture(scope="module")
 def largest() -> DescribedScene:
     return scene_of(large_mechanism(24))
@@ -38,10 +33,10 @@ def faulty(scene: DescribedScene) -> DescribedScene:
     return scene.with_parameters(**{DEEP: scene.parameters[DEEP] + 3e-4})
 
 
-def test_exact_motion_closes_every_joint_up_to_jerk(large: DescribedScene) -> None:
-    derivatives = large.kinematics.derivatives(large.kinematics.angles(90), 3)
+def test_exact_motion_closes_every_joint_up_to_jerk(largest: DescribedScene) -> None:
+    derivatives = largest.kinematics.derivatives(largest.kinematics.angles(90), 3)
     factorials = (1.0, 1.0, 2.0, 6.0)
-    mechanism = large.mechanism()
+    mechanism = largest.mechanism()
     bodies = pose_jets(mechanism, [d / f for d, f in zip(derivatives, factorials, strict=True)])
     for joint in mechanism.joints:
         for equation in joint_residual(joint, bodies):
@@ -49,9 +44,9 @@ def test_exact_motion_closes_every_joint_up_to_jerk(large: DescribedScene) -> No
                 assert np.abs(left).max() < 1e-12 * max(1.0, np.abs(derivatives[order]).max()), (joint.name, order)
 
 
-def test_a_wrong_length_in_a_deep_loop_is_seen(large: DescribedScene) -> None:
-    angles = large.kinematics.angles(90)
-    exact, other = (scene.motion(angles, scene.speed).points for scene in (large, faulty(large)))
+def test_a_wrong_length_in_a_deep_loop_is_seen(largest: DescribedScene) -> None:
+    angles = largest.kinematics.angles(90)
+    exact, other = (scene.motion(angles, scene.speed).points for scene in (largest, faulty(largest)))
     off = {name: np.abs(exact[name].position - other[name].position).max() for name in exact}
     assert off["P"] > 1e-5
     assert off["A"] < 1e-12  # the first loop knows nothing of it

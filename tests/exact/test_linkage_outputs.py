@@ -8,21 +8,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from linkages import (
-    crank_shaper,
-    example_5_6,
-    example_6_18,
-    four_bar,
-    inverted_slider_crank,
-    slider_crank,
-)
+from described import CATALOGUE, changed
+from linkages import four_bar, slider_crank
 
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import Output, outputs
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles
 from conrod.mechanism.mechanism import Mechanism
-from conrod.scenes import SCENES
+from conrod.scenes import SCENES, catalogue_scene
+from conrod.scenes.described_scene import scene_of
 
 TURN = 2.0 * math.pi
 CRANK_ROCKER = (0.1, 0.3, 0.25, 0.3)
@@ -33,19 +28,12 @@ def course(mechanism: Mechanism) -> Course:
 
 
 @cache
-def swing() -> Course:
-    """Of the four-bar linkage of example 5.6, whose crank cannot turn fully."""
-    return course(example_5_6())
-
-
-@cache
 def output(name: str) -> Output:
     """Of a linkage with one output."""
     machines = {
         "crank-rocker": four_bar(*CRANK_ROCKER),
         "in-line": slider_crank(0.1, 0.3),
         "offset": slider_crank(0.1, 0.3, 0.09),
-        "Whitworth": inverted_slider_crank(0.25, 0.1),
     }
     (only,) = outputs(course(machines[name]))
     return only
@@ -57,44 +45,31 @@ def angles_of(found: Output) -> list[float]:
 
 # -- limits of an input ---------------------------------------------------------------------------------------------
 
-
-@cache
-def swinging(name: str) -> tuple[CrankRange, float]:
-    """The crank's range, and its turn [rad] at crank angle 0."""
-    if name == "example 5.6":
-        return crank_range(Kinematics(example_5_6())), 1.0540538523344571
-    return crank_range(Kinematics(example_6_18())), -0.7843461981647769
+EXAMPLE_5_6, EXAMPLE_6_18 = (0.11, 0.21, 0.145, 0.3397241528063615), (0.3, 0.25, 0.13, 0.475)
 
 
-@pytest.mark.parametrize(
-    ("name", "lengths", "printed"),
-    [
-        ("example 5.6", (0.11, 0.21, 0.145, 0.3397241528063615), 88.86),
-        ("example 6.18", (0.3, 0.25, 0.13, 0.475), 53.07),
-    ],
-)
+@pytest.mark.parametrize(("lengths", "turn", "printed"), [(EXAMPLE_5_6, 1.05, 88.86), (EXAMPLE_6_18, 0.1, 53.07)])
 def test_the_limits_of_an_input_are_where_coupler_and_rocker_stretch(
-    name: str, lengths: tuple[float, float, float, float], printed: float
+    lengths: tuple[float, float, float, float], turn: float, printed: float
 ) -> None:
     a, b, c, d = lengths
-    limit = math.acos((a * a + d * d - (b + c) ** 2) / (2.0 * a * d))
-    reach, turn = swinging(name)
+    limit, mechanism = math.acos((a * a + d * d - (b + c) ** 2) / (2.0 * a * d)), four_bar(*lengths, turn)
+    reach = crank_range(Kinematics(mechanism))
     assert (reach.start_end, reach.stop_end, reach.full) == ("limit", "limit", False)
     assert (reach.start + turn, reach.stop + turn) == pytest.approx((-limit, limit), abs=1e-12)
     assert math.degrees(limit) == pytest.approx(printed, abs=0.005)
-
-
-def test_a_drivers_span_does_not_change_what_the_crank_could_do() -> None:
-    mechanism = example_5_6()
+    # There the transmission angle is lost.
+    assert only_angle(mechanism).worst.value <= 1e-7
+    # A driver's span does not change what the crank could do.
     spanned = replace(mechanism, driver=replace(mechanism.driver, span=(-0.5, 0.25)))
-    reach, _ = swinging("example 5.6")
     assert crank_range(Kinematics(spanned)) == reach
+    assert (course(spanned).curve, *course(spanned).parameter[[0, -1]]) == (None, -0.5, 0.25)
+
+
+def test_a_drivers_span_does_not_keep_a_crank_from_turning() -> None:
     turning = four_bar(*CRANK_ROCKER)
     part = replace(turning, driver=replace(turning.driver, span=(-0.5, 0.25)))
     assert crank_range(Kinematics(part)) == CrankRange(0.0, TURN, "none", "none")
-    looked_at = course(spanned)
-    assert looked_at.curve is None
-    assert (looked_at.parameter[0], looked_at.parameter[-1]) == (-0.5, 0.25)
 
 
 def test_a_parallelogram_turns_smoothly_through_its_change_points() -> None:
@@ -160,9 +135,9 @@ def test_a_crank_rockers_dead_centres_are_where_crank_and_coupler_lie_in_one_lin
 
 
 def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
-    found = output("Whitworth")
-    assert (found.dead_centres, found.stroke, found.time_ratio) == ((), None, None)
-    assert found.gain == pytest.approx(TURN, rel=1e-14)
+    lever, _ = outputs(course_of(catalogue_scene("whitworth").kinematics))
+    assert (lever.link, lever.dead_centres, lever.stroke, lever.time_ratio) == ("lever", (), None, None)
+    assert lever.gain == pytest.approx(TURN, rel=1e-14)
 
 
 def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:
@@ -202,28 +177,26 @@ def test_a_slider_cranks_greatest_pressure_angle_is_that_of_crank_and_offset_ove
 
 
 def test_a_block_pushes_a_slotted_link_at_right_angles_to_its_slot() -> None:
-    found = only_angle(inverted_slider_crank(0.1, 0.25))
+    found = only_angle(catalogue_scene("inverted-slider-crank").mechanism())
     assert found.through == "block"
     assert (found.least.value, found.greatest.value) == pytest.approx((0.5 * math.pi, 0.5 * math.pi), abs=1e-12)
     # Beside the pivot, by e, it is off by asin(e / reach), at most where the block comes nearest.
-    beside = only_angle(inverted_slider_crank(0.1, 0.25, 0.03))
+    given = changed(CATALOGUE / "inverted-slider-crank.toml", "bodies.link.points.S", [0, 0.03])
+    given["bodies"]["link"]["ends"] = ["O", "T"]
+    given["joints"]["slide"]["guide"] = "link.S"
+    beside = only_angle(scene_of(given).mechanism())
     assert beside.greatest_pressure_angle.value == pytest.approx(math.asin(0.03 / 0.15), rel=1e-12)
 
 
 def test_a_shapers_ram_is_driven_by_its_lever_and_not_the_other_way_round() -> None:
-    shaper = course(crank_shaper())
-    assert [(a.driven, a.through) for a in transmission_angles(shaper)] == [("lever", "block"), ("ram", "rod")]
+    shaper = course_of(catalogue_scene("crank-shaper").kinematics)
+    assert [(a.driven, a.through) for a in transmission_angles(shaper)] == [("lever", "block"), ("ram", "link")]
     lever, ram = outputs(shaper)
-    swing = 2.0 * math.asin(0.1 / 0.25)
+    swing = 2.0 * math.asin(0.1 / 0.2)
     assert lever.stroke == pytest.approx(swing, rel=1e-12)
     # The lever swings to the same angle on both sides, so the ram goes twice as far as its pin's greatest sine.
-    assert ram.stroke == pytest.approx(2.0 * 0.45 * 0.1 / 0.25, rel=1e-12)
+    assert ram.stroke == pytest.approx(2.0 * 0.4 * 0.1 / 0.2, rel=1e-12)
     assert ram.time_ratio == pytest.approx((math.pi + swing) / (math.pi - swing), rel=1e-11)
-
-
-def test_at_the_limits_of_an_input_the_transmission_angle_is_lost() -> None:
-    (found,) = transmission_angles(swing())
-    assert found.worst.value <= 1e-7
 
 
 @pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -9,11 +10,7 @@ Point = tuple[float, float]
 
 
 class LargeMechanism:
-    """Tables of a mechanism file, drawn at crank angle 0.
-
-    A loop is added as one of three pairs of links: a coupler and a rocker on the ground, two bars between the coupler
-    and the rocker, or a rod and a slider.
-    """
+    """A loop is added as one of three pairs of links: coupler and rocker, two bars between them, or rod and slider."""
 
     def __init__(self, loops: int) -> None:
         self.ground: dict[str, Point] = {"O": (0.0, 0.0)}
@@ -28,7 +25,7 @@ class LargeMechanism:
             (self._slider, self._next_rocker, self._bars)[k % 3](k)
 
     def tables(self) -> dict[str, Any]:
-        """What stands in the file."""
+        """What stands in the file, drawn at crank angle 0."""
         return {
             "name": "large-linkage",
             "title": "Linkage of many loops",
@@ -91,12 +88,4 @@ class LargeMechanism:
 
 def large_mechanism(loops: int) -> dict[str, Any]:
     """Tables of a file of so many loops, with 2 loops + 2 links, the ground among them."""
-    tables = LargeMechanism(loops).tables()
-    return _as_read(tables)
-
-
-def _as_read(given: Any) -> Any:
-    """With lists, as a TOML file has them."""
-    if isinstance(given, dict):
-        return {name: _as_read(value) for name, value in given.items()}
-    return [_as_read(value) for value in given] if isinstance(given, tuple | list) else given
+    return dict(json.loads(json.dumps(LargeMechanism(loops).tables())))  # with lists, as a TOML file has them

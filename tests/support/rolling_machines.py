@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from linkages import example_5_6
+from linkages import four_bar
 
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
@@ -78,7 +78,7 @@ def wheel_on_a_track() -> Mechanism:
 
 def swinging_four_bar(span: tuple[float, float] | None = (-0.4, 0.3)) -> Mechanism:
     """The four-bar linkage of Example 5.6, whose input cannot turn fully, from its printed instant."""
-    machine = example_5_6()
+    machine = four_bar(0.11, 0.21, 0.145, 0.3397241528063615, 1.0540538523344571)
     return replace(
         machine,
         name="swinging-four-bar",
