@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -82,14 +83,6 @@ def test_the_motion_through_change_points_is_the_closed_form_to_jerk(parallelogr
     assert jerk < 1e-9
 
 
-def test_newton_iteration_alone_loses_the_motion_there(parallelogram: DescribedScene) -> None:
-    equations = parallelogram.kinematics._equations
-    angle = CHANGES[:1] + 1e-9
-    exact = parallelogram.kinematics.poses(angle)
-    slope = equations.slope(equations.newton(exact, angle))
-    assert not np.abs(slope - parallelogram.kinematics.derivatives(angle)[1]).max() < 1e-3
-
-
 def test_without_a_step_over_them_the_crank_cannot_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(smooth_course, "crossing", lambda *_: None)
     # Another name, so that no solved machine is at hand.
@@ -105,15 +98,20 @@ def test_several_loops_may_have_their_change_points_at_once() -> None:
     assert found[3] < 1e-9
 
 
-def test_an_antiparallelogram_stays_one() -> None:
-    """tan(crank / 2) / tan(follower / 2) is constant, -(ground - crank) / (ground + crank) (half-angle formulas)."""
+@cache
+def antiparallelogram() -> Kinematics:
+    """The other assembly of the same links."""
     whole = tables(PARALLELOGRAM)
     a, o = np.array([CRANK * math.cos(START), CRANK * math.sin(START)]), np.array([GROUND, 0.0])
     along = (o - a) / np.linalg.norm(o - a)
     b = a + np.array([GROUND, 0.0])
     whole["start"] = {"coupler": {"B": list(map(float, 2.0 * (a + along * (along @ (b - a))) - b))}}
-    kinematics = scene_of(whole).kinematics
-    angle = np.linspace(0.01, 6.28, 300)
+    return scene_of(whole).kinematics
+
+
+def test_an_antiparallelogram_stays_one() -> None:
+    """tan(crank / 2) / tan(follower / 2) is constant, -(ground - crank) / (ground + crank) (half-angle formulas)."""
+    kinematics, angle = antiparallelogram(), np.linspace(0.01, 6.28, 300)
     follower = kinematics.poses(angle)[:, 3 * kinematics.mechanism.body_index["follower"] + 2]
     ratio = np.tan(0.5 * (angle + START)) / np.tan(0.5 * follower)
     assert np.abs(kinematics.change_angles - CHANGES).max() < 1e-9
@@ -160,37 +158,17 @@ def test_a_dead_centre_is_no_change_point() -> None:
     assert not kinematics.change_angles.size
 
 
-def tracks(kinematics: Kinematics, angle: Array, poses: Array) -> BodyTracks:
-    """States that stand where poses are, turning steadily."""
-    still = np.zeros_like(poses)
-    states = BodyStates(Instants(angle, angle, np.ones_like(angle), np.zeros_like(angle)), poses, still, still)
-    return BodyTracks(states, states, states)
-
-
-def test_a_run_on_the_smooth_course_has_not_flipped(parallelogram: DescribedScene) -> None:
+def test_a_run_flips_where_it_goes_on_in_the_other_assembly_and_not_on_the_smooth_course(
+    parallelogram: DescribedScene,
+) -> None:
     kinematics, angle = parallelogram.kinematics, np.linspace(0.0, 4.0 * math.pi, 2001)
-    exact = tracks(kinematics, angle, kinematics.poses(angle))
-    assert judge(kinematics, exact, 1.0).outcome is Outcome.COMPLETED
-    assert set(kinematics.branch(exact.position.poses)) == {-1.0, 1.0}  # though the determinant changes its sign
-
-
-def test_a_run_that_goes_on_in_the_other_assembly_is_told(parallelogram: DescribedScene) -> None:
-    kinematics, angle = parallelogram.kinematics, np.linspace(0.0, 3.0, 601)
-    poses = kinematics.poses(angle)
-    index = kinematics.mechanism.body_index
-    beyond = angle > CHANGES[0]
-    turn = angle[beyond] + START
-    # The follower of the antiparallelogram, and the coupler that joins it to the crank.
-    follower = 2.0 * np.arctan(-np.tan(0.5 * turn) * (GROUND + CRANK) / (GROUND - CRANK)) % (2.0 * math.pi)
-    a, b = circle(turn, 0.0)[0], circle(follower, GROUND)[0]
-    for body, (x, y), phi in (
-        ("follower", (GROUND, 0.0), follower),
-        ("coupler", a.T, np.arctan2(*(b - a).T[::-1])),
-    ):
-        poses[beyond, 3 * index[body]], poses[beyond, 3 * index[body] + 1] = x, y
-        poses[beyond, 3 * index[body] + 2] = phi
-    verdict = judge(kinematics, tracks(kinematics, angle, poses), 1.0)
-    assert verdict.outcome is Outcome.FLIPPED
+    smooth = kinematics.poses(angle)
+    assert set(kinematics.branch(smooth)) == {-1.0, 1.0}  # though the determinant changes its sign
+    other = np.where((angle > CHANGES[0])[:, None], antiparallelogram().poses(angle), smooth)
+    for poses, outcome in ((smooth, Outcome.COMPLETED), (other, Outcome.FLIPPED)):
+        still = np.zeros_like(poses)
+        states = BodyStates(Instants(angle, angle, np.ones_like(angle), np.zeros_like(angle)), poses, still, still)
+        assert judge(kinematics, BodyTracks(states, states, states), 1.0).outcome is outcome
 
 
 def test_a_refusal_goes_each_way_once_and_looks_ahead_no_more_than_it_must(monkeypatch: pytest.MonkeyPatch) -> None:
