@@ -8,17 +8,8 @@ import pytest
 from conrod import SCENES, PymunkSettings, run
 from conrod.engines.pymunk import dynamics, stepping
 from conrod.exact import GenericReference
-from conrod.exact.motion import cache_blocks
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
-
-
-def test_chunks_cover_a_series_once_in_order() -> None:
-    for count, length in ((10, 3), (9, 3), (2, 3), (3, 3)):
-        covered = [k for rows in cache_blocks(count, length) for k in range(count)[rows]]
-        assert covered == list(range(count))
-        assert all(rows.stop - rows.start <= length for rows in cache_blocks(count, length))
-    assert list(cache_blocks(0, 3)) == [slice(0, 0)]
 
 
 @pytest.mark.parametrize("name", SCENES)

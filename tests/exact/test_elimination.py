@@ -69,17 +69,6 @@ def test_a_number_that_may_be_rounding_is_no_pivot() -> None:
     np.testing.assert_allclose(solution, np.tile([-1.0, 2.3], (SAMPLES, 1)), rtol=1e-15)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_known_pivots_give_the_same_bits_as_looked_for_ones(seed: int) -> None:
-    rows = matrix_with(2, seed)
-    right: list[Entry] = list(np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES)))
-    searched = Elimination(rows, SAMPLES)
-    known = Elimination(rows, SAMPLES, searched.order)
-    np.testing.assert_array_equal(known.solve(right), searched.solve(right))
-    np.testing.assert_array_equal(np.sign(known.determinant()), np.sign(searched.determinant()))
-    assert known.order == searched.order
-
-
 def test_a_matrix_with_an_empty_column_is_singular_and_not_an_error() -> None:
     # Of a link without length: what it is turned by moves nothing.
     rows = [{0: np.ones(2), 1: 0.0}, {0: 2.0 * np.ones(2), 1: 0.0}]

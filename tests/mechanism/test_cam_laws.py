@@ -16,10 +16,8 @@ import conrod
 from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
-from conrod.exact.joint_equations import joint_residual, pose_jets
-from conrod.mechanism.cam import CYCLOIDAL, DWELL, HARMONIC, LAWS, Segment, symmetric_cam
+from conrod.mechanism.cam import DWELL, HARMONIC, LAWS, Segment, symmetric_cam
 from conrod.mechanism.cam_law import TURN, LawProfile, can_roll, check_cut, concave_reason
-from conrod.mechanism.mechanism import CamContact
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.limits.changed_machines import dead_angles
 from conrod.studies.validation.study import validate_kinematic
@@ -28,7 +26,6 @@ CATALOGUE = Path(conrod.__file__).parent / "scenes" / "catalogue"
 MOVING = tuple(law for law in LAWS if law != DWELL)
 CAMS = tuple(f"cam-{law}" for law in MOVING)
 # Derivatives that are 0 at both ends, beside the first.
-RESTS = {HARMONIC: (), CYCLOIDAL: (2,), "3-4-5": (2,), "4-5-6-7": (2, 3)}
 LIFT, RISE = 0.033, math.radians(120.0)
 
 
@@ -68,27 +65,6 @@ def test_a_laws_derivatives_are_those_of_its_height(law: str) -> None:
         # Negative control: the next law's derivative is another one.
         other = LAWS[MOVING[MOVING.index(law) - 1]](x, order + 1)
         assert np.abs(quotient - other).max() > 1e-2
-
-
-@pytest.mark.parametrize("law", MOVING)
-def test_a_law_goes_from_0_to_1_and_rests_at_its_ends(law: str) -> None:
-    ends = np.array([0.0, 1.0])
-    np.testing.assert_allclose(LAWS[law](ends, 0), ends, rtol=0.0, atol=1e-15)
-    for order in (1, 2, 3):
-        rests = order == 1 or order in RESTS[law]
-        found = np.abs(LAWS[law](ends, order))
-        # The harmonic law's jerk is 0 at its ends though its acceleration is not.
-        assert np.all(found < 1e-13) if rests or (law, order) == (HARMONIC, 3) else np.all(found > 1.0)
-
-
-def test_the_harmonic_law_is_document_004s_equations() -> None:
-    theta, speed = np.linspace(0.0, RISE, 50), 2.0
-    s, slope, bend = profile(HARMONIC).lift(theta, 2, np.zeros(50, dtype=int))
-    phase = math.pi * theta / RISE
-    np.testing.assert_allclose(s, LIFT / 2.0 * (1.0 - np.cos(phase)), rtol=0.0, atol=1e-15 * LIFT)
-    np.testing.assert_allclose(slope * speed, math.pi * LIFT * speed / (2.0 * RISE) * np.sin(phase), atol=1e-16)
-    printed = math.pi**2 * LIFT * speed**2 / (2.0 * RISE**2) * np.cos(phase)
-    np.testing.assert_allclose(bend * speed**2, printed, atol=1e-15)
 
 
 # -- exact motion ----------------------------------------------------------------------------------------------------
@@ -145,22 +121,6 @@ def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
     np.testing.assert_allclose(point.position[:, 0], -offset, rtol=0.0, atol=1e-15)
     found = (point.position[:, 1] - height, point.velocity[:, 1], point.acceleration[:, 1], point.jerk[:, 1])
     assert max(float(np.abs(f - s).max()) for f, s in zip(found, own, strict=True)) < 1e-12 * LIFT * 10.0
-
-
-# -- joint equation --------------------------------------------------------------------------------------------------
-
-
-def test_the_gap_is_the_distance_along_the_normal() -> None:
-    cam = profile(HARMONIC)
-    angle = np.linspace(0.0, TURN, 200)
-    pitch, lifted = cam.pitch(angle), 1e-6
-    joint = CamContact("contact", "cam", "follower", cam, (0.0, 0.0), cam.roller_radius)
-    places = pitch.points + lifted * pitch.normals
-    poses = np.hstack([np.zeros((200, 3)), places, np.zeros((200, 1))])
-    mechanism = shipped("cam-simple-harmonic").mechanism()
-    gap = joint_residual(joint, pose_jets(mechanism, [poses]))[0].coefficients[0]
-    # Off by a part of gap / radius of curvature.
-    np.testing.assert_allclose(gap, lifted, rtol=1e-4)
 
 
 # -- profile ---------------------------------------------------------------------------------------------------------
@@ -256,11 +216,6 @@ def test_what_is_left_out_closes_the_cam() -> None:
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-14)
     lower = one.with_parameters(**{"joints.contact.profile.base_radius": 0.08})
     assert lower.motion([0.0], 1.0).point("roller").position[0, 1] == pytest.approx(0.089, abs=1e-15)
-
-
-def test_a_profile_is_for_its_own_roller() -> None:
-    with pytest.raises(InvalidInput, match=r"made for a roller of 0\.009 m"):
-        CamContact("contact", "cam", "follower", profile(HARMONIC), (0.0, 0.0), 0.01)
 
 
 # -- engines ---------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ import pytest
 from described import CATALOGUE, FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
 
 from conrod.errors import InvalidInput
-from conrod.mechanism.mechanism import GROUND, Prismatic, Rack, Revolute, Rolling
+from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
 from conrod.scenes.described_scene import read_scene, scene_of
 
 
@@ -75,60 +75,6 @@ def test_points_given_where_they_are_drawn_make_the_same_machine() -> None:
 def test_the_start_picks_the_branch() -> None:
     other = scene_of(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
     assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
-
-
-# -- what rolls ------------------------------------------------------------------------------------------------------
-
-
-def gear_train(ring: bool = False, at: str = "80 mm") -> dict[str, Any]:
-    """A crank that carries the pinion, and a wheel on a shaft of its own."""
-    wheel = {"uniform": "disc", "radius": "60 mm", "mass": 2, "points": {"P": ["50 mm", 0]}}
-    mesh: dict[str, Any] = {"kind": "gear", "wheels": ["crank", "wheel"], "radii": ["20 mm", "60 mm"]}
-    return {
-        "name": "gears", "title": "Two gears", "source": "test",
-        "driver": {"joint": "shaft", "speed": "60 rpm"},
-        "ground": {"points": {"O": [0, 0], "Q": [at, 0]}},
-        "bodies": {"crank": {"uniform": "disc", "radius": "20 mm", "mass": 1}, "wheel": wheel},
-        "joints": {
-            "shaft": {"kind": "revolute", "connects": ["ground.O", "crank"]},
-            "axle": {"kind": "revolute", "connects": ["ground.Q", "wheel"]},
-            "mesh": mesh | ({"ring": "wheel"} if ring else {}),
-        },
-        "observed": {"P": "wheel.P"},
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize(("ring", "at", "ratio"), [(False, "80 mm", -1 / 3), (True, "40 mm", 1 / 3)])
-def test_gears_turn_by_the_ratio_of_their_radii(ring: bool, at: str, ratio: float) -> None:
-    given = gear_train(ring, at)
-    given["driver"] |= {"from": 0, "to": 1.0}
-    scene = scene_of(given)
-    (mesh,) = scene.mechanism().meshes
-    assert isinstance(mesh, Rolling)
-    poses = scene.kinematics.poses(np.array([0.0, 0.9]))
-    turn = poses[:, 3 * scene.mechanism().body_index["wheel"] + 2]
-    # It stands at the start as the file says (turn 0 where it says nothing), and goes on from there.
-    assert turn == pytest.approx([0.0, 0.9 * ratio], abs=1e-14)
-
-
-def test_gears_that_do_not_touch_are_refused() -> None:
-    assert "are 0.081 m apart, the radii ask for 0.08 m" in refusal(gear_train(at="81 mm"))
-
-
-def test_a_rack_is_moved_by_its_wheel() -> None:
-    given = gear_train()
-    given["bodies"]["wheel"] = {"mass": 1, "inertia": 1}
-    given["ground"]["points"]["Q"] = [0, "-20 mm"]
-    given["joints"]["axle"] = {"kind": "prismatic", "guide": "ground.Q", "direction": 0, "slider": "wheel"}
-    given["joints"]["mesh"] = {"kind": "rack", "wheel": "crank", "rack": "wheel", "direction": 0, "radius": "20 mm"}
-    given["observed"]["P"] = "wheel"
-    # Where along its slide it stands is not told by the joints: this is what a rack's phase is.
-    assert "as in start.wheel.origin = [0, 0]" in refusal(given)
-    given["start"] = {"wheel": {"origin": [0, "-20 mm"]}}
-    given["driver"] |= {"from": 0, "to": 1.0}
-    scene = scene_of(given)
-    assert isinstance(scene.mechanism().meshes[0], Rack)
-    assert scene.motion([0.0, 0.5], 1.0).point("P").position[:, 0] == pytest.approx([0.0, 0.01], abs=1e-15)
 
 
 # -- what is refused -------------------------------------------------------------------------------------------------
@@ -202,18 +148,6 @@ def test_an_input_that_cannot_turn_is_told_how_far_it_reaches() -> None:
 
 def test_a_start_that_leads_to_another_assembly_is_refused() -> None:
     assert "leads to an assembly where it is" in refusal(changed(SLIDER_CRANK, "start.rod.turn", "89 deg"))
-
-
-def test_two_parts_of_which_one_is_locked_and_one_loose_are_refused() -> None:
-    # The count is 1, but a bar too many locks the crank and another one swings freely.
-    given = tables(SLIDER_CRANK)
-    given["bodies"]["loose"] = {"mass": 1, "inertia": 1, "points": {"P": [0.1, 0]}}
-    given["bodies"]["tie"] = {"mass": 1, "inertia": 1, "points": {"P": [0.5, 0]}}
-    given["joints"]["l"] = {"kind": "revolute", "connects": ["rod.G", "loose"]}
-    given["joints"]["t"] = {"kind": "revolute", "connects": ["ground.O12", "tie"]}
-    given["joints"]["u"] = {"kind": "revolute", "connects": ["tie.P", "rod.G"]}
-    given["start"] |= {"loose": {"turn": 1}, "tie": {"turn": 0.1}}
-    assert refusal(given)
 
 
 # -- files -----------------------------------------------------------------------------------------------------------

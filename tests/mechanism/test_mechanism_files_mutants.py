@@ -47,17 +47,6 @@ def test_what_hangs_is_seen() -> None:
         sum(k for k in iter(int, 1))
 
 
-def test_a_roller_on_the_axis_of_its_cam_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "own.toml"
-    cam = next(path for path in SHIPPED if path.stem == "cam-simple-harmonic")
-    text = cam.read_text(encoding="utf-8")
-    path.write_text(text.replace('"85 mm"', '"0 mm"'), encoding="utf-8")
-    assert '"85 mm"' in text
-    with pytest.raises(InvalidInput) as told:
-        read_scene(path)
-    mutants.one_line(told.value)
-
-
 def test_line_ends_of_windows_change_nothing(tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
     path.write_bytes(SHIPPED[-1].read_bytes().replace(b"\n", b"\r\n"))

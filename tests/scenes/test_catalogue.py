@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import runpy
 import zipfile
-from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -31,13 +30,10 @@ from conrod.scenes import (
     dynamics_names,
     scene_named,
 )
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
 from conrod.studies.frame.writing import Batch
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.results import SceneStudy, ValidationResult
+from conrod.studies.validation.results import SceneStudy
 from conrod.studies.validation.study import validate_kinematic, validation
 
 NAMES = catalogue_names()
@@ -170,31 +166,6 @@ def test_a_model_with_a_wrong_length_is_found_out(engine: str) -> None:
     assert position > 1e-5
 
 
-# -- many at a time --------------------------------------------------------------------------------------------------
-
-
-def few_cases(steps: int = 60) -> Any:
-    scenes: dict[str, Scene] = {"slider-crank": catalogue_scene("slider-crank")}
-    return next(validation(scenes, [engine_named("mujoco")], {"mujoco": ("tuned",)}, Plan(steps, 1.0)))
-
-
-def told(result: ValidationResult) -> str:
-    """All of a result, to the last bit."""
-    with np.printoptions(floatmode="unique", threshold=10**6):
-        return repr(result)
-
-
-def test_results_do_not_depend_on_how_many_run_at_a_time_nor_on_the_way_through_the_ledger(tmp_path: Path) -> None:
-    cases = few_cases()
-    with Ledger.open(tmp_path / "ledger") as ledger, LocalProcesses(2) as two:
-        kept = run_cases(cases, ledger, two)
-    alone = [case.run() for case in cases]
-    assert [told(case.result(kept[case.key])) for case in cases] == [told(result) for result in alone]
-    assert [(r.scene, r.preset) for r in alone] == [(case.name, case.preset) for case in cases]
-    # Negative control: another number of steps is seen.
-    assert told(alone[1]) != told(few_cases(61)[1].run())
-
-
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
@@ -208,20 +179,6 @@ def studied() -> SceneStudy:
     scenes = {name: catalogue_scene(name)}
     cases = next(validation(scenes, [engine_named("pymunk")], {"pymunk": ("tuned",)}, Plan(60, 1.0)))
     return SceneStudy(name, scenes[name], tuple(case.run() for case in cases))
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_the_index_tells_what_is_allowed_and_what_an_engine_cannot_do(studied: SceneStudy, tmp_path: Path) -> None:
-    refused = replace(
-        studied.results[1], outcome="unsupported", reason="it has no such joint", errors=None, curves=None
-    )
-    refused = replace(refused, passed=None, refinement=())
-    batch = reported(replace(studied, results=(*studied.results, refused)), tmp_path)
-    index = str(batch.files["README.md"])
-    assert "## What an engine cannot do" in index
-    assert "| [swinging-four-bar](swinging-four-bar.md) | pymunk | it has no such joint |" in index
-    # Negative control: where all can be done, nothing is said of it.
-    assert "cannot do" not in str(reported(studied, tmp_path).files["README.md"])
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -85,32 +85,30 @@ def quantity(given: Any) -> tuple[float, str] | None:
         return None
 
 
+def _number(whole: Tables, way: Way, change: Callable[[float], float]) -> Tables:
+    """A copy with another number in one place, in the same unit."""
+    number, unit = quantity(at(whole, way)) or (0.0, "")
+    return put(whole, way, f"{change(number)!r} {unit}" if unit else change(number))
+
+
 def slip(whole: Tables, chance: random.Random) -> Tables:
     """A number becomes another one, with or without its unit."""
-    way = chance.choice(_numbers(whole))
-    found, other = quantity(at(whole, way)), chance.choice(SLIPS)
-    assert found is not None
-    return put(whole, way, f"{other!r} {found[1]}" if found[1] and chance.random() < 0.7 else other)
+    way, other = chance.choice(_numbers(whole)), chance.choice(SLIPS)
+    return _number(whole, way, lambda _: other) if chance.random() < 0.7 else put(whole, way, other)
 
 
 def scaled(whole: Tables, chance: random.Random) -> Tables:
     """One to three numbers become multiples of themselves: most of the machines that this makes can be read."""
     for _ in range(chance.randint(1, 3)):
-        way = chance.choice(_numbers(whole))
-        found = quantity(at(whole, way))
-        assert found is not None
-        number = found[0] * chance.choice([*FACTORS, chance.uniform(0.3, 3.0)])
-        whole = put(whole, way, f"{number!r} {found[1]}" if found[1] else number)
+        factor = chance.choice([*FACTORS, chance.uniform(0.3, 3.0)])
+        whole = _number(whole, chance.choice(_numbers(whole)), lambda number, factor=factor: number * factor)
     return whole
 
 
 def nearly(whole: Tables, chance: random.Random) -> Tables:
     """A number moves by very little: nearly singular machines stay near, and exact coincidences break."""
-    way = chance.choice(_numbers(whole))
-    found = quantity(at(whole, way))
-    assert found is not None
-    number = found[0] + chance.choice((-1.0, 1.0)) * 10.0 ** chance.uniform(-17.0, -2.0) * max(abs(found[0]), 0.1)
-    return put(whole, way, f"{number!r} {found[1]}" if found[1] else number)
+    way, by = chance.choice(_numbers(whole)), chance.choice((-1.0, 1.0)) * 10.0 ** chance.uniform(-17.0, -2.0)
+    return _number(whole, way, lambda number: number + by * max(abs(number), 0.1))
 
 
 def out_of_scale(whole: Tables, chance: random.Random) -> Tables:
@@ -119,92 +117,39 @@ def out_of_scale(whole: Tables, chance: random.Random) -> Tables:
     ways, some = _numbers(whole), chance.choice([1, 2, 0])
     lengths = [way for way in ways if str(at(whole, way)).endswith("m") or way[-1] in (0, 1)]
     for way in chance.sample(ways, some) if some else lengths:
-        number, unit = quantity(at(whole, way)) or (0.0, "")
-        whole = put(whole, way, f"{number * factor!r} {unit}" if unit else number * factor)
+        whole = _number(whole, way, lambda number: number * factor)
     return whole
 
 
-def worded(whole: Tables, chance: random.Random) -> Tables:
-    """Something becomes a text, a word of the format, or a thing of another kind."""
-    return put(whole, chance.choice(places(whole)), chance.choice([*TEXTS, *WORDS, *THINGS, *SLIPS]))
+def moved_about(whole: Tables, chance: random.Random) -> Tables:
+    """Something becomes another thing, has the contents of another place or another name, or is missing."""
+    way, other = chance.choice(places(whole)), chance.choice(places(whole))
+    match chance.choice(("worded", "swapped", "dropped", "renamed")):
+        case "worded":
+            return put(whole, way, chance.choice([*TEXTS, *WORDS, *THINGS, *SLIPS]))
+        case "swapped" if way[: len(other)] != other and other[: len(way)] != way:
+            return dict(put(put(whole, way, at(whole, other)), other, at(whole, way)))
+        case "renamed" if isinstance(way[-1], str):
+            name = chance.choice([*WORDS, *TEXTS, *(w[-1] for w in places(whole) if isinstance(w[-1], str))])
+            return dict(put(without(whole, way), (*way[:-1], name), at(whole, way)))
+        case _:
+            return dict(without(whole, way))
 
 
-def swapped(whole: Tables, chance: random.Random) -> Tables:
-    """Two places have each other's contents."""
-    one, other = chance.choice(places(whole)), chance.choice(places(whole))
-    if one[: len(other)] == other or other[: len(one)] == one:
-        return whole
-    return dict(put(put(whole, one, at(whole, other)), other, at(whole, one)))
-
-
-def dropped(whole: Tables, chance: random.Random) -> Tables:
-    """Something is missing."""
-    return dict(without(whole, chance.choice(places(whole))))
-
-
-def renamed(whole: Tables, chance: random.Random) -> Tables:
-    """A field or a table has another name, perhaps that of another one."""
-    ways = [way for way in places(whole) if isinstance(way[-1], str)]
-    way, other = chance.choice(ways), chance.choice([*WORDS, *TEXTS, *(w[-1] for w in ways)])
-    return dict(put(without(whole, way), (*way[:-1], other), at(whole, way)))
-
-
-TABLE_CHANGES: tuple[Callable[[Tables, random.Random], Tables], ...] = (
-    slip,
-    scaled,
-    scaled,
-    nearly,
-    worded,
-    swapped,
-    dropped,
-    renamed,
-)
-
-# -- changes to a text -----------------------------------------------------------------------------------------------
-
-
-def _lines(text: bytes, change: Callable[[list[bytes], int], list[bytes]], chance: random.Random) -> bytes:
-    lines = text.splitlines(keepends=True)
-    return b"".join(change(lines, chance.randrange(len(lines))))
-
-
-def line_lost(text: bytes, chance: random.Random) -> bytes:
-    """A line is missing."""
-    return _lines(text, lambda lines, k: lines[:k] + lines[k + 1 :], chance)
-
-
-def line_twice(text: bytes, chance: random.Random) -> bytes:
-    """A line, a table's heading perhaps, stands there twice."""
-    return _lines(text, lambda lines, k: lines[: k + 1] + lines[k:], chance)
-
-
-def lines_exchanged(text: bytes, chance: random.Random) -> bytes:
-    """Two lines have each other's place."""
-    lines = text.splitlines(keepends=True)
-    i, k = chance.randrange(len(lines)), chance.randrange(len(lines))
-    lines[i], lines[k] = lines[k], lines[i]
+def broken(text: bytes, chance: random.Random) -> bytes:
+    """A line is missing, twice there or in the place of another one; some bytes are others; the end is missing."""
+    lines, k = text.splitlines(keepends=True), chance.randrange(len(text))
+    i, j = chance.randrange(len(lines)), chance.randrange(len(lines))
+    match chance.choice(("lost", "twice", "exchanged", "bytes", "cut")):
+        case "bytes":
+            return text[:k] + chance.randbytes(chance.randint(0, 4)) + text[k + chance.randint(0, 4) :]
+        case "cut":
+            return text[:k]
+        case "exchanged":
+            lines[i], lines[j] = lines[j], lines[i]
+        case kind:
+            lines[i : i + 1] = [lines[i]] * (2 if kind == "twice" else 0)
     return b"".join(lines)
-
-
-def bytes_changed(text: bytes, chance: random.Random) -> bytes:
-    """Up to four bytes are others, or gone."""
-    k = chance.randrange(len(text))
-    return text[:k] + chance.randbytes(chance.randint(0, 4)) + text[k + chance.randint(0, 4) :]
-
-
-def cut_short(text: bytes, chance: random.Random) -> bytes:
-    """The end is missing."""
-    return text[: chance.randrange(len(text))]
-
-
-TEXT_CHANGES: tuple[Callable[[bytes, random.Random], bytes], ...] = (
-    line_lost,
-    line_lost,
-    line_twice,
-    lines_exchanged,
-    bytes_changed,
-    cut_short,
-)
 
 
 def mutant(path: Path, seed: int) -> bytes | Tables:
@@ -212,8 +157,8 @@ def mutant(path: Path, seed: int) -> bytes | Tables:
     chance = random.Random(f"{path.name} {seed}")
     text = path.read_bytes()
     if chance.random() < 0.25:
-        return chance.choice(TEXT_CHANGES)(text, chance)
-    return chance.choice(TABLE_CHANGES)(parse(text), chance)
+        return broken(text, chance)
+    return chance.choice((slip, scaled, scaled, nearly, moved_about, moved_about))(parse(text), chance)
 
 
 # -- what becomes of them --------------------------------------------------------------------------------------------
