@@ -14,7 +14,7 @@ from typing import Any
 from unittest.mock import patch
 from xml.etree import ElementTree
 
-from mutants import FACTORS, SLIPS, TEXT_CHANGES, quantity
+from mutants import FACTORS, SLIPS, broken, quantity
 
 from tests.support.command_line import conrod
 
@@ -93,7 +93,7 @@ def mutant(path: Path, seed: str) -> bytes:
         words = mesh.attrib["vertex"].split()
         mesh.set("vertex", " ".join(word for k, word in enumerate(words) if k // 3 % FEWER == 0))
     if chance.random() < 0.1:
-        return chance.choice(TEXT_CHANGES)(ElementTree.tostring(root), chance)
+        return broken(ElementTree.tostring(root), chance)
     for _ in range(chance.choice((1, 1, 1, 2))):
         chance.choice(TREE_CHANGES)(root, chance)
     return ElementTree.tostring(root)
