@@ -22,7 +22,6 @@ from conrod.mechanism.mechanism import (
     Point,
     Prismatic,
     Rack,
-    Rolling,
 )
 
 NEWTON_STEPS = 30
@@ -225,23 +224,19 @@ OFF = 1e-6
 
 def check_meshes(mechanism: Mechanism, poses: Array) -> None:
     """Refuse pairs whose wheels do not touch in poses (T, 3 n); raises InvalidInput with both distances."""
+    bodies = pose_jets(mechanism, [poses]) if mechanism.meshes else {}
     for mesh in mechanism.meshes:
         wanted = mesh.radius if isinstance(mesh, Rack) else mesh.distance
-        found = _distances(mechanism, mesh, poses)
+        (ax, ay), (bx, by) = bodies[mesh.a].point(mesh.point_a), bodies[mesh.b].point(mesh.point_b)
+        dx, dy = (np.broadcast_to((q - p).coefficients[0], len(poses)) for p, q in ((ax, bx), (ay, by)))
+        if isinstance(mesh, Rack):  # of the wheel's centre from the line
+            line = np.broadcast_to(bodies[mesh.b].phi.coefficients[0], len(poses)) + mesh.direction
+            found = dx * np.sin(line) - dy * np.cos(line)
+        else:
+            found = np.hypot(dx, dy)
         worst = float(found[np.argmax(np.abs(found - wanted))])
         if abs(worst - wanted) > OFF * wanted:
             raise InvalidInput(
                 f"{mechanism.name}: {mesh.name}: the centres, or centre and line, are {worst:.9g} m apart, the radii "
                 f"ask for {wanted:.9g} m; other joints must hold them so"
             )
-
-
-def _distances(mechanism: Mechanism, mesh: Mesh, poses: Array) -> Array:
-    """Of the centres, or of the wheel's centre from the rack's line (T,) [m]."""
-    bodies = pose_jets(mechanism, [poses])
-    (ax, ay), (bx, by) = bodies[mesh.a].point(mesh.point_a), bodies[mesh.b].point(mesh.point_b)
-    dx, dy = (np.broadcast_to((q - p).coefficients[0], len(poses)) for p, q in ((ax, bx), (ay, by)))
-    if isinstance(mesh, Rolling):
-        return np.asarray(np.hypot(dx, dy))
-    line = np.broadcast_to(bodies[mesh.b].phi.coefficients[0], len(poses)) + mesh.direction
-    return np.asarray(dx * np.sin(line) - dy * np.cos(line))

@@ -45,7 +45,7 @@ class Kinematics:
     """Solver for one mechanism, on the assembly branch of its start poses.
 
     Attributes:
-        size: largest coordinate [m] in the mechanism's start poses.
+        size: largest coordinate [m] in the mechanism's start poses; crank_column: place of the crank's turn in poses.
         poses, reach, near_change: as of `BranchWalk`; jacobian: as of `Equations`, whose `count` is equations_of.
         branch: sign (T,) that distinguishes the assembly branches of poses (T, 3 n).
         branch_at: the sign (T,) that exact poses at crank angles (T,) [rad] have; it changes at change points.
@@ -61,7 +61,7 @@ class Kinematics:
         poses = tuple((body.name, mechanism.poses[body.name]) for body in mechanism.bodies)
         self._walk = _walk_of(_Geometry(mechanism, (mechanism.name, mechanism.joints, mechanism.driver, poses)))
         self._equations = self._walk.equations
-        self.size = self._equations.size
+        self.size, self.crank_column = self._equations.size, 3 * self._equations.crank + 2
         self.poses, self.reach, self.near_change = self._walk.poses, self._walk.reach, self._walk.near_change
         self.jacobian, self.equations_of = self._equations.jacobian, self._equations.count
         self.branch, self.branch_at = self._walk.branch_of, self._walk.sign
@@ -227,7 +227,7 @@ class Kinematics:
         residual = self._equations.residual(coefficients, np.zeros(len(crank)))
         result = math.factorial(order) * np.stack([np.broadcast_to(r, crank.shape) for r in residual], axis=1)
         driver = self.mechanism.driver
-        turn = derivatives[order][:, 3 * self._equations.crank + 2]
+        turn = derivatives[order][:, self.crank_column]
         result[:, -1] = turn - driver.sense * crank - (driver.start if order == 0 else 0.0)
         return result
 

@@ -171,18 +171,12 @@ def polynomial(coefficients: tuple[float, ...], x: Array, order: int) -> Array:
     return np.where(upper, mirrored, lower)
 
 
-def dwell(x: Array, order: int) -> Array:
-    """No motion."""
-    return np.zeros(np.shape(x))
-
-
 # Each gives the k-th derivative of y at x.
 LAWS: dict[str, Callable[[Array, int], Array]] = {
-    DWELL: dwell,
+    DWELL: lambda x, order: np.zeros(np.shape(x)),
     HARMONIC: harmonic,
     CYCLOIDAL: cycloidal,
-    "3-4-5": partial(polynomial, POLYNOMIALS["3-4-5"]),
-    "4-5-6-7": partial(polynomial, POLYNOMIALS["4-5-6-7"]),
+    **{name: partial(polynomial, coefficients) for name, coefficients in POLYNOMIALS.items()},
 }
 
 

@@ -103,32 +103,17 @@ class Settings(Protocol):
     """The settings of an engine, as the rest of conrod sees them."""
 
     @property
-    def engine(self) -> str:
-        """Name in the table of engines."""
-        ...
-
+    def engine(self) -> str: ...  # name in the table of engines
     @property
-    def preset(self) -> str:
-        """Name of the preset they come from, or 'custom'."""
-        ...
-
+    def preset(self) -> str: ...  # name of the preset they come from, or 'custom'
     @property
-    def steps_per_revolution(self) -> int:
-        """Time steps in one turn of the crank."""
-        ...
-
+    def steps_per_revolution(self) -> int: ...  # time steps in one turn of the crank
     @property
-    def timestep(self) -> float:
-        """Length of a step [s]."""
-        ...
-
-    def time_constant(self, contact: bool) -> float:
-        """Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once."""
-        ...
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as plain values, but for those added later where they have the value of all runs before."""
-        ...
+    def timestep(self) -> float: ...  # length of a step [s]
+    # Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once.
+    def time_constant(self, contact: bool) -> float: ...
+    # All fields as plain values, but for those added later where they have the value of all runs before.
+    def as_dict(self) -> dict[str, Any]: ...
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics import coordinate_jet
 from conrod.exact.dynamics.integration import Course, breaks, kinks
 from conrod.exact.dynamics.line import At, Line
-from conrod.exact.joint_equations import PoseJet, pose_jets
+from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import TimePulse
 from conrod.mechanism.mechanism import Mechanism
@@ -97,7 +97,7 @@ class ForwardDynamics:
             self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads),
             FARTHEST * self.line.configurations.curve.unit,
         )  # fmt: skip
-        states = course.run(times, start, self._passing)
+        states = course.run(times, start, self.line.crossings)
         return self._motion(times, states, tuple(sorted(course.passed)))
 
     def start_rate(self, given: Mapping[str, float]) -> float:
@@ -151,33 +151,24 @@ class ForwardDynamics:
         """Refuse a rest that only an exact balance keeps: rounding would decide which way it goes, and how soon."""
         if any(isinstance(load.law, TimePulse) for load in self.loads):
             return
-        at = self.line.at(0.0)
-        push = abs(at.descent + self._force(at, 0.0, 0.0))
+        at, mechanism, total = self.line.at(0.0), self.mechanism, 0.0
         point, tangent, _ = self.line.point(0.0)
-        bodies = pose_jets(self.mechanism, [point[None], tangent[None]])
-        if push < BALANCED * (self._weights(bodies) + self._forces(bodies)):
-            raise InvalidInput(
-                f"{self.mechanism.name}: at rest in a dead centre, or where its weight and loads are in balance, which "
-                "nothing ends; start beside it, or in motion"
-            )
-
-    def _weights(self, bodies: dict[str, PoseJet]) -> float:
-        """Weights and constant forces, times how far their bodies go by the arc length."""
-        total = 0.0
-        for body in self.mechanism.bodies:
+        bodies = pose_jets(mechanism, [point[None], tangent[None]])
+        # Weights and constant forces, times how far their bodies go by the arc length.
+        for body in mechanism.bodies:
             x, y = (float(np.ravel(j.coefficients[1])[0]) for j in bodies[body.name].point(body.centre_of_gravity))
-            force = body.mass * math.hypot(*self.mechanism.gravity) + math.hypot(*self.mechanism.push_on(body.name))
+            force = body.mass * math.hypot(*mechanism.gravity) + math.hypot(*mechanism.push_on(body.name))
             total += force * math.hypot(x, y)
-        return total
-
-    def _forces(self, bodies: dict[str, PoseJet]) -> float:
-        """Forces of the loads at rest, times a body's size; torques as they are."""
-        size, total = float(self.line.configurations.curve.scale[0]), 0.0
+        # Forces of the loads at rest, times a body's size; torques as they are.
         for load in self.loads:
             value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
-            force = abs(float(load.law.force(value, 0.0 * slope, np.zeros(1))[0]))
-            total += force * (1.0 if load.unit == "rad" else size)
-        return total
+            size = 1.0 if load.unit == "rad" else float(self.line.configurations.curve.scale[0])
+            total += size * abs(float(load.law.force(value, 0.0 * slope, np.zeros(1))[0]))
+        if abs(at.descent + self._force(at, 0.0, 0.0)) < BALANCED * total:
+            raise InvalidInput(
+                f"{mechanism.name}: at rest in a dead centre, or where its weight and loads are in balance, which "
+                "nothing ends; start beside it, or in motion"
+            )
 
     def _measures(self, rate: float, time: float) -> Array:
         """Sizes that arc length, its rate and work are measured by where they are 0."""
@@ -185,9 +176,6 @@ class ForwardDynamics:
         push = abs(at.descent) + abs(self._force(at, rate, 0.0))
         energy = max(at.inertia * rate * rate, push * min(ahead, push * time * time / at.inertia), 1e-20)
         return np.array([self.line.configurations.curve.unit, math.sqrt(energy / at.inertia), energy])
-
-    def _passing(self, before: Array, after: Array) -> list[float]:
-        return self.line.crossings(*sorted((float(before[0]), float(after[0]))))
 
     # -- the motion --------------------------------------------------------------------------------------------------
 

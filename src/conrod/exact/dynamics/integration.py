@@ -47,12 +47,12 @@ class Course:
         self.passed: list[float] = []
         self._end, self._short = 1.0, 0
 
-    def run(self, times: Array, start: Array, passing: Callable[[Array, Array], Sequence[float]]) -> Array:
+    def run(self, times: Array, start: Array, passing: Callable[[float, float], Sequence[float]]) -> Array:
         """States (T, K) at growing times, the start at 0.
 
         Args:
-            passing: of two states, the values of the first entry passed between them whose instants are wanted, which
-                are then in `passed`.
+            passing: of two values of the first entry, growing, those between whose instants are wanted: then in
+                `passed`.
 
         Raises:
             InvalidInput: the motion cannot be integrated.
@@ -93,12 +93,10 @@ class Course:
         message = solver.step()
         self._short = self._short + 1 if solver.t - solver.t_old < SHORT * self._end else 0
         if self._short > MOST_SHORT:
-            sticks = (
-                "it comes to rest in a force that acts in one sense of motion alone, and sticks there; give friction"
-            )
-            why = sticks if self._kinks else "forces or inertia change too fast there"
-            raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {why}")
-        if solver.status == "failed":
+            message = "forces or inertia change too fast there"
+            if self._kinks:
+                message = "it comes to rest in a force that acts in one sense alone, and sticks there; give friction"
+        if solver.status == "failed" or self._short > MOST_SHORT:
             raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {message}")
 
     def _first_kink(
@@ -116,7 +114,7 @@ class Course:
         times = self._times
         for k in np.flatnonzero((times > start) & (times <= stop)):
             self._sampled[k] = after if times[k] == stop else dense(times[k])
-        for value in self._passing(before, after):
+        for value in self._passing(*sorted((float(before[0]), float(after[0])))):
             self.passed.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
 
 

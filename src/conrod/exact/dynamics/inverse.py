@@ -181,10 +181,11 @@ def sensitivities(kinematics: Kinematics, state: State) -> Iterator[Sensitivity]
     poses, rates, accelerations = motion_of(kinematics, state)
     factors = kinematics.factors(poses)
     for body in mechanism.bodies:
-        by_name = _derivatives(mechanism, body, poses, rates, accelerations)
-        for name, right in by_name.items():
+        changes = dict.fromkeys((CENTRE_X, CENTRE_Y), LENGTH_STEP * _length(kinematics, body))
+        changes |= {MASS: MASS_STEP * body.mass, INERTIA: INERTIA_STEP * body.inertia}
+        for name, right in _derivatives(mechanism, body, poses, rates, accelerations).items():
             derivatives = quantities(_forces_of(mechanism, factors.solve_transposed(list(right.T))))
-            yield Sensitivity(body.name, name, _change(kinematics, body, name), derivatives)
+            yield Sensitivity(body.name, name, changes[name], derivatives)
 
 
 def quantities(forces: JointForces) -> dict[str, Array]:
@@ -213,16 +214,6 @@ def _derivatives(
         result[name][:, i : i + 3] = np.column_stack([gx, gy, dx * fy - dy * fx + rx * gy - ry * gx])
     result[INERTIA][:, i + 2] = turn
     return result
-
-
-def _change(kinematics: Kinematics, body: Body, name: str) -> float:
-    match name:
-        case "mass":
-            return MASS_STEP * body.mass
-        case "inertia":
-            return INERTIA_STEP * body.inertia
-        case _:
-            return LENGTH_STEP * _length(kinematics, body)
 
 
 def _length(kinematics: Kinematics, body: Body) -> float:

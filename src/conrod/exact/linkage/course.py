@@ -102,8 +102,8 @@ class Course:
 
     def crank_angle(self, poses: Array) -> Array:
         """Crank angles (T,) [rad] of poses (T, 3 n)."""
-        driver, crank = self.kinematics.mechanism.driver, _crank_turn(self.kinematics)
-        return np.asarray(driver.sense * (poses[:, crank] - driver.start))
+        driver = self.kinematics.mechanism.driver
+        return np.asarray(driver.sense * (poses[:, self.kinematics.crank_column] - driver.start))
 
 
 def course_of(kinematics: Kinematics) -> Course:
@@ -157,7 +157,7 @@ class _Trace:
         Raises:
             InvalidInput: branches of the motion cross at the start, or nothing ends it.
         """
-        turn, driver = _crank_turn(self._kinematics), self._kinematics.mechanism.driver
+        turn, driver = self._kinematics.crank_column, self._kinematics.mechanism.driver
         direction = np.zeros((1, len(self._curve.scale)))
         direction[0, turn] = sense * driver.sense
         places = [self._walk.first(direction)]
@@ -203,8 +203,3 @@ class _Trace:
         if there is None or step == 0.0:
             return []
         return [replace(here, along=here.along + step, point=there[0], tangent=there[1])]
-
-
-def _crank_turn(kinematics: Kinematics) -> int:
-    """Index of the crank's turn in stacked poses."""
-    return 3 * kinematics.mechanism.body_index[kinematics.mechanism.crank] + 2
