@@ -164,13 +164,6 @@ def combine(*terms: tuple[float, Derivatives]) -> Derivatives:
 
 
 def _weighted_sum(terms: list[tuple[float, Array | float]]) -> Array | float:
-    """The sum, in as few passes over the samples as it takes."""
-    total: Array | float = 0.0
-    for weight, values in terms:
-        if isinstance(total, float) and total == 0.0:
-            total = values if weight == 1.0 else weight * values
-        elif weight == -1.0:
-            total = total - values
-        elif not (isinstance(values, float) and values == 0.0):
-            total = total + (values if weight == 1.0 else weight * values)
-    return total
+    # Numbers that are 0, and weights of 1, take no pass over the samples.
+    found = [v if w == 1.0 else w * v for w, v in terms if not (isinstance(v, float) and v == 0.0)]
+    return sum(found[1:], found[0]) if found else 0.0
