@@ -97,6 +97,7 @@ GOOD = ("0,1,2", "1,2,3", "2,3,4")
 
 @pytest.mark.parametrize(("text", "message"), [
     (table(*(f"{k},1,2" for k in range(30))), "it has 30 rows: at most 29 are kept"),
+    (table(f"0,1,{'2' * 200_000}", *GOOD), "it is no table of numbers: field larger than"),
     (table("0,1,2"), "it has 1 row of numbers: at least 2 are needed"),
     (table(*GOOD, head="tme,C.x,C.y"), "no column for the time among 'tme', 'C.x', 'C.y'; say which it is"),
     (table("0,1,2", "2,2,3", "1,3,4"), "times are not in order: 1 s in row 4 after 2 s in row 3"),

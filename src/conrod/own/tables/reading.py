@@ -122,11 +122,7 @@ def _check_rows(rows: int) -> None:
 
 
 def _open_npz(path: Path) -> Opened:
-    """A numpy archive: an array (T,) a column, (T, 2) for x and y.
-
-    Raises:
-        InvalidInput: it is no such archive, or holds what would have to be executed to be read.
-    """
+    """A numpy archive: an array (T,) a column, (T, 2) for x and y."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as loaded:
             every = {name: np.asarray(loaded[name]) for name in loaded.files}
@@ -173,11 +169,7 @@ Line = tuple[int, str]  # its number in the file from 1, its text
 
 
 def _open_text(path: Path) -> Opened:
-    """A table of text, with the layout that its beginning shows.
-
-    Raises:
-        InvalidInput: it is no text, or no table.
-    """
+    """A table of text, with the layout that its beginning shows."""
     lines = _lines(path)
     rows = [line for line in lines if not COMMENT.match(line[1])]
     found = {way: _layout(rows[:SAMPLE], *way) for way in WRITTEN}
@@ -219,7 +211,10 @@ def cells(line: str, separator: str) -> list[str]:
     """The cells of a line, without the blanks around them."""
     if separator == BLANKS:
         return [cell.strip('"') for cell in line.split()]
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    except csv.Error as error:
+        raise InvalidInput(f"it is no table of numbers: {error}") from None
 
 
 def _layout(sample: Sequence[Line], separator: str, decimal: str) -> tuple[int, int, int]:
@@ -250,11 +245,7 @@ def _headings(above: Sequence[list[str]], width: int) -> tuple[str, ...]:
 def _numbers(
     rows: Sequence[Line], columns: Sequence[Column], separator: str, decimal: str, width: int
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Values (T, columns), and the line of each row (T,); a million rows take a few seconds.
-
-    Raises:
-        InvalidInput: a cell that is no number, or more rows than may be kept.
-    """
+    """Values (T, columns), and the line of each row (T,); a million rows take a few seconds."""
     _check_rows(len(rows))
     for number, line in rows:
         # Cells left out at the end of a row are empty; what stands beyond the last heading belongs nowhere.
