@@ -7,7 +7,6 @@ import io
 import json
 import re
 import signal
-import sqlite3
 import subprocess
 import sys
 import textwrap
@@ -22,6 +21,7 @@ import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, compare, run
+from conrod.studies.frame.ledger import Ledger
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
@@ -31,15 +31,6 @@ RECOMMEND = ("recommend", *QUICK[:3])
 def conrod(*arguments: str, cwd: Path, ledger: str | None = "ledger.sqlite") -> subprocess.CompletedProcess[str]:
     named = () if ledger is None else ("--ledger", ledger)
     return command_line.conrod(*arguments, *named, cwd=cwd, ledger=cwd / "default.sqlite")
-
-
-def told_in_one_line(done: subprocess.CompletedProcess[str], *words: str) -> None:
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert len(done.stderr.splitlines()) == 1, done.stderr
-    assert done.stderr.startswith("conrod: ")
-    for word in words:
-        assert word in done.stderr
 
 
 @pytest.fixture(scope="module")
@@ -56,18 +47,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # -- recommend -------------------------------------------------------------------------------------------------------
 
 
-def test_a_recommendation_is_ready_to_paste_and_was_confirmed(folder: Path) -> None:
+def test_a_recommendation_was_confirmed_and_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
     text = (folder / "first.txt").read_text()
-    for words in ("pymunk: error_bias 0", "largest errors: position", "of 0.001 allowed", "margin", "ms of CPU time",
-                  "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed -10%", "speed +10%",
-                  "steps per revolution", "space.iterations = ",
-                  "constraint.error_bias = 0.0", "space.step("):  # fmt: skip
+    for words in ("of 0.001 allowed", "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed +10%"):
         assert words in text, words
-
-
-def test_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
     # The pasted statements are run on what stands for a `pymunk.Space`, and what they set is run on the machine.
-    text = (folder / "first.txt").read_text()
     steps: list[float] = []
     space: Any = SimpleNamespace(constraints=[SimpleNamespace()], step=steps.append)
     exec(textwrap.dedent(text.split("to paste:\n")[1]), {"space": space})
@@ -114,23 +98,10 @@ def error_in_plain_mujoco(model: Any) -> float:
     return float(np.linalg.norm(np.array(places) - exact, axis=1).max() / saw.lengths["C"])
 
 
-def test_an_output_that_is_the_ledger_or_another_output_is_refused(folder: Path) -> None:
-    ledger = (folder / "ledger.sqlite").read_bytes()
-    for *arguments, other in (
-        ("results", "--csv", "ledger.sqlite", "the ledger"),
-        ("results", "--csv", "x.out", "--json", "x.out", "--csv"),
-        ("sweep", *QUICK, "--json", "./ledger.sqlite", "the ledger"),
-    ):
-        told_in_one_line(conrod(*arguments, cwd=folder), f"same file as {other}")
-    assert (folder / "ledger.sqlite").read_bytes() == ledger
-    assert not (folder / "x.out").exists()
-
-
 def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path) -> None:
     done = conrod(*RECOMMEND, "--position", "1e-12", cwd=folder)
     assert done.returncode == 1
     assert "nothing qualifies: position is" in done.stdout
-    assert "times what is allowed" in done.stdout
     assert "nearest: " in done.stdout
 
 
@@ -138,35 +109,18 @@ def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path)
 
 
 def test_results_are_a_tidy_table(folder: Path) -> None:
-    done = conrod("results", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    rows = list(csv.DictReader(io.StringIO(done.stdout)))
+    rows = list(csv.DictReader(io.StringIO(conrod("results", cwd=folder).stdout)))
     assert {row["scene"] for row in rows} == {"saw-500rpm"}
     assert {row["outcome"] for row in rows} >= {"completed", "opened"}
     failed = [row for row in rows if row["outcome"] == "opened"]
     assert all(row["position_max"] == "" and row["reason"] for row in failed)
     assert len({row["key"] for row in rows}) == len(rows)
-
-
-def test_a_table_as_json_has_what_its_csv_has(folder: Path) -> None:
-    done = conrod("results", "--csv", "a.csv", "--json", "a.json", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    rows = list(csv.DictReader(io.StringIO((folder / "a.csv").read_text())))
+    assert conrod("results", "--json", "a.json", cwd=folder).returncode == 0
     objects = json.loads((folder / "a.json").read_text())
     assert [row["position_max"] for row in rows] == [str(row["position_max"] or "") for row in objects]
 
 
 # -- sweep -----------------------------------------------------------------------------------------------------------
-
-
-def kept(ledger: Path) -> int:
-    """Number of results in a ledger, which may not be there yet."""
-    if not ledger.exists():
-        return 0
-    with sqlite3.connect(ledger) as connection:
-        if not connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'runs'").fetchone():
-            return 0
-        return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
@@ -177,10 +131,9 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(sent: signal.
         # A shell starts what runs in its background with the signal ignored, and that is inherited.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509  nothing runs beside it
     )  # fmt: skip
-    for _ in range(600):
-        time.sleep(0.1)
-        if kept(tmp_path / "l.sqlite"):
-            break
+    with Ledger.open(tmp_path / "l.sqlite") as ledger:
+        while not any(ledger.rows()):
+            time.sleep(0.1)
     process.send_signal(sent)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -104,6 +104,16 @@ def conrod_process(*arguments: str, cwd: Path | None = None) -> subprocess.Compl
     )
 
 
+def refusal(*arguments: str, **how: Any) -> str:
+    """The one line of a command that ends with status 2 before anything is run or written; see `conrod`."""
+    done = conrod(*arguments, **how)
+    lines = said(done)
+    assert (done.returncode, done.stdout, len(lines)) == (2, "", 1), done
+    assert lines[0].startswith("conrod: ")
+    assert len(lines[0]) < 700
+    return lines[0]
+
+
 def said(done: subprocess.CompletedProcess[str]) -> list[str]:
     """What standard error has besides the progress of runs, which takes time and goes by what has been run before."""
     return [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]
