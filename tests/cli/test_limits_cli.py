@@ -11,9 +11,7 @@ from typing import Any
 import command_line
 import pytest
 
-from conrod.cli.limits import EPILOG
 from conrod.runs.plain import restore
-from conrod.studies.limits.plan import ITEMS
 from conrod.studies.limits.results import LimitStudy
 
 # Two dozen runs of a second or two in all.
@@ -68,8 +66,3 @@ def test_the_same_command_runs_nothing_again_and_finds_the_same(folder: Path) ->
     assert done.returncode == 0, done.stderr
     assert runs_in(folder / "ledger.sqlite") == before
     assert study_in(folder, "again.json") == first
-
-
-def test_help_names_every_axis_and_every_pair() -> None:
-    named = {word.strip(",;.") for word in EPILOG.split()}
-    assert set(ITEMS) <= named

@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -21,7 +20,7 @@ from conrod.cli.harden import hardened
 from conrod.cli.limits import limits_found
 from conrod.cli.lint import report_found
 from conrod.cli.sweep import fronts
-from conrod.cli.validate_scenes import force_verdicts, motion_verdicts, verdicts
+from conrod.cli.validate_scenes import verdicts
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
 from conrod.report import terminal
@@ -53,22 +52,8 @@ def found_in_model() -> tuple[Any, Any]:
     return harden_file(file, seconds=0.024, content=False), lint(file, seconds=0.024)
 
 
-@cache
-def measured(kind: str, *arguments: str) -> list[Any]:
-    """Findings of a validation of other quantities, of which no report is committed."""
-    with TemporaryDirectory() as folder:
-        conrod("validate", *arguments, "--json", f"{folder}/found.json")
-        parts = json.loads(Path(folder, "found.json").read_text())["parts"]
-    return [restored(kind_named(kind).findings, part["findings"]) for part in parts.values()]
-
-
-# The same as in studies/test_validate_ledger.py, which keeps its runs.
-FORCES = ["saw-40rpm", "--quantity", "torque", "--steps-per-rev", "200", "--revolutions", "1", "--preset", "tuned"]
-MOTION = ["pendulum", "--motion", "free", "--seconds", "0.5", "--engine", "pymunk", "--preset", "tuned"]
 PRINTED: dict[str, Callable[[], Iterable[Part]]] = {
     "validate": lambda: verdicts([*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
-    "validate --quantity": lambda: force_verdicts(measured("forces", *FORCES)),
-    "validate --motion": lambda: motion_verdicts(measured("motion", *MOTION)),
     "sweep": lambda: fronts(saved("sweep", "sweep")),
     "limits": lambda: limits_found(saved("limits", "limits")),
     "ablate": lambda: ablations(saved("ablate", "ablate")),
@@ -78,7 +63,6 @@ PRINTED: dict[str, Callable[[], Iterable[Part]]] = {
 COMMANDS = {
     "show": ("show",),
     "show SCENE": ("show", "inverted-slider-crank", "--angle", "60deg"),
-    "results": ("results",),
 }
 
 
@@ -119,10 +103,7 @@ def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.Capt
     code = found_in_model()[0].lines.splitlines() if verb == "harden" else []
     for width in WIDTHS:
         narrow = [line for line in lines_of(what, width, capsys) if line not in code]
-        if verb == "results":
-            assert narrow == piped  # comma-separated values, for programs
-        else:
-            check_whole(narrow, [line for line in piped if line not in code], width)
+        check_whole(narrow, [line for line in piped if line not in code], width)
 
 
 # -- the renderer ----------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from conrod.scenes import SCENES
 from conrod.studies.execution.local import confined
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
+NO_NUMBER = 'name="slider-pin.rod" pos="nan 0 0"'
 ASKED = ("--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--point", "M=geom:rod")
 
 
@@ -84,23 +86,16 @@ def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(
 def test_names_that_a_model_has_not_are_told_with_the_nearest(asked: dict[str, object], words: str) -> None:
     options = {"crank": "motor", "points": ("C=body:bow",)} | asked
     put = question_of(Request(**options), SCENE)  # type: ignore[arg-type]
-    with pytest.raises(InvalidInput) as refused:
+    with pytest.raises(InvalidInput, match=f"{HACKSAW}: .*{re.escape(words)}"):
         study(HACKSAW, *as_saw(put))
-    assert words in str(refused.value)
-    assert str(refused.value).startswith(str(HACKSAW))
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    (SAW[:4000], "MuJoCo cannot load it: XML parse error"),
-    (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'), "site_pos is not finite"),
-], ids=["not-xml", "nan"])  # fmt: skip
-def test_a_model_that_cannot_be_read_is_told_in_a_line(tmp_path: Path, text: str, words: str) -> None:
+def test_a_model_that_cannot_be_read_is_told_in_a_line(tmp_path: Path) -> None:
     file = tmp_path / "model.xml"
-    file.write_text(text)
-    with pytest.raises(InvalidInput) as refused:
-        study(file, *as_saw(question("saw")))
-    assert words in str(refused.value)
-    assert "\n" not in str(refused.value)
+    for text, words in ((SAW[:4000], "XML parse error"), (replaced(SAW, ROD_END, NO_NUMBER), "site_pos is not finite")):
+        file.write_text(text)
+        with pytest.raises(InvalidInput, match=f"{words}[^\n]*$"):
+            study(file, *as_saw(question("saw")))
 
 
 def test_a_model_that_never_ends_costs_its_own_process_alone(tmp_path: Path) -> None:

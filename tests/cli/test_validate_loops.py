@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import conrod
+from command_line import conrod, refusal
 from four_bars import GRASHOF, four_bar, key
 
 DRIVE = ("--drive", "crank=60rpm")
@@ -66,12 +66,7 @@ MODELS = {
 def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what: str, tmp_path: Path) -> None:
     text, options, words = MODELS[what]
     file, out, document = written(tmp_path, text), tmp_path / "report", tmp_path / "result.json"
-    done = conrod("validate", str(file), *options, "--out", str(out), "--json", str(document))
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert any(part in done.stderr for part in words.split("|"))
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "Traceback" not in done.stderr
+    assert words in refusal("validate", str(file), *options, "--out", str(out), "--json", str(document))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bar.xml"]
     assert file.read_text() == text
 
@@ -80,9 +75,8 @@ def test_two_models_of_one_name_are_refused_before_one_hides_the_other(tmp_path:
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
         written(tmp_path / folder, BAR)
-    done = conrod("validate", str(tmp_path / "one" / "bar.xml"), str(tmp_path / "two" / "bar.xml"), *DRIVE)
-    assert done.returncode == 2
-    assert "one/bar.xml: another has the same name in the report" in done.stderr
+    line = refusal("validate", str(tmp_path / "one" / "bar.xml"), str(tmp_path / "two" / "bar.xml"), *DRIVE)
+    assert "one/bar.xml: another has the same name in the report" in line
 
 
 # -- what is judged ----------------------------------------------------------------------------------------------------
@@ -95,7 +89,6 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
     options = (*DRIVE, *FEW, "--tolerance", "position=1mm", "--out", str(out), "--json", str(document))
     done = conrod("validate", str(file), *options)
     assert done.returncode == 0, done.stderr
-    assert "within tolerance" in done.stdout
     assert "driven: `crank=60rpm`; 0.05 s" in done.stdout
     part = json.loads(document.read_text())["parts"]["bar"]
     assert part["summary"]["passed"]
@@ -104,14 +97,10 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
     assert [run["label"] for run in found["runs"]] == ["as it is", "tuned", "hardened"]
     assert (found["mobility"]["rank"], found["mobility"]["redundant"]) == (2, {"pin": 1})
     assert file.read_text() == BAR
-    pages = {path.relative_to(out): path.read_text() for path in out.rglob("*.*") if path.suffix == ".md"}
+    pages = {path: path.read_text() for path in out.rglob("*.md")}
     assert len(pages) == 2
-    again = conrod("report", str(out))
-    assert again.returncode == 0, again.stderr
-    rendered = {path: (out / path).read_text() for path in pages}
-    assert {path: text for path, text in rendered.items() if path.suffix == ".md"} == {
-        path: text for path, text in pages.items() if path.suffix == ".md"
-    }
+    assert conrod("report", str(out)).returncode == 0
+    assert {path: path.read_text() for path in pages} == pages
 
 
 @pytest.mark.slow

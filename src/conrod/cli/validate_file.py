@@ -72,11 +72,11 @@ def _model(path: Path, named: tuple[str, Scene], asked: Request) -> Judging:
     its_own = "a model: it is judged as it is, in MuJoCo, at its own step"
     refuse(asked, its_own, "engine", "preset", "steps_per_rev", "qualify")
     refuse(asked, "a model: it is for a table", *(() if asked.measured else (TABLE,)))
-    check_count("--revolutions", asked.revolutions, *REVOLUTIONS)
+    check_count("--revolutions", asked.turns, *REVOLUTIONS)
     tolerance = None if asked.tolerance is None else parse_tolerance(asked.tolerance)
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
     rotation, zero = (None if text is None else parse_quantity(name, text, "rad") for name, text in angles.items())
-    given = question_of(asked, named[1]), GivenFrame(asked.plane, rotation, zero), float(asked.revolutions), tolerance
+    given = question_of(asked, named[1]), GivenFrame(asked.plane, rotation, zero), float(asked.turns), tolerance
 
     def judged(scene: Scene) -> ModelStudy:
         return confined(study, path, (asked.scene, scene), *given, asked.report is not None)
@@ -124,7 +124,7 @@ def _table(path: Path, named: tuple[str, Scene], asked: Request, is_fmu: bool) -
     what, ours = ("an FMU", ()) if is_fmu else ("a table", ("preset", "steps_per_rev", "revolutions"))
     refuse(asked, f"{what}: it is for a model", MODEL)
     refuse(asked, f"{what}: it is for runs of an engine", "engine", "qualify", *ours)
-    check_count("--revolutions", asked.revolutions, *REVOLUTIONS)
+    check_count("--revolutions", asked.turns, *REVOLUTIONS)
     points = tuple(named[1].lengths)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, TOLERANCES)
     estimated = () if asked.estimate is None else parse_estimate(asked.estimate)
@@ -134,7 +134,7 @@ def _table(path: Path, named: tuple[str, Scene], asked: Request, is_fmu: bool) -
         with of_file(path):
             if is_fmu:
                 steps = STEPS if asked.steps_per_rev is None else asked.steps_per_rev
-                reading = run_fmu(path, scene, wanted, asked.preset, steps, float(asked.revolutions), asked.timeout)
+                reading = run_fmu(path, scene, wanted, asked.preset, steps, float(asked.turns), asked.timeout)
             else:
                 reading = confined(read_table, path, points, wanted, timeout=READING)
             return study_table(str(path), str(asked.scene), scene, reading, estimated, allowed)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 MODELS = (".xml", ".mjcf", ".mjb")
 FMUS = (".fmu",)
 TABLES = (".csv", ".tsv", ".tab", ".txt", ".dat", ".npz")
+DEFAULT_REVOLUTIONS = 2
 # Headings of options.
 MOTION = "Motion without a drive"
 MODEL = "Of a MuJoCo model (FILE.xml and the like)"
@@ -91,9 +92,14 @@ class Request(ReportOptions, RunOptions):
     steps_per_rev: int | None = option(
         "--steps-per-rev", type=int, metavar="N", help="Time steps a turn [1000; contact 62832]."
     )
-    revolutions: int = option("--revolutions", type=int, default=2, metavar="K", help="Turns of the crank [2].")
+    revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
     assignments: tuple[str, ...] = option("--set")
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")
+
+    @property
+    def turns(self) -> int:
+        """Revolutions of the crank."""
+        return DEFAULT_REVOLUTIONS if self.revolutions is None else self.revolutions
 
 
 Judge: TypeAlias = "Callable[[Request, Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]"

@@ -84,7 +84,7 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.validation.study import validation
 
     most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
-    plan = make_plan(chosen.scenes, asked.steps_per_rev, asked.revolutions, asked.tolerance, most)
+    plan = make_plan(chosen.scenes, asked.steps_per_rev, asked.turns, asked.tolerance, most)
 
     def study() -> Study[Sequence[SceneStudy]]:
         found = yield from validation(chosen.scenes, chosen.engines, chosen.presets, plan)
@@ -123,7 +123,7 @@ def _forces(asked: Request, chosen: Chosen) -> Measured:
     refuse(asked, "--quantity: it qualifies the verdict on the motion, and on its forces beside it", "qualify")
     quantities = _quantities(str(asked.quantity), chosen.scenes)
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
-    run = make_plan(chosen.scenes, asked.steps_per_rev, asked.revolutions, None)
+    run = make_plan(chosen.scenes, asked.steps_per_rev, asked.turns, None)
     plan = ForcePlan(run.steps_per_revolution, run.revolutions, allowed, quantities)
     return KIND, study_of(ForceCase, chosen.scenes, chosen.engines, chosen.presets, plan), force_verdicts
 
