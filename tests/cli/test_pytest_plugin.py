@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -29,26 +30,16 @@ def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     return pytester.runpytest_subprocess("-p", "pytest_conrod", "-p", "no:cacheprovider", *arguments)
 
 
-@pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
-    """What `conrod.check` is asked for, which answers that all is well."""
-    calls: list[tuple[Any, ...]] = []
-
-    class Answer:
-        in_law, baseline = True, conrod.Held(Path())
+def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[Any, Any, dict[str, Any]]] = []
 
     def check(subject: Any, scene: Any = None, **words: Any) -> Any:
-        calls.append((subject, scene, {name: words[name] for name in words if name not in ("baseline", "accept")}))
-        calls[-1] += (words["baseline"], words["accept"])
-        return Answer()
+        asked.append((subject, scene, words))
+        return SimpleNamespace(in_law=True, baseline=conrod.Held(Path()))
 
     monkeypatch.setitem(vars(conrod), "check", check)
-    return calls
-
-
-def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
-    pytester: pytest.Pytester, asked: list[tuple[Any, ...]]
-) -> None:
     pytester.makepyfile(
         """
         def test_one(conrod_check):
@@ -57,10 +48,11 @@ def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
         """
     )
     pytester.inline_run("-p", "pytest_conrod", "-q")
-    assert [one[:3] for one in asked] == [("a", None, {"revolutions": 3}), ("b", "saw", {"point": {"C": "site:D"}})]
-    assert [one[3].name for one in asked] == ["test_one.json", "test_one+2.json"]
-    assert {one[3].parent.parent for one in asked} == {Path("conrod-baselines")}
-    assert [one[4] for one in asked] == [False, False]
+    folder = Path("conrod-baselines", "test_a_call_says_what_is_asked_and_each_has_its_own_baseline")
+    assert asked == [
+        ("a", None, {"revolutions": 3, "accept": False, "baseline": folder / "test_one.json"}),
+        ("b", "saw", {"point": {"C": "site:D"}, "accept": False, "baseline": folder / "test_one+2.json"}),
+    ]
 
 
 SLIPS = {
