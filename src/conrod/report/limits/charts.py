@@ -1,10 +1,9 @@
-"""Figures of limits: errors along an axis, and flights of a follower; scales and marks, which maps have too."""
+"""Figures of limits: errors along an axis; scales and marks, which maps have too."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -18,7 +17,6 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import (
     OUTCOME_MARKS,
     Layout,
-    colour,
     legend_rows,
     on_grid,
     on_log_grid,
@@ -30,7 +28,6 @@ from conrod.report.charts.canvas import (
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
-from conrod.studies.limits.follower_float import FollowerFloat
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
 
@@ -106,21 +103,10 @@ RING: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True)
-class Panel:
-    """A quantity of the runs along an axis.
-
-    Attributes:
-        label: of the vertical axis, with what the quantity is divided by.
-        of: its value; None where a run has none.
-    """
-
-    label: str
-    of: Callable[[Probe], float | None]
-
-
-POSITION = Panel("position error, max / L", lambda probe: probe.position)
-TORQUE = Panel("drive torque error, max / peak", lambda probe: probe.torque)
+# A quantity of a run, None where it has none; and the label of the vertical axis, with what it is divided by.
+Panel = tuple[Callable[[Probe], float | None], str]
+POSITION: Panel = (lambda probe: probe.position, "position error, max / L")
+TORQUE: Panel = (lambda probe: probe.torque, "drive torque error, max / peak")
 
 
 def error_chart(walks: Sequence[Walk]) -> Figure:
@@ -148,7 +134,7 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
 
 
 def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
-    found = (panel.of(probe) for walk in walks for probe in walk.probes)
+    found = (panel[0](probe) for walk in walks for probe in walk.probes)
     return [value for value in found if value is not None]
 
 
@@ -166,7 +152,7 @@ def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: Panel) -> 
     if all(last <= first for first, last in ends):
         begin, end = end, begin
     set_scale(axes, "x", axis, begin, end, ROOM)
-    axes.set_ylabel(panel.label)
+    axes.set_ylabel(panel[1])
 
 
 def _bare(axis: Axis) -> dict[str, Any]:
@@ -175,7 +161,7 @@ def _bare(axis: Axis) -> dict[str, Any]:
 
 
 def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
-    heights = np.array([panel.of(probe) for probe in probes], dtype=float)
+    heights = np.array([panel[0](probe) for probe in probes], dtype=float)
     if not np.isnan(heights).all():
         axes.plot(places_on(axis, (probe.value for probe in probes)), on_log_grid(heights), **style)
 
@@ -199,31 +185,3 @@ def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]
-
-
-# -- flights of a follower --------------------------------------------------------------------------------------------
-
-FLIGHTS_HEIGHT = 3.7  # [inch]
-SPEEDS, LENGTHS, NONE = (0.96, 1.24), (0.05, 100.0), 0.03  # speeds and lengths [deg] shown; where there is none
-
-
-def float_figure(floats: Sequence[FollowerFloat]) -> Figure:
-    """The longest flight of each speed with the finer step, filled where it is none that shrinks with the step."""
-    layout = Layout(WIDTH, FLIGHTS_HEIGHT)
-    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, FLIGHTS_HEIGHT - TOP - BOTTOM)
-    axes.axvline(1.0, color="#333333", linewidth=1.0)
-    for found in floats:
-        style = preset_style(found.engine, found.preset) | {"linestyle": "none", "markersize": 5.0}
-        for flies in (False, True):
-            shown = [p for p in found.probes if SPEEDS[0] <= p.speed <= SPEEDS[1] and p.flies is flies]
-            lengths = np.maximum(np.degrees([p.lengths[1] or 0.0 for p in shown]), NONE)
-            fill = {"markerfacecolor": colour(found.engine) if flies else "none"}
-            axes.plot(on_grid(np.array([p.speed for p in shown]), 1.0), on_log_grid(lengths), **(style | fill))
-    axes.set(xlim=SPEEDS, yscale="log", ylim=(0.6 * NONE, LENGTHS[1]))
-    axes.set_yticks([NONE, 0.1, 1.0, 10.0, 100.0], ["none", "0.1", "1", "10", "100"])
-    axes.minorticks_off()
-    axes.set_xlabel("crank speed over the float speed: it flies (filled), or does not (open)")
-    axes.set_ylabel("longest flight [deg]")
-    handles = preset_handles((found.engine, found.preset) for found in floats)
-    layout.legend(handles, len(handles), handlelength=3.0)
-    return layout.figure

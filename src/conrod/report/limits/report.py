@@ -13,7 +13,7 @@ from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind
 from conrod.report.limits import tables
-from conrod.report.limits.charts import error_chart, float_figure, label_of, places_on
+from conrod.report.limits.charts import error_chart, label_of, places_on
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.table import Table, table
 from conrod.studies.limits import records
@@ -62,19 +62,13 @@ def _spots(study: LimitStudy) -> dict[str, list[Spot]]:
 
 def axis_figures(study: LimitStudy) -> list[Figure]:
     """The errors along each axis that was walked."""
-    walked = {axis: walks for axis, walks in tables.by_axis(study.walks).items() if any(w.probes for w in walks)}
-    return [figure for axis, walks in walked.items() if (figure := axis_figure(axis, walks))]
+    walked = [(axis, [walk for walk in study.walks if walk.axis == axis and walk.probes]) for axis in AXES]
+    return [figure for axis, walks in walked if (figure := axis_figure(axis, walks))]
 
 
 def maps_of(study: LimitStudy) -> list[Figure]:
     """The figures of all maps."""
     return [map_of(found) for found in study.maps]
-
-
-def follower_figure(study: LimitStudy) -> Figure:
-    """From which speed the follower flies."""
-    alt = "From which speed the follower flies"
-    return Figure(f"{study.name}-follower-float", alt, partial(float_figure, study.floats))
 
 
 def first_figure(studies: Iterable[LimitStudy]) -> Figure | None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.canvas import engine_title
-from conrod.report.table import VERDICT, Cell, Table, Toned, table
+from conrod.report.table import VERDICT, Table, Toned, table
 from conrod.report.template import listed
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
 from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR
-from conrod.studies.limits.results import Probe, Walk, stretches
+from conrod.studies.limits.results import Probe, Walk
 
 WHO = ("engine", "preset")
 # Criterion -> the heading of its column.
@@ -20,7 +21,6 @@ BOUNDARIES = {"safe": f"within {100 * SAFE_ERROR:g} %", "rough": f"within {100 *
 BEYOND = f"beyond {100 * ROUGH_ERROR:g} %"
 EVERYWHERE, NOWHERE, NONE = "all of it", "none of it", "-"
 LARGEST = "largest position error / L"
-MOST_NAMED = 4  # values of a list that are given one by one
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -29,14 +29,6 @@ MOST_NAMED = 4  # values of a list that are given one by one
 def who(finding: Any) -> tuple[str, str]:
     """Return engine and preset, for the first cells of a row."""
     return engine_title(finding.engine), finding.preset
-
-
-def by_axis(walks: Iterable[Walk]) -> dict[str, list[Walk]]:
-    """Return walks by the names of their axes, in their order."""
-    found: dict[str, list[Walk]] = {}
-    for walk in walks:
-        found.setdefault(walk.axis, []).append(walk)
-    return found
 
 
 def up_to(walk: Walk, criterion: str) -> str:
@@ -118,45 +110,32 @@ def undetected_table(walks: Iterable[Walk]) -> Table:
     """
     groups: dict[tuple[str, str, str], list[tuple[Walk, tuple[Probe, ...]]]] = {}
     for walk in walks:
-        for alike in _undetected(walk):
-            groups.setdefault((alike[0].level, walk.axis, alike[0].outcome), []).append((walk, alike))
+        for alike in stretches(walk):
+            if alike[0].undetected:
+                groups.setdefault((alike[0].level, walk.axis, alike[0].outcome), []).append((walk, alike))
     rows = []
     for (level, axis, outcome), found in sorted(groups.items(), key=lambda group: LEVELS.index(group[0][0])):
         ended = "ran to its end" if outcome == "completed" else f"`{outcome}`"
         places: dict[str, list[str]] = {}
         for walk, alike in found:
-            places.setdefault(" ".join(who(walk)), []).append(_where(walk, alike))
+            places.setdefault(" ".join(who(walk)), []).append(span_text(alike))
         shown = "; ".join(f"{name}: {', '.join(where)}" for name, where in places.items())
         errors = [probe.position for _, alike in found for probe in alike if probe.position is not None]
         rows.append((axis, f"{level}, {ended}", shown, numbers.measured(max(errors, default=None))))
     return table(("axis", "result", "engines and presets, and where", LARGEST), rows)
 
 
-def _undetected(walk: Walk) -> list[tuple[Probe, ...]]:
-    if walk.boundaries:
-        return [alike for alike in stretches(walk) if alike[0].undetected]
-    # Values of a list are no neighbours: those that ended alike are taken together, wherever they stand.
-    found = [probe for probe in walk.probes if probe.undetected]
-    ends = dict.fromkeys((probe.level, probe.outcome) for probe in found)
-    return [tuple(probe for probe in found if (probe.level, probe.outcome) == end) for end in ends]
-
-
-def _where(walk: Walk, alike: Sequence[Probe]) -> str:
-    if walk.boundaries or len(alike) == 1:
-        return span_text(alike)
-    more = len(alike) - MOST_NAMED
-    named = ", ".join(probe.text for probe in alike[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
-    return f"{len(alike)} of {len(walk.probes)}: {named}"
+def stretches(walk: Walk) -> list[tuple[Probe, ...]]:
+    """Return neighbouring probes that ended alike, from the safe end on: level, outcome, undetected or not."""
+    return [tuple(probes) for _, probes in groupby(walk.probes, lambda p: (p.level, p.outcome, p.undetected))]
 
 
 def onset_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
-    onsets = {found: numbers.MISSING if found.onset is None else f"{found.onset:.4f}" for found in floats}
-    return table(
-        (*WHO, "onset / theory", VERDICT), [(*who(found), onset, _verdict(found)) for found, onset in onsets.items()]
-    )
-
-
-def _verdict(found: FollowerFloat) -> Cell:
-    within = f"within {100 * WITHIN:g} %"
-    return within if found.onset and abs(found.onset - 1.0) <= WITHIN else Toned(f"not {within}", "bad")
+    rows = []
+    for found in floats:
+        near = found.onset is not None and abs(found.onset - 1.0) <= WITHIN
+        verdict = f"{'' if near else 'not '}within {100 * WITHIN:g} %"
+        onset = numbers.MISSING if found.onset is None else f"{found.onset:.4f}"
+        rows.append((*who(found), onset, verdict if near else Toned(verdict, "bad")))
+    return table((*WHO, "onset / theory", VERDICT), rows)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import groupby
 from typing import Any
 
 from conrod.studies.limits.determinism import Determinism
@@ -90,11 +89,6 @@ class Walk:
     def text_at(self, value: float) -> str:
         """Return a value as people read it."""
         return next(probe.text for probe in self.probes if probe.value == value)
-
-
-def stretches(walk: Walk) -> list[tuple[Probe, ...]]:
-    """Return neighbouring probes that ended alike, from the safe end on: level, outcome, undetected or not."""
-    return [tuple(probes) for _, probes in groupby(walk.probes, lambda p: (p.level, p.outcome, p.undetected))]
 
 
 @dataclass(frozen=True)
