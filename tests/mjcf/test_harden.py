@@ -135,11 +135,11 @@ def test_it_is_the_whole_recipe_that_keeps_the_motion() -> None:
     # Control: it is the whole recipe that does it. Weights alone leave the loops to the step of Euler; softness stays
     # whatever the step, so that RK4 alone has no order at all.
     closures = active_closures(legged())
-    start = start_of(legged(), "swing")
+    start, _ = start_of(legged(), "swing")
     weights, soft = edited(legged(), alone(recipe_for(legged(), closures))), copy.copy(legged())
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for model, order in ((weights, 1.0), (soft, 0.0)):
-        wide = [opening_of(model, start.state, Pace(50, 3 * k, 0.001 / k)) for k in (1, 4)]
+        wide = [opening_of(model, start, Pace(50, 3 * k, 0.001 / k)) for k in (1, 4)]
         assert np.log(wide[0] / wide[1]) / np.log(4.0) == pytest.approx(order, abs=0.1)
 
 
@@ -151,7 +151,7 @@ def test_loops_stay_closed_when_feet_hit_the_floor_and_knees_their_stops() -> No
 
 def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
-    state = start_of(legged(), "swing").state
+    state = start_of(legged(), "swing")[0]
     pace = Pace(5, 20, 0.001)
     exact = exact_points(legged(), state, pace)
     recipe = recipe_for(legged(), active_closures(legged()))
@@ -197,7 +197,7 @@ def test_what_is_left_of_the_regularisation_decides_and_neither_too_much_nor_too
 ) -> None:
     model = mujoco.MjModel.from_xml_string(PRESS.format(solimp))
     closures = active_closures(model)
-    state = start_of(model).state
+    state = start_of(model)[0]
     pace = Pace(10, 30, 0.001)
     exact = exact_points(model, state, pace)
     chosen = alone(recipe_for(model, closures))
@@ -219,13 +219,12 @@ def test_a_start_that_leaves_loops_open_is_closed_and_told() -> None:
         mujoco.MjModel.from_xml_string(LEGGED.read_text().replace(lever.format("0.05", ""), lever.format(*place)))
         for place in (("0.05", ".002"), ("3", ""))
     )
-    start = start_of(aside, "swing")
-    assert start.given == pytest.approx(0.002)
-    assert start.closed
-    first = swing(aside, start.state, Pace(1, 1, 0.001)).openings(1.0)[0]
+    state, start = start_of(aside, "swing")
+    assert (start["start_opening"], start["start_closed"]) == (pytest.approx(0.002), True)
+    first = swing(aside, state, Pace(1, 1, 0.001)).openings(1.0)[0]
     assert first.max() < 1e-12
     # One that no pose can close is left as it is.
-    assert not start_of(apart, "swing").closed
+    assert not start_of(apart, "swing")[1]["start_closed"]
 
 
 def test_a_weld_is_open_by_its_place_or_by_its_turn_at_an_extent() -> None:
@@ -315,7 +314,7 @@ def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not()
     assert nothing_to_do(model, closures) == nothing_to_do(legged(), closures) == ""
     inactive = two_arms(BELT.format('active="false"'))
     assert "none of its equality constraints is active" in nothing_to_do(inactive, active_closures(inactive))
-    state = start_of(legged(), "swing").state
+    state = start_of(legged(), "swing")[0]
     pace = Pace(50, 2, 0.001)
     undone, hard = opening_of(model, state, pace), opening_of(edited(legged(), recipe), state, pace)
     assert hard < 1e-5 * undone
@@ -371,5 +370,5 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
     hard, wide = edited(model, recipe_for(model, active_closures(model))), []
     for constant in (0.01, 0.02):
         hard.eq_solref[0, 0] = constant
-        wide.append(opening_of(hard, start_of(model).state, Pace(100, 4, 0.002)))
+        wide.append(opening_of(hard, start_of(model)[0], Pace(100, 4, 0.002)))
     assert np.log2(wide[1] / wide[0]) == pytest.approx(2.0, abs=0.2)

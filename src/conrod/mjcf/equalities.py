@@ -72,16 +72,6 @@ def ties_bodies(model: mujoco.MjModel, index: int) -> bool:
     return kind_of(model, index) in ("connect", "weld")
 
 
-def ties(model: mujoco.MjModel) -> list[tuple[int, tuple[int, int]]]:
-    """Active connects and welds, with the moving parts that they tie together: bodies, those without joints apart."""
-    found = []
-    for index in range(model.neq):
-        if ties_bodies(model, index) and model.eq_active0[index]:
-            one, other = older.bodies_of(model, index)
-            found.append((index, (int(model.body_weldid[one]), int(model.body_weldid[other]))))
-    return found
-
-
 def closure_name(model: mujoco.MjModel, index: int) -> str:
     """Name of an equality, or its number and what it ties together."""
     name, kind = name_or_number(model, "equality", index), kind_of(model, index)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -79,15 +80,16 @@ def harden_file(
         soft = soft_on_purpose(model, closures)
         if soft and not force:
             return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-        recipe, start = recipe_for(model, closures), start_of(model, keyframe, controls)
+        recipe, (state, start) = recipe_for(model, closures), start_of(model, keyframe, controls)
         hard = edited(model, recipe)
         found = replace(
             found,
             loops=tuple(f"{one.kind} {one.name}" for one in closures),
             factor=recipe[0].value,
             lines=python_lines(recipe, path.absolute()),
+            **start,
+            **compared(model, hard, state, pace, [one.index for one in closures]),
         )
-        found = compared(found, model, hard, start, pace, [one.index for one in closures])
     harm = _harm(found, *found.variants)
     refused = bool(harm) and not force
     return replace(
@@ -99,14 +101,14 @@ def harden_file(
 
 
 def compared(
-    found: HardenedModel, model: mujoco.MjModel, hard: mujoco.MjModel, start: Start, pace: Pace, closures: list[int]
-) -> HardenedModel:
-    """What is found on the motion of a model as it is and hardened."""
+    model: mujoco.MjModel, hard: mujoco.MjModel, state: Array, pace: Pace, closures: list[int]
+) -> dict[str, Any]:
+    """What a `HardenedModel` says of the motion from a state, as it is and hardened."""
     size, steps = float(model.stat.extent), pace.samples * pace.stride
-    reference, known_to = reference_of(hard, start.state, pace)
+    reference, known_to = reference_of(hard, state, pace)
 
     def variant(name: str, model: mujoco.MjModel) -> Variant:
-        made = swing(model, start.state, pace)
+        made = swing(model, state, pace)
         completed = pace.stride * (len(made.states) - 1)
         if made.broke:
             return Variant(name, completed, made.broke)
@@ -114,20 +116,16 @@ def compared(
         return Variant(name, completed, "", tuple(made.openings(size)[:, closures].max(axis=0).tolist()), drift)
 
     before, after = variant("as it is", model), variant("hardened", hard)
-    steppers = (looping_stepper(paced(one, pace), start.state, steps) for one in (hard, model))
-    return replace(
-        found,
-        size=size,
-        timestep=pace.timestep,
-        seconds=pace.timestep * steps,
-        start=start.name,
-        start_opening=start.given,
-        start_closed=start.closed,
-        variants=(before, after),
-        travel=None if reference.broke else _apart(reference.centres, reference.centres[0]),
-        reference_known_to=known_to,
-        cost=None if before.broke or after.broke else paired_cost(*steppers),
-    )
+    steppers = (looping_stepper(paced(one, pace), state, steps) for one in (hard, model))
+    return {
+        "size": size,
+        "timestep": pace.timestep,
+        "seconds": pace.timestep * steps,
+        "variants": (before, after),
+        "travel": None if reference.broke else _apart(reference.centres, reference.centres[0]),
+        "reference_known_to": known_to,
+        "cost": None if before.broke or after.broke else paired_cost(*steppers),
+    }
 
 
 def _binary(model: mujoco.MjModel) -> bytes:
@@ -164,20 +162,15 @@ def _doubts(found: HardenedModel) -> Iterator[str]:
 # -- runs -------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Start:
-    """State from which runs start."""
-
-    state: Array
-    name: str  # what a user calls it
-    given: float  # largest opening of the pose as given [m]
-    closed: bool  # whether the loops could be closed; the state is as given where they could not
-
-
-def start_of(model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()) -> Start:
+def start_of(
+    model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()
+) -> tuple[Array, dict[str, Any]]:
     """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
 
     So are its rates: the nearest that open no loop.
+
+    Returns:
+        The state, and what a `HardenedModel` says of it.
 
     Raises:
         InvalidInput: the model has no such keyframe or actuator.
@@ -185,12 +178,13 @@ def start_of(model: mujoco.MjModel, keyframe: str | None = None, controls: Contr
     data, index = data_at_start(model, keyframe, controls)
     mujoco.mj_fwdPosition(model, data)
     given = float(openings(model, data, float(model.stat.extent)).max(initial=0.0))
-    before, name = state_of(model, data), start_words(model, index, data.ctrl)
-    if not close_loops(model, data, CLOSED * float(model.stat.extent)):
-        return Start(before, name, given, closed=False)
-    jacobian = equality_jacobian(model, data)
-    data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
-    return Start(state_of(model, data), name, given, closed=True)
+    state, name = state_of(model, data), start_words(model, index, data.ctrl)
+    closed = close_loops(model, data, CLOSED * float(model.stat.extent))
+    if closed:
+        jacobian = equality_jacobian(model, data)
+        data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
+        state = state_of(model, data)
+    return state, {"start": name, "start_opening": given, "start_closed": closed}
 
 
 @dataclass(frozen=True)

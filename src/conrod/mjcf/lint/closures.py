@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.mujoco import STIFF_SOLIMP
+from conrod.engines.mujoco import STIFF_SOLIMP, older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
-from conrod.mjcf.equalities import close_loops, closure_name, openings, owners, ties
+from conrod.mjcf.equalities import close_loops, closure_name, openings, owners, ties_bodies
 from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at, run, state_of
@@ -220,5 +220,7 @@ def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
             joints = range(model.body_jntadr[links], model.body_jntadr[links] + model.body_jntnum[links])
             if joints and all(int(model.jnt_type[joint]) in TURNING for joint in joints):
                 return f"joint {name_or_number(model, 'joint', joints[0])}"
-    parts = {int(model.body_weldid[one]), int(model.body_weldid[other])}
-    return next((closure_name(model, index) for index, ends in ties(model) if set(ends) == parts), "")
+    parts = sorted(model.body_weldid[[one, other]])
+    ties = (index for index in np.flatnonzero(model.eq_active0).tolist() if ties_bodies(model, index))
+    tied = (index for index in ties if sorted(model.body_weldid[older.bodies_of(model, index)]) == parts)
+    return next((closure_name(model, index) for index in tied), "")
