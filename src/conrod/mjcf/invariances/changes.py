@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 from xml.etree import ElementTree
 
 import mujoco
@@ -29,7 +28,6 @@ SIMILARITIES = {
     "masses doubled": Similarity(mass=2.0),
     "world turned": Similarity(turn=TURNED),
 }
-Edit: TypeAlias = Callable[[mujoco.MjModel], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,14 +70,6 @@ def _ratio(value: float, bound: float) -> float:
 # -- settings of the solver --------------------------------------------------------------------------------------------
 
 
-def _set(**options: object) -> Edit:
-    def edit(model: mujoco.MjModel) -> None:
-        for name, value in options.items():
-            setattr(model.opt, name, value)
-
-    return edit
-
-
 def _switch_islands(model: mujoco.MjModel) -> None:
     if bit := older.flag("ISLAND"):
         model.opt.disableflags ^= bit
@@ -87,8 +77,8 @@ def _switch_islands(model: mujoco.MjModel) -> None:
         model.opt.enableflags ^= int(mujoco.mjtEnableBit.mjENBL_ISLAND)
 
 
-SETTINGS: dict[str, Edit] = {
-    "sparse Jacobian": _set(jacobian=mujoco.mjtJacobian.mjJAC_SPARSE),
+SETTINGS: dict[str, Callable[[mujoco.MjModel], None]] = {
+    "sparse Jacobian": lambda model: setattr(model.opt, "jacobian", mujoco.mjtJacobian.mjJAC_SPARSE),
     "islands switched": _switch_islands,
 }
 

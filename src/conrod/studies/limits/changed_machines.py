@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TypeVar
 
-from conrod.errors import InvalidInput
 from conrod.exact.linkage import outputs
 from conrod.exact.linkage.course import course_of
 from conrod.mechanism.mechanism import GROUND, Mechanism, Revolute
@@ -24,19 +23,18 @@ SCENES_KEPT = 16
 
 def with_mass_ratio(setup: Setup, ratio: float) -> Scene:
     """Return the machine whose output link has so many times the mass of the rod that drives it."""
-    rod = driving_rod(setup.scene)
+    rod, mass = driving_rod(setup.scene), output_mass(setup.scene)
     assert rod is not None
-    return setup.variant(**{output_mass(setup.scene): ratio * setup.scene.kinematics.mechanism.body(rod).mass})
+    assert mass is not None
+    return setup.variant(**{mass: ratio * setup.mechanism.body(rod).mass})
 
 
 def no_mass_ratio(setup: Setup) -> str | None:
     """Return None, or what a machine lacks for unequal masses of rod and output link."""
     if driving_rod(setup.scene) is None:
         return f"the {setup.scene.kind} has no connecting rod"
-    try:
-        output_mass(setup.scene)
-    except InvalidInput as unfit:
-        return str(unfit)
+    if output_mass(setup.scene) is None:
+        return f"{setup.scene.kind}: the mass of the link with the output point is no parameter"
     return None
 
 
@@ -49,13 +47,10 @@ def driving_rod(scene: Scene) -> str | None:
     return next((name for name in partners if name not in (GROUND, mechanism.crank)), None)
 
 
-def output_mass(scene: Scene) -> str:
-    """Return the parameter that is the mass of the link which carries the scene's output point.
+def output_mass(scene: Scene) -> str | None:
+    """Return the parameter that is the mass of the link which carries the scene's output point; None for none.
 
     It is found by what it does: of the parameters in kg, the one that moves this link's mass and no other's.
-
-    Raises:
-        InvalidInput: there is none.
     """
     mechanism = scene.mechanism()
     link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
@@ -65,7 +60,7 @@ def output_mass(scene: Scene) -> str:
         changed = scene.with_parameters(**{parameter.name: other}).mechanism()
         if [b.name for b in mechanism.bodies if changed.body(b.name).mass != b.mass] == [link]:
             return parameter.name
-    raise InvalidInput(f"{scene.kind}: the mass of {link!r}, the link with the output point, is no parameter")
+    return None
 
 
 WITH_A_METRE = ("m", "N")  # a newton is one kilogram metre over a square second
@@ -103,11 +98,8 @@ def near_change_point(setup: Setup, nearness: float) -> Scene:
 
 def no_change_point(setup: Setup) -> str | None:
     """Return None, or why a machine is not brought to a change point."""
-    if isinstance(setup.scene, ShearPress | Saw):
-        return None
-    if setup.scene.closed_form:
-        return f"the {setup.scene.kind} has no change point"
-    return f"which lengths bring {setup.scene.kind}, from a file, to a change point is not known"
+    known = isinstance(setup.scene, ShearPress | Saw)
+    return None if known else f"which lengths bring the {setup.scene.kind} to a change point is not known"
 
 
 @lru_cache(SCENES_KEPT)
@@ -182,11 +174,8 @@ def with_nose(setup: Setup, radius: float) -> Scene:
 
 def no_such_cam(setup: Setup) -> str | None:
     """Return None, or why a radius of the cam that ships is not varied on another machine."""
-    if isinstance(setup.scene, CamFollower):
-        return None
-    if setup.contact:
-        return f"which radii of {setup.scene.kind}, from a file, go together is not known"
-    return f"the {setup.scene.kind} has no cam"
+    known = isinstance(setup.scene, CamFollower)
+    return None if known else f"which radii of a cam of the {setup.scene.kind} go together is not known"
 
 
 def at_float_speed(setup: Setup, share: float) -> Scene:
@@ -200,8 +189,5 @@ def at_float_speed(setup: Setup, share: float) -> Scene:
 
 def no_float(setup: Setup) -> str | None:
     """Return None, or why a machine has no float speed."""
-    if not setup.scene.closed_form and setup.contact:
-        return f"the float speed of {setup.scene.kind}, from a file, is not known"
-    if setup.scene.parameters.get(PRELOAD, 0.0) <= 0.0:
-        return f"the {setup.scene.kind} has no follower that a force holds down"
-    return None
+    held = setup.scene.parameters.get(PRELOAD, 0.0) > 0.0
+    return None if held else f"the {setup.scene.kind} has no follower that a force holds down"

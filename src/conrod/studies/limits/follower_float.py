@@ -33,8 +33,6 @@ CLOSELY = 1.002  # ratio of the speeds between which the onset is found
 # A flight whose length falls with the step by this order or more shrinks with it.
 SHRINKING_ORDER = 0.5
 WITHIN = 0.02  # how near to the theory's an onset is to be
-# Of each speed the runs with the coarser step and, where that shows a flight, with the finer one.
-Runs = dict[float, tuple[Measurement, ...]]
 
 
 @dataclass(frozen=True)
@@ -83,10 +81,10 @@ class FollowerFloat:
 
 def float_search(setup: Setup) -> Study[FollowerFloat]:
     """Find the onset of a setup that has the axis `float`."""
-    runs = yield from _tried(setup, SPEEDS)
+    found = yield from _tried(setup, SPEEDS)
     slower = list(SLOWER)
     while True:
-        probes = tuple(probe_of(speed, runs[speed]) for speed in sorted(runs))
+        probes = tuple(found[speed] for speed in sorted(found))
         held, flown = _bracket(probes)
         if held is None and slower:
             speed = slower.pop(0)
@@ -94,7 +92,7 @@ def float_search(setup: Setup) -> Study[FollowerFloat]:
             speed = math.sqrt(held * flown)
         else:
             break
-        runs |= yield from _tried(setup, (speed,))
+        found |= yield from _tried(setup, (speed,))
     theory = abs(at_float_speed(setup, 1.0).speed)
     return FollowerFloat(*setup.who, theory, held, flown, probes)
 
@@ -106,15 +104,15 @@ def _bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:
     return max(below, default=None), flown
 
 
-def _tried(setup: Setup, speeds: Sequence[float]) -> Study[Runs]:
+def _tried(setup: Setup, speeds: Sequence[float]) -> Study[dict[float, OnsetProbe]]:
     """Runs with the coarser step, and with the finer one where they show a flight."""
-    coarse = {speed: case_at(setup, speed, 0) for speed in speeds}
-    results = yield tuple(coarse.values())
-    runs: Runs = {speed: (results[case.key],) for speed, case in coarse.items()}
-    fine = {speed: case_at(setup, speed, 1) for speed, (one,) in runs.items() if _length(one) > 0.0}
-    if fine:
-        results = yield tuple(fine.values())
-    return runs | {speed: (*runs[speed], results[case.key]) for speed, case in fine.items()}
+    cases = {speed: case_at(setup, speed, 0) for speed in speeds}
+    results = yield tuple(cases.values())
+    coarse = {speed: _length(results[case.key]) for speed, case in cases.items()}
+    cases = {speed: case_at(setup, speed, 1) for speed, length in coarse.items() if length > 0.0}
+    results = (yield tuple(cases.values())) if cases else {}
+    fine = {speed: _length(results[case.key]) for speed, case in cases.items()}
+    return {speed: OnsetProbe(speed, (length, fine.get(speed))) for speed, length in coarse.items()}
 
 
 def case_at(setup: Setup, speed: float, finer: int) -> LimitCase:
@@ -122,12 +120,6 @@ def case_at(setup: Setup, speed: float, finer: int) -> LimitCase:
     case = AXES["float"].case(replace(setup, steps_per_revolution=STEPS[finer]), speed)
     settings = with_fields(case.settings, cam_vertices=STEPS[finer] // STEPS_PER_FACET)
     return replace(case, settings=settings, revolutions=REVOLUTIONS)
-
-
-def probe_of(speed: float, runs: Sequence[Measurement]) -> OnsetProbe:
-    """Findings of the runs at a speed."""
-    coarse, *fine = map(_length, runs)
-    return OnsetProbe(speed, (coarse, fine[0] if fine else None))
 
 
 def _length(measurement: Measurement) -> float:
