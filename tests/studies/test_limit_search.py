@@ -40,20 +40,12 @@ def answer(rule: Rule, value: float) -> Measurement:
     return Measurement("completed", errors=errors, extremes=WATCHED)
 
 
-def walked(axis: Axis, rule: Rule) -> tuple[Walk, list[int]]:
-    """The walk, and how many runs each of its batches asked for."""
-    batches: list[int] = []
-
+def boundaries(axis: Axis, rule: Rule) -> tuple[dict[str, Boundary], Walk]:
     def run(cells: list[LimitCase]) -> dict[str, Measurement]:
-        batches.append(len(cells))
         return {cell.key: answer(rule, cell.start_angle) for cell in cells}
 
-    search = walk_search(axis, SETUP, axis.safe_end, axis.failing_end)
-    return pursue([search], run)[0], batches
-
-
-def boundaries(walk: Walk) -> dict[str, Boundary]:
-    return {boundary.criterion: boundary for boundary in walk.boundaries}
+    walk = pursue([walk_search(axis, SETUP, axis.safe_end, axis.failing_end)], run)[0]
+    return {boundary.criterion: boundary for boundary in walk.boundaries}, walk
 
 
 def graded(value: float) -> float | str:
@@ -64,27 +56,22 @@ def graded(value: float) -> float | str:
 
 
 def test_every_boundary_is_found_to_two_per_cent() -> None:
-    walk, _ = walked(RATIO, graded)
+    every, _ = boundaries(RATIO, graded)
     for criterion, true in (("safe", 10.0), ("rough", 100.0), ("wrong", 500.0), ("broken", 2000.0)):
-        found = boundaries(walk)[criterion]
+        found = every[criterion]
         assert found.last_good is not None
         assert found.first_bad is not None
-        assert found.last_good <= true < found.first_bad
-        assert found.first_bad <= 1.02 * found.last_good
+        assert found.last_good <= true < found.first_bad <= 1.02 * found.last_good
         assert found.good_again == ()
-    assert boundaries(walk)["wrong"].outcome == "opened"
-    assert boundaries(walk)["broken"].outcome == "diverged"
+    assert [every[criterion].outcome for criterion in ("wrong", "broken")] == ["opened", "diverged"]
 
 
-def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with_a_warning_is_not() -> None:
-    walk, _ = walked(RATIO, graded)
-    assert boundaries(walk)["wrong"].undetected
-    WATCHED["warnings"] = {"BADQACC": 1}
-    try:
-        warned, _ = walked(RATIO, graded)
-    finally:
-        WATCHED["warnings"] = {}
-    assert not any(probe.undetected for probe in warned.probes)
+def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with_a_warning_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert boundaries(RATIO, graded)[0]["wrong"].undetected
+    monkeypatch.setitem(WATCHED, "warnings", {"BADQACC": 1})
+    assert not any(probe.undetected for probe in boundaries(RATIO, graded)[1].probes)
 
 
 @pytest.mark.parametrize(
@@ -96,14 +83,12 @@ def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with
     ids=["whole numbers", "even numbers"],
 )
 def test_a_boundary_lies_between_neighbours_where_not_all_values_exist(axis: Axis, rule: Rule, ends: object) -> None:
-    found = boundaries(walked(axis, rule)[0])["safe"]
+    found = boundaries(axis, rule)[0]["safe"]
     assert (found.last_good, found.first_bad) == ends
 
 
 def test_what_holds_again_beyond_its_boundary_is_known() -> None:
-    walk, _ = walked(RATIO, lambda x: "opened" if 5.0 < x < 50.0 else 1e-4)
-    found = boundaries(walk)["safe"]
+    found = boundaries(RATIO, lambda x: "opened" if 5.0 < x < 50.0 else 1e-4)[0]["safe"]
     assert found.first_bad is not None
     assert 5.0 < found.first_bad <= 5.1
-    assert found.good_again
     assert min(found.good_again) >= 50.0

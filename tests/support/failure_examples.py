@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from conrod.engines import engine_named
+from conrod.engines.engine import step_length
 from conrod.engines.running import run
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
@@ -61,7 +62,6 @@ class Example:
         title: the fault, in a line.
         name: of the scene.
         changes: of settings, by their names.
-        step_constant: time constant of the joints in steps, set beside the changes; None leaves the preset's.
         unchecked: settings that conrod refuses, put past its check.
         timeout, headroom: of a run that needs limits of its own, see `BoundedCase`.
     """
@@ -74,7 +74,6 @@ class Example:
     preset: str
     steps: int
     changes: Mapping[str, Any] = field(default_factory=dict)
-    step_constant: float | None = None
     unchecked: Mapping[str, Any] = field(default_factory=dict)
     revolutions: float = 2.0
     timeout: float | None = None
@@ -84,23 +83,18 @@ class Example:
     def settings(self) -> Settings:
         """The preset with its changes."""
         made = engine_named(self.engine).presets[self.preset](self.scene, self.steps)
-        changes = dict(self.changes)
-        if self.step_constant is not None:
-            changes["solref"] = (self.step_constant * made.timestep, 1.0)
-        if changes or self.unchecked:
-            made = replace(made, preset="custom", **changes)
-        return unchecked(made, **self.unchecked) if self.unchecked else made
+        if self.changes or self.unchecked:
+            made = replace(made, preset="custom", **self.changes)
+        return unchecked(made, **self.unchecked)
 
     @cached_property
     def case(self) -> LimitCase:
         """The run."""
-        if self.headroom is not None:
-            return BoundedCase(
-                self.name, self.scene, self.settings, self.revolutions, headroom=self.headroom, whole=True
-            )
-        if self.timeout is not None:
-            return BoundedCase(self.name, self.scene, self.settings, self.revolutions, timeout=self.timeout)
-        return LimitCase(self.name, self.scene, self.settings, self.revolutions)
+        run = self.name, self.scene, self.settings, self.revolutions
+        if self.headroom is None and self.timeout is None:
+            return LimitCase(*run)
+        whole = self.headroom is not None
+        return BoundedCase(*run, timeout=self.timeout or 60.0, headroom=self.headroom, whole=whole)
 
 
 def unchecked(settings: Settings, **changes: Any) -> Settings:
@@ -115,6 +109,7 @@ PRESS, SAW, FAST_SAW, CAM = (SCENES[name] for name in ("shear-press", "saw-40rpm
 # Of the rod's 390 mm the change point lacks a tenth and a hundredth of a millimetre.
 NEARER, NEAREST = (ShearPress(crank=crank) for crank in (0.3899, 0.38999))
 UNDERLOADED = CamFollower(preload=0.5)
+HASTY = {"solref": (0.1 * step_length(SAW, 100), 1.0)}  # a time constant of a tenth of a step
 HALF_GIGABYTE = 1 << 29  # bytes
 ENDLESS = 1e6  # revolutions
 
@@ -122,13 +117,11 @@ EXAMPLES: tuple[Example, ...] = (
     Example(Outcome.COMPLETED, "nothing wrong", "saw-40rpm", SAW, "mujoco", "hardened", 1000),
     Example(
         Outcome.DIVERGED, "stabilisation faster than the step", "saw-40rpm", SAW, "mujoco", "tuned", 100,
-        changes={"refsafe": False},
-        step_constant=0.1,
+        changes={"refsafe": False, **HASTY},
     ),
     Example(
         Outcome.RESET, "MuJoCo's silent reset", "saw-40rpm", SAW, "mujoco", "tuned", 100,
-        changes={"refsafe": False, "autoreset": True},
-        step_constant=0.1,
+        changes={"refsafe": False, "autoreset": True, **HASTY},
     ),
     Example(Outcome.EXPLODED, "too few steps", "saw-500rpm", FAST_SAW, "mujoco", "tuned", 2),
     Example(
