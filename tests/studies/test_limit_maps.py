@@ -19,12 +19,12 @@ from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
 from conrod.studies.limits.case import Setup
 from conrod.studies.limits.maps import (
-    PAIRS,
     STRIDE,
     LimitMap,
     MapRun,
     Node,
     codes,
+    grid_of,
     map_search,
     nearest_runs,
     refine,
@@ -37,10 +37,10 @@ from conrod.studies.limits.results import LimitStudy
 
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     case = Setup("saw-500rpm", SCENES["saw-500rpm"], "mujoco", "hardened")
-    steps, _ = PAIRS[0].values(case, (65, 33))
+    steps, _ = grid_of(case, "mass-ratio", (65, 33))
     assert (steps[0], steps[-1]) == (1000.0, 4.0)
     assert all(value == round(value) for value in steps)
-    found = pursue([map_search(case, PAIRS[0], (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[0]
+    found = pursue([map_search(case, "mass-ratio", (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[0]
     assert [found.shown[0, j].level for j in range(3)] == ["safe"] * 3
     assert [standing(found.shown[2, j].level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")

@@ -68,12 +68,9 @@ class Accelerations:
         return self._norm(self.data.qacc)
 
     def _norm(self, vector: Array) -> float:
-        return math.sqrt(max(float(vector @ self._momenta(vector)), 0.0))
-
-    def _momenta(self, rates: Array) -> Array:
-        found = np.empty(self.model.nv)
-        mujoco.mj_mulM(self.model, self.data, found, rates)
-        return found
+        momenta = np.empty(self.model.nv)
+        mujoco.mj_mulM(self.model, self.data, momenta, vector)
+        return math.sqrt(max(float(vector @ momenta), 0.0))
 
 
 def accelerations(model: mujoco.MjModel, state: Array) -> Accelerations:

@@ -36,10 +36,10 @@ def up_to(walk: Walk, criterion: str) -> str:
     if not walk.boundaries:
         good = LEVELS[: LEVELS.index(criterion) + 1]
         return f"{sum(probe.level in good for probe in walk.probes)} of {len(walk.probes)}"
-    boundary = walk.boundary(criterion)
+    boundary = next(one for one in walk.boundaries if one.criterion == criterion)
     if boundary.first_bad is None:
         return EVERYWHERE
-    return NOWHERE if boundary.last_good is None else walk.text_at(boundary.last_good)
+    return next((probe.text for probe in walk.probes if probe.value == boundary.last_good), NOWHERE)
 
 
 def how(probe: Probe) -> str:

@@ -14,8 +14,8 @@ from scipy import ndimage
 
 from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, spaced
-from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.axis import spaced
+from conrod.studies.limits.case import Setup
 from conrod.studies.limits.records import Level, is_undetected, level_of
 
 STRIDE = 8
@@ -107,58 +107,19 @@ def _corners(known: Codes) -> list[Node]:
     return [(int(i), int(j)) for i, j in np.argwhere(wanted & (known == UNKNOWN))]
 
 
-STEPS = AXES["steps"]
+# The axes that are mapped with the steps per revolution, with their ends; None is as many steps as the finest run takes
+# for a turn.
+PAIRS: dict[str, tuple[float | None, float]] = {
+    "mass-ratio": (1e-6, 1e6),
+    "nearness": (0.1, 1.0 - 1e-9),
+    "stabilisation": (None, 0.1),
+}
 # From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
 FEWER = 250.0
 # Columns and rows. A boundary costs runs in proportion to its length, so a finer map needs a smaller share of them.
 RESOLUTION = (65, 65)
 IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
 FAILED = "failed"
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Steps per revolution across, another axis upwards.
-
-    Attributes:
-        first, last: ends of the other axis, in its unit; None is as many steps as the finest run takes for a
-            turn.
-    """
-
-    other: Axis
-    first: float | None
-    last: float
-
-    @property
-    def name(self) -> str:
-        """On the command line."""
-        return f"{STEPS.name}-x-{self.other.name}"
-
-    def refusal(self, setup: Setup) -> str | None:
-        """None, or why this setup does not have both axes."""
-        return STEPS.refusal(setup) or self.other.refusal(setup)
-
-    def values(self, setup: Setup, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Values along both axes; of the steps fewer than asked for where there are fewer whole numbers."""
-        columns, rows = resolution
-        first = float(setup.steps) if self.first is None else self.first
-        steps = spaced(STEPS.scale, float(setup.steps), setup.steps / FEWER, columns)
-        return steps, spaced(self.other.scale, first, self.last, rows)
-
-    def case(self, setup: Setup, steps: float, value: float) -> LimitCase:
-        """The run at a value of each axis.
-
-        Raises:
-            InvalidInput: the machine or the engine cannot be given with these values.
-        """
-        return self.other.case(replace(setup, steps_per_revolution=round(steps)), value)
-
-
-PAIRS = (
-    Pair(AXES["mass-ratio"], 1e-6, 1e6),
-    Pair(AXES["nearness"], 0.1, 1.0 - 1e-9),
-    Pair(AXES["stabilisation"], None, 0.1),
-)
 
 
 class MapRun(NamedTuple):
@@ -220,26 +181,36 @@ def standing(level: str) -> str:
     return level if level in IN_ONE_PIECE else FAILED
 
 
+def grid_of(setup: Setup, other: str, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return values of the steps and of another axis; of the steps fewer where there are fewer whole numbers."""
+    (columns, rows), (first, last) = resolution, PAIRS[other]
+    steps = spaced(AXES["steps"].scale, float(setup.steps), setup.steps / FEWER, columns)
+    return steps, spaced(AXES[other].scale, float(setup.steps) if first is None else first, last, rows)
+
+
 def map_search(
-    setup: Setup, pair: Pair, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
+    setup: Setup, other: str, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
 ) -> Study[LimitMap]:
     """Map a pair, running along the boundaries of safe, rough, wrong and failed; see `conrod.studies.limits.maps`.
 
     Raises:
-        InvalidInput: as `Pair.case`.
+        InvalidInput: the machine or the engine cannot be given with some values.
     """
-    x, y = pair.values(setup, resolution)
+    x, y = grid_of(setup, other, resolution)
     runs: dict[Node, MapRun] = {}
 
     def ask(nodes: Sequence[Node]) -> Study[Mapping[Node, str]]:
         # By rows, each of which is one machine: what is computed from it is then still at hand.
-        cases = {node: pair.case(setup, x[node[0]], y[node[1]]) for node in sorted(nodes, key=lambda n: (n[1], n[0]))}
+        cases = {
+            (i, j): AXES[other].case(replace(setup, steps_per_revolution=round(x[i])), y[j])
+            for i, j in sorted(nodes, key=lambda node: (node[1], node[0]))
+        }
         results = yield tuple(cases.values())
         runs.update({node: _run(node, results[case.key]) for node, case in cases.items()})
         return {node: standing(runs[node].level) for node in nodes}
 
     yield from refine((len(x), len(y)), ask, stride)
-    return LimitMap(*setup.who, STEPS.name, pair.other.name, x, y, tuple(runs[node] for node in sorted(runs)))
+    return LimitMap(*setup.who, "steps", other, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
 def _run(node: Node, measurement: Measurement) -> MapRun:

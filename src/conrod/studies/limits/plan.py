@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from typing import Any
@@ -100,11 +100,15 @@ def _walks(axis: Axis, setup: Setup, asked: Span) -> list[Search]:
     return [partial(walk_search, axis, setup, *span) for span in spans]
 
 
+def _map(other: str, setup: Setup, _: Span) -> list[Search]:
+    return [partial(map_search, setup, other)]
+
+
 # What `--axis` can name: why a setup does not have it, or None; and its searches in a setup, which raise InvalidInput
 # where the machine cannot be given with an end of the range.
 ITEMS: dict[str, tuple[Callable[[Setup], str | None], Callable[[Setup, Span], list[Search]]]] = {
     **{name: (axis.refusal, partial(_walks, axis)) for name, axis in AXES.items()},
-    **{p.name: (p.refusal, lambda setup, _, p=p: [partial(map_search, setup, p)]) for p in PAIRS},  # type: ignore[misc]
+    **{f"steps-x-{other}": (AXES[other].refusal, partial(_map, other)) for other in PAIRS},
     "determinism": (lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
     "flight": (AXES["float"].refusal, lambda setup, _: [partial(float_search, setup)]),
 }
@@ -115,27 +119,22 @@ class LimitPlan:
     """Searches of one scene.
 
     Attributes:
-        engines: name -> version.
-        refused: walks of axes that the scene or an engine does not have.
+        empty: the study without findings; its walks are those of axes that the scene or an engine does not have.
         unfit: of what was asked for, name -> why no engine and preset has it on this scene.
     """
 
-    name: str
-    scene: Scene = field(repr=False)
-    engines: Mapping[str, str]
-    refused: tuple[Walk, ...]
+    empty: LimitStudy
     unfit: Mapping[str, str]
     searches: tuple[Search, ...]
 
     def study(self, found: Iterable[Any]) -> LimitStudy:
         """Return the study, from the findings of the searches."""
-        every, scene = [*found, *self.refused], self.scene
+        every = [*found, *self.empty.walks]
         every.sort(key=lambda part: list(AXES).index(part.axis) if isinstance(part, Walk) else 0)
         parts: dict[str, Any] = {
             name: tuple(part for part in every if isinstance(part, kind)) for name, kind in PARTS.items()
         }
-        about = self.name, scene.kind, scene.title, scene.parameters
-        return LimitStudy(*about, self.engines, lengths=dict(scene.lengths), **parts)
+        return replace(self.empty, **parts)
 
 
 def plan_limits(
@@ -165,8 +164,9 @@ def plan_limits(
                 refused.append(Walk(item, *setup.who, refusal, (), ()))
     if refusals:
         unfit = {item: found[0] for item, found in refusals.items() if asked and found[0] and None not in found}
-    versions = {engine.name: engine.version for engine in engines}
-    return LimitPlan(name, scene, versions, tuple(refused), unfit, tuple(searches))
+    versions, lengths = {engine.name: engine.version for engine in engines}, dict(scene.lengths)
+    about = name, scene.kind, scene.title, scene.parameters, versions
+    return LimitPlan(LimitStudy(*about, tuple(refused), (), (), (), lengths), unfit, tuple(searches))
 
 
 def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Results]) -> list[LimitStudy]:

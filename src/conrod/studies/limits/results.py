@@ -82,14 +82,6 @@ class Walk:
     probes: tuple[Probe, ...]
     boundaries: tuple[Boundary, ...]
 
-    def boundary(self, criterion: str) -> Boundary:
-        """Return the boundary of a criterion; StopIteration where the walk has none."""
-        return next(boundary for boundary in self.boundaries if boundary.criterion == criterion)
-
-    def text_at(self, value: float) -> str:
-        """Return a value as people read it."""
-        return next(probe.text for probe in self.probes if probe.value == value)
-
 
 @dataclass(frozen=True)
 class LimitStudy:
