@@ -14,7 +14,7 @@ import pytest
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
-from conrod.mjcf.harden import Pace, harden_file, start_of, swing
+from conrod.mjcf.harden import harden_file, start_of, swing
 from conrod.mjcf.harden_recipe import (
     Recipe,
     active_closures,
@@ -37,8 +37,8 @@ def legged() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_path(str(LEGGED))
 
 
-def opening_of(model: mujoco.MjModel, state: Array, pace: Pace) -> float:
-    return float(swing(model, state, pace).openings(float(model.stat.extent)).max())
+def opening_of(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> float:
+    return float(swing(model, state, steps, every, finer).openings(float(model.stat.extent)).max())
 
 
 class ExactLoops:
@@ -48,16 +48,15 @@ class ExactLoops:
     squares; stepped by the classical Runge-Kutta method. Contacts and limits do not act.
     """
 
-    def __init__(self, model: mujoco.MjModel, state: Array, timestep: float) -> None:
+    def __init__(self, model: mujoco.MjModel, state: Array) -> None:
         self.model = copy.copy(model)
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT)
         self.data = mujoco.MjData(self.model)
         mujoco.mj_setState(self.model, self.data, state, STATE)
-        self.timestep = timestep
         self.q, self.v = self.data.qpos.copy(), self.data.qvel.copy()
 
     def step(self) -> None:
-        h, q, v = self.timestep, self.q, self.v
+        h, q, v = self.model.opt.timestep, self.q, self.v
         a1 = self.acceleration(q, v)
         v2 = v + h / 2 * a1
         a2 = self.acceleration(self.moved(q, h / 2 * v), v2)
@@ -117,7 +116,7 @@ def test_hardening_closes_every_loop_and_it_is_the_whole_recipe_that_keeps_the_m
     weights, soft = edited(legged(), alone(recipe_for(legged(), closures))), copy.copy(legged())
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for model, order in ((weights, 1.0), (soft, 0.0)):
-        wide = [opening_of(model, start, Pace(50, 3 * k, 0.001 / k)) for k in (1, 4)]
+        wide = [opening_of(model, start, 150, 3, k) for k in (1, 4)]
         assert np.log(wide[0] / wide[1]) / np.log(4.0) == pytest.approx(order, abs=0.1)
 
 
@@ -130,23 +129,22 @@ def test_loops_stay_closed_when_feet_hit_the_floor_and_knees_their_stops() -> No
 def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
     state = start_of(legged(), "swing")[0]
-    pace = Pace(5, 20, 0.001)
-    exact = exact_points(legged(), state, pace)
+    exact = exact_points(legged(), state, 100, 20)
     recipe = recipe_for(legged(), active_closures(legged()))
-    hard, soft = (swing(model, state, pace).centres for model in (edited(legged(), recipe), legged()))
+    hard, soft = (swing(model, state, 100, 20).centres for model in (edited(legged(), recipe), legged()))
     error, control = (float(np.abs(found - exact).max()) for found in (hard, soft))
     assert error < 2e-8
     assert control > 1e-4
 
 
-def exact_points(model: mujoco.MjModel, state: Array, pace: Pace) -> Array:
+def exact_points(model: mujoco.MjModel, state: Array, steps: int, every: int) -> Array:
     """(S + 1, bodies, 3) by the same Runge-Kutta method at the same step: what differs is the solver's."""
-    exact = ExactLoops(model, state, pace.timestep)
+    exact = ExactLoops(model, state)
     points = [exact.points()]
-    for _ in range(pace.samples):
-        for _ in range(pace.stride):
-            exact.step()
-        points.append(exact.points())
+    for step in range(1, steps + 1):
+        exact.step()
+        if step % every == 0:
+            points.append(exact.points())
     return np.array(points)
 
 
@@ -176,14 +174,13 @@ def test_what_is_left_of_the_regularisation_decides_and_neither_too_much_nor_too
     model = mujoco.MjModel.from_xml_string(PRESS.format(solimp))
     closures = active_closures(model)
     state = start_of(model)[0]
-    pace = Pace(10, 30, 0.001)
-    exact = exact_points(model, state, pace)
+    exact = exact_points(model, state, 300, 30)
     chosen = alone(recipe_for(model, closures))
     assert chosen[0].value == pytest.approx(factor, rel=2e-3)
     errors = {}
     for share in (1e5, 1.0, 1e-5):
         recipe = tuple(replace(edit, value=edit.value * share) for edit in chosen)
-        errors[share] = float(np.abs(swing(edited(model, recipe), state, pace).centres - exact).max())
+        errors[share] = float(np.abs(swing(edited(model, recipe), state, 300, 30).centres - exact).max())
     assert errors[1.0] < 1e-2 * errors[1e5]
     assert errors[1.0] < 1e-2 * errors[1e-5]
 
@@ -199,7 +196,7 @@ def test_a_start_that_leaves_loops_open_is_closed_and_told() -> None:
     )
     state, start = start_of(aside, "swing")
     assert (start["start_opening"], start["start_closed"]) == (pytest.approx(0.002), True)
-    first = swing(aside, state, Pace(1, 1, 0.001)).openings(1.0)[0]
+    first = swing(aside, state, 1, 1).openings(1.0)[0]
     assert first.max() < 1e-12
     # One that no pose can close is left as it is.
     assert not start_of(apart, "swing")[1]["start_closed"]
@@ -280,8 +277,7 @@ def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not()
     inactive = two_arms(BELT.format('active="false"'))
     assert "none of its equality constraints is active" in nothing_to_do(inactive, active_closures(inactive))
     state = start_of(legged(), "swing")[0]
-    pace = Pace(50, 2, 0.001)
-    undone, hard = opening_of(model, state, pace), opening_of(edited(legged(), recipe), state, pace)
+    undone, hard = (opening_of(one, state, 100, 2) for one in (model, edited(legged(), recipe)))
     assert hard < 1e-5 * undone
 
 
@@ -335,5 +331,5 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
     hard, wide = edited(model, recipe_for(model, active_closures(model))), []
     for constant in (0.01, 0.02):
         hard.eq_solref[0, 0] = constant
-        wide.append(opening_of(hard, start_of(model)[0], Pace(100, 4, 0.002)))
+        wide.append(opening_of(hard, start_of(model)[0], 400, 4))
     assert np.log2(wide[1] / wide[0]) == pytest.approx(2.0, abs=0.2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,7 @@ def harden_file(
     model = load_model(path.absolute())
     with about(path):
         check_finite(model)
-        pace, closures = pace_of(model, seconds), active_closures(model)
+        (steps, every), closures = steps_of(model, seconds), active_closures(model)
         notes = to_know(model, closures)
         found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
         if reason := nothing_to_do(model, closures):
@@ -88,7 +88,7 @@ def harden_file(
             factor=recipe[0].value,
             lines=python_lines(recipe, path.absolute()),
             **start,
-            **compared(model, hard, state, pace, [one.index for one in closures]),
+            **compared(model, hard, state, steps, every, [one.index for one in closures]),
         )
     harm = _harm(found, *found.variants)
     refused = bool(harm) and not force
@@ -101,26 +101,26 @@ def harden_file(
 
 
 def compared(
-    model: mujoco.MjModel, hard: mujoco.MjModel, state: Array, pace: Pace, closures: list[int]
+    model: mujoco.MjModel, hard: mujoco.MjModel, state: Array, steps: int, every: int, closures: list[int]
 ) -> dict[str, Any]:
     """What a `HardenedModel` says of the motion from a state, as it is and hardened."""
-    size, steps = float(model.stat.extent), pace.samples * pace.stride
-    reference, known_to = reference_of(hard, state, pace)
+    size, timestep = float(model.stat.extent), float(model.opt.timestep)
+    reference, known_to = reference_of(hard, state, steps, every)
 
     def variant(name: str, model: mujoco.MjModel) -> Variant:
-        made = swing(model, state, pace)
-        completed = pace.stride * (len(made.states) - 1)
+        made = swing(model, state, steps, every)
+        completed = every * (len(made.states) - 1)
         if made.broke:
             return Variant(name, completed, made.broke)
         drift = None if known_to is None else _apart(made.centres, reference.centres)
         return Variant(name, completed, "", tuple(made.openings(size)[:, closures].max(axis=0).tolist()), drift)
 
     before, after = variant("as it is", model), variant("hardened", hard)
-    steppers = (looping_stepper(paced(one, pace), state, steps) for one in (hard, model))
+    steppers = (looping_stepper(unresetting(one), state, steps) for one in (hard, model))
     return {
         "size": size,
-        "timestep": pace.timestep,
-        "seconds": pace.timestep * steps,
+        "timestep": timestep,
+        "seconds": timestep * steps,
         "variants": (before, after),
         "travel": None if reference.broke else _apart(reference.centres, reference.centres[0]),
         "reference_known_to": known_to,
@@ -187,19 +187,18 @@ def start_of(
     return state, {"start": name, "start_opening": given, "start_closed": closed}
 
 
-@dataclass(frozen=True)
-class Pace:
-    """Steps and samples of a run."""
-
-    samples: int  # that it is looked at after the start
-    stride: int  # steps from one to the next
-    timestep: float  # [s]
-
-
-def swing(model: mujoco.MjModel, state: Array, pace: Pace, finer: int = 1) -> Run:
+def swing(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> Run:
     """Run a model from a state, with so many times as many steps between the same samples."""
-    pace = Pace(pace.samples, pace.stride * finer, pace.timestep / finer)
-    return run(paced(model, pace), state, pace.samples * pace.stride, pace.stride)
+    made = unresetting(model)
+    made.opt.timestep /= finer
+    return run(made, state, steps * finer, every * finer)
+
+
+def unresetting(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy that does not begin again by itself where it breaks."""
+    made = copy.copy(model)
+    made.opt.disableflags |= older.flag("AUTORESET")
+    return made
 
 
 def _apart(points: Array, others: Array) -> float:
@@ -207,8 +206,8 @@ def _apart(points: Array, others: Array) -> float:
     return float(np.linalg.norm(points - others, axis=2).max(initial=0.0))
 
 
-def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
-    """Steps of a run.
+def steps_of(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
+    """Steps of a run, and from one sample of it to the next.
 
     Raises:
         InvalidInput: they are too few or too many.
@@ -220,24 +219,16 @@ def pace_of(model: mujoco.MjModel, seconds: float) -> Pace:
             f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
         )
     steps = math.ceil(seconds / timestep - 1e-9)
-    stride = math.ceil(steps / SAMPLES)
-    return Pace(math.ceil(steps / stride), stride, timestep)
+    every = math.ceil(steps / SAMPLES)
+    return math.ceil(steps / every) * every, every
 
 
-def paced(model: mujoco.MjModel, pace: Pace) -> mujoco.MjModel:
-    """A copy that steps at the pace and does not begin again by itself where it breaks."""
-    made = copy.copy(model)
-    made.opt.timestep = pace.timestep
-    made.opt.disableflags |= older.flag("AUTORESET")
-    return made
-
-
-def reference_of(hard: mujoco.MjModel, state: Array, pace: Pace) -> tuple[Run, float | None]:
+def reference_of(hard: mujoco.MjModel, state: Array, steps: int, every: int) -> tuple[Run, float | None]:
     """The machine with its loops closed, and how far it is from itself at an eighth [m]; None where one of them broke.
 
     It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
     as it is for the user.
     """
-    fine, check = (swing(hard, state, pace, times) for times in (REFERENCE, CHECK))
+    fine, check = (swing(hard, state, steps, every, times) for times in (REFERENCE, CHECK))
     rounding = float(np.finfo(float).eps) * float(hard.stat.extent)
     return fine, None if fine.broke or check.broke else max(_apart(fine.centres, check.centres), rounding)
