@@ -82,50 +82,21 @@ PLANTED = {
 
 SAFE = ("solver-stops-early", "silent-reset")
 
-CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)) + "".join(
-    f"f {face}\n" for face in ("1 2 4", "1 4 3", "5 7 8", "5 8 6", "1 5 6", "1 6 2", "3 4 8", "3 8 7", "1 3 7", "1 7 5")
-) + "f 2 6 8\nf 2 8 4\n"  # fmt: skip
-
-# A gripper on a floating palm above a floor: two fingers, each a parallelogram closed by a connect and coupled by a
-# joint equality and a tendon; a mesh, an include, a frame, a replicate, defaults, and next to no names.
-GRIPPER = """
-<mujoco>
-  <compiler meshdir="shapes" autolimits="true"/>
-  <option timestep="0.001" integrator="implicitfast"><flag autoreset="disable"/></option>
+CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)) + "f 1 2 4\nf 5 7 8\n"
+# A gripper on a floating palm: two fingers by a replicate, an include with defaults and a mesh, and no names.
+GRIPPER = """<mujoco>
+  <compiler meshdir="shapes"/>
+  <option timestep="0.001"><flag autoreset="disable"/></option>
   <include file="parts/defaults.xml"/>
-  <worldbody>
-    <geom type="plane" size="1 1 0.1" class="floor"/>
-    <replicate count="3" offset="0.1 0 0"><geom type="sphere" size="0.01" pos="0.5 0 0.01" class="seen"/></replicate>
-    <body pos="0 0 0.3">
-      <freejoint/>
-      <geom type="mesh" mesh="cube" density="500"/>
-      <frame pos="0 0.05 0" childclass="finger">
-        <body><joint name="left"/><geom/><body pos="0 0 0.1"><joint axis="1 0 0"/><geom/><site name="l1" pos="0 0 0.1"/>
-        </body></body>
-        <body name="lo" pos="0 0.02 0"><joint/><geom/><site name="l2" pos="0 -0.02 0.2"/></body>
-      </frame>
-      <body pos="0 -0.05 0" childclass="finger"><joint name="right"/><geom/></body>
-    </body>
-  </worldbody>
-  <equality>
-    <connect site1="l1" site2="l2" solref="0.002 1" solimp="0.9999 0.9999 0.001 0.5 2"/>
-    <joint joint1="left" joint2="right" polycoef="0 -1 0 0 0"/>
-  </equality>
-  <tendon><fixed name="both"><joint joint="left" coef="0.5"/><joint joint="right" coef="-0.5"/></fixed></tendon>
-  <actuator><position tendon="both" kp="1"/></actuator>
-  <sensor><tendonpos tendon="both"/></sensor>
+  <worldbody><body><freejoint/><geom type="mesh" mesh="cube" density="500"/>
+    <replicate count="2" offset="0 0.1 0"><body><joint/><geom/><body pos="0 0 0.1"><joint/><geom/></body></body>
+    </replicate>
+  </body></worldbody>
 </mujoco>
 """
-DEFAULTS = """
-<mujocoinclude>
-  <default>
-    <joint type="hinge" axis="1 0 0" damping="0.01"/>
-    <default class="finger"><geom type="capsule" fromto="0 0 0 0 0 0.08" size="0.008"/></default>
-    <mesh scale="1 1 1"/>
-    <default class="floor"><geom contype="1" conaffinity="1"/></default>
-    <default class="seen"><geom contype="0" conaffinity="0"/></default>
-  </default>
-  <asset><mesh name="cube" file="cube.obj"/></asset>
+DEFAULTS = """<mujocoinclude>
+  <default><joint axis="1 0 0"/><geom type="capsule" size="0.008 0.04"/></default>
+  <asset><mesh name="cube" file="cube.obj" inertia="convex"/></asset>
 </mujocoinclude>
 """
 
@@ -221,25 +192,23 @@ def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(look: Lo
 # -- files -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_gripper_of_many_files_is_linted_and_left_alone(gripper: Path) -> None:
-    before = {path: path.read_bytes() for path in gripper.parent.rglob("*.*")}
-    # Fingers that pass through each other's parallelogram are nobody's pin.
-    assert rules_of(lint(gripper, seconds=0.3)) <= {"soft-closure", "open-start"}
-    _, found = study(gripper, 0.02, None, (), "")
-    assert next(one.outcome for one in found if one.change == "order of declaration") is Kept.HOLDS
-    parts = ("gripper.xml", "parts/defaults.xml", "shapes/cube.obj")
-    assert set(files_of_model(gripper)) == {gripper.parent / name for name in parts}
-    assert {path: path.read_bytes() for path in gripper.parent.rglob("*.*")} == before
-
-
-def test_a_fixed_model_has_all_that_is_safe_and_the_rest_of_its_text(gripper: Path) -> None:
+def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_text(
+    gripper: Path, tmp_path: Path
+) -> None:
     text = replaced('<flag autoreset="disable"/>', "")(GRIPPER)
     gripper.write_text(text)
+    before = {path: path.read_bytes() for path in gripper.parent.rglob("*.*")}
+    parts = ("gripper.xml", "parts/defaults.xml", "shapes/cube.obj")
+    assert set(files_of_model(gripper)) == {gripper.parent / name for name in parts}
     report = lint(gripper, seconds=0.02, fix_folder=gripper.parent)
-    (edit,) = report.fixed.edits
-    assert edit == '<option><flag autoreset="disable"/></option>'
+    assert report.fixed.edits == ('<option><flag autoreset="disable"/></option>',)
     assert report.fixed.change == 0.0
     assert [line for line in report.fixed.text.decode().splitlines() if line in text.splitlines()] == text.splitlines()
+    with pytest.raises(InvalidInput, match=r"write it into .*robot, beside the model"):
+        lint(gripper, seconds=0.02, fix_folder=tmp_path)
+    _, found = study(gripper, 0.02, None, (), "")
+    assert next(one.outcome for one in found if one.change == "order of declaration") is Kept.HOLDS
+    assert {path: path.read_bytes() for path in gripper.parent.rglob("*.*")} == before
     (gripper.parent / "fixed.xml").write_bytes(report.fixed.text)
     fixed, model = (mujoco.MjModel.from_xml_path(str(gripper.parent / name)) for name in ("fixed.xml", "gripper.xml"))
     assert differing(fixed, model) == "option"
@@ -247,11 +216,7 @@ def test_a_fixed_model_has_all_that_is_safe_and_the_rest_of_its_text(gripper: Pa
     assert differing(fixed, model) == ""
 
 
-def test_a_fix_goes_where_the_model_finds_what_it_needs(gripper: Path, tmp_path: Path) -> None:
-    gripper.write_text(replaced('<flag autoreset="disable"/>', "")(GRIPPER))
-    with pytest.raises(InvalidInput, match=r"write it into .*robot, beside the model"):
-        lint(gripper, seconds=0.02, fix_folder=tmp_path)
-    # Negative control: what needs no other file is whole anywhere.
+def test_what_needs_no_other_file_is_fixed_anywhere(tmp_path: Path) -> None:
     folder = tmp_path / "elsewhere"
     folder.mkdir()
     commented = replaced('autoreset="disable" ', "")(SAW) + "<!-- </mujoco> -->\n"
