@@ -13,7 +13,7 @@ import click
 from conrod.cli import FAILED, options, waiting
 from conrod.cli.options import option
 from conrod.errors import InvalidInput
-from conrod.mjcf.results import HardenedModel, Variant
+from conrod.mjcf.results import HardenedModel
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report import numbers
@@ -27,11 +27,8 @@ BINARY = ".mjb"
 SECONDS = 1.0
 MM = 1e3
 ALWAYS = (
-    "contacts and joint limits of what has these weights harden with the loops, friction too",
-    "mj_setConst makes the weights anew and so undoes this: run the lines again after it, or after changing masses "
-    "in a way that calls it",
-    "for double precision only: in single precision (MJX, Warp, a float32 build) keep the model as it is",
-    "a binary model is read by the version of MuJoCo that wrote it; the lines above are for every version",
+    "run the lines again after mj_setConst, which makes the weights anew",
+    "for double precision only; docs/hardening.md says why, and what hardens with the loops",
 )
 
 
@@ -92,7 +89,10 @@ def harden(model: str, asked: Asked) -> None:
 def hardened(found: HardenedModel, file: Path | None) -> Iterator[Part]:
     """Figures before and after, lines to paste, and notes; or why there are none."""
     if found.variants:
-        yield from _run_words(found)
+        begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
+        run = f"{found.seconds:.4g} s in steps of {found.timestep:g} s from {found.start}"
+        yield f"{found.path}: MuJoCo {found.mujoco}, {run}; size {MM * found.size:.4g} mm"
+        yield from (f"its loops are open by {_figure(MM * found.start_opening)} mm there; {begin}", "")
         names = tuple(variant.name for variant in found.variants)
         yield table(("", *names), _rows(found), names, "largest in the run")
         yield from _reading_words(found)
@@ -104,33 +104,16 @@ def hardened(found: HardenedModel, file: Path | None) -> Iterator[Part]:
         yield f"the hardened model: {file}" if file else "nothing written: -o FILE.mjb writes the model"
 
 
-def _run_words(found: HardenedModel) -> Iterator[str]:
-    """The runs, and how far the loops are open at their start."""
-    begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
-    yield (
-        f"{found.path}: MuJoCo {found.mujoco}, {found.seconds:.4g} s in steps of {found.timestep:g} s from "
-        f"{found.start}; size {MM * found.size:.4g} mm"
-    )
-    yield from (f"its loops are open by {_figure(MM * found.start_opening)} mm there; {begin}", "")
-
-
 def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
     """Figures of the model as it is, and hardened."""
-    variants = found.variants
-    yield ["steps completed", *(_completed(v) for v in variants)]
+    broken = (Toned(f"{one.steps}, then {one.broke}", "bad") if one.broke else str(one.steps) for one in found.variants)
+    yield ["steps completed", *broken]
     for k, loop in enumerate(found.loops):
-        values = (None if v.openings is None else MM * v.openings[k] for v in variants)
+        values = (None if one.openings is None else MM * one.openings[k] for one in found.variants)
         yield [f"opening of {loop} [mm]", *map(_figure, values)]
-    yield ["drift from the reference [mm]", *(_drift(found, v.drift) for v in variants)]
-
-
-def _completed(variant: Variant) -> Cell:
-    return Toned(f"{variant.steps}, then {variant.broke}", "bad") if variant.broke else str(variant.steps)
-
-
-def _drift(found: HardenedModel, drift: float | None) -> str:
-    known = found.reference_known_to
-    return "-" if drift is None or known is None or drift <= known else _figure(MM * drift)
+    known = math.inf if found.reference_known_to is None else found.reference_known_to
+    drifts = (None if (drift := one.drift) is None or drift <= known else MM * drift for one in found.variants)
+    yield ["drift from the reference [mm]", *map(_figure, drifts)]
 
 
 def _figure(value: float | None) -> str:
@@ -142,14 +125,9 @@ def _reading_words(found: HardenedModel) -> Iterator[str]:
     if found.reference_known_to is None or found.travel is None:
         yield "drift: none, the reference (hardened, RK4, a sixteenth of the step) breaks off"
     else:
-        yield (
-            "drift: of any body's centre of gravity, from the hardened model under RK4 at a sixteenth of the step, "
-            f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that); travel "
-            f"{MM * found.travel:.3g} mm"
-        )
-    if found.cost is not None:
-        cost = found.cost
-        yield (
-            f"cost of a step, hardened over as it is: {cost.ratio:.2f} ({cost.low:.2f} to {cost.high:.2f}), "
-            f"{1e6 * cost.seconds:.3g} µs on this machine"
-        )
+        known = f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that)"
+        reference = "from the hardened model under RK4 at a sixteenth of the step"
+        yield f"drift: of any body's centre of gravity, {reference}, {known}; travel {MM * found.travel:.3g} mm"
+    if cost := found.cost:
+        size = f"{cost.ratio:.2f} ({cost.low:.2f} to {cost.high:.2f}), {1e6 * cost.seconds:.3g} µs on this machine"
+        yield f"cost of a step, hardened over as it is: {size}"

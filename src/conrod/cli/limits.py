@@ -18,15 +18,6 @@ if TYPE_CHECKING:
     from conrod.studies.limits.axis import Axis
     from conrod.studies.limits.results import LimitStudy
 
-# The mark keeps the lines as they are: names of axes are not to be broken at their hyphens.
-EPILOG = """\b
-Axes: steps, speed, mass-ratio, mass-ratio-at-iterations, nearness,
-stabilisation, regularisation, iterations, run-length, length-unit,
-rounding, start-pose, declaration;
-of a cam: float, flank-radius, nose-radius.
-Pairs: steps-x-mass-ratio, steps-x-nearness, steps-x-stabilisation.
-Besides: determinism; of a cam: flight.
-docs/limits.md says what each one does."""
 SEPARATOR = ".."
 
 
@@ -35,13 +26,13 @@ class Asked(StudyOptions):
     """Request to `conrod limits`, as typed; None or empty where nothing was given."""
 
     axes: tuple[str, ...] = option(
-        "--axis", multiple=True, metavar="AXIS", help="One axis or pair only, again for others [all]."
+        "--axis", multiple=True, metavar="AXIS", help="One axis or pair of docs/limits.md, again for others [all]."
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
     preset: str | None = option("--preset")
 
 
-@options.verb(Asked, epilog=EPILOG)
+@options.verb(Asked)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
@@ -85,34 +76,29 @@ def limits_found(studies: Sequence[LimitStudy]) -> Iterator[Part]:
 
 def _request(names: Sequence[str], span: str | None) -> tuple[tuple[str, ...], tuple[float, float] | None]:
     """Return the items and their range; none where nothing is named. InvalidInput where options do not go together."""
+    from conrod.studies.limits.axes import AXES
     from conrod.studies.limits.plan import ITEMS
 
     for name in names:
         if name not in ITEMS:
             raise unknown_choice("axis", name, ITEMS)
-    chosen = tuple(dict.fromkeys(names))
-    return chosen, None if span is None else _span(span, chosen)
+    if span is not None and (len(names) != 1 or names[0] not in AXES):
+        raise InvalidInput(f"--range {span} needs one --axis to be the range of")
+    return tuple(dict.fromkeys(names)), None if span is None else _span(span, AXES[names[0]])
 
 
-def _span(text: str, names: Sequence[str]) -> tuple[float, float]:
-    from conrod.studies.limits.axes import AXES
+def _span(text: str, axis: Axis) -> tuple[float, float]:
     from conrod.studies.limits.axis import measure_of
 
-    if len(names) != 1 or names[0] not in AXES:
-        raise InvalidInput(f"--range {text} needs one --axis to be the range of")
-    axis = AXES[names[0]]
     if axis.listed:
         raise InvalidInput(f"--range {text} does not go with {axis.name}: its values are a list, all of which are run")
-    example = f"{axis.safe_end:g}{SEPARATOR}{axis.failing_end:g}"
-    first, separator, last = text.partition(SEPARATOR)
-    if not (separator and first.strip() and last.strip()):
-        raise InvalidInput(f"--range {text!r} is no range: give FROM..TO, for instance {example}")
-    begin, end = (_end(axis, part) for part in (first, last))
-    if begin == end:
-        raise InvalidInput(f"--range {text} is empty: give two different ends, for instance {example}")
+    ends = [_end(axis, part) for part in text.split(SEPARATOR) if part.strip()]
+    if len(set(ends)) != 2:
+        example = f"{axis.safe_end:g}{SEPARATOR}{axis.failing_end:g}"
+        raise InvalidInput(f"--range {text!r}: give two different ends, for instance {example}")
     # Whichever way it was typed, a walk begins at the safe end.
     at_safe = measure_of(axis.scale, axis.safe_end)
-    safe, failing = sorted((begin, end), key=lambda value: abs(measure_of(axis.scale, value) - at_safe))
+    safe, failing = sorted(ends, key=lambda value: abs(measure_of(axis.scale, value) - at_safe))
     return safe, failing
 
 

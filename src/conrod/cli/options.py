@@ -152,11 +152,9 @@ class RunOptions:
     jobs: int | None = option("--jobs", RUNS, type=int, metavar="N", help="Runs at a time here [one a core].")
     cluster: str | None = option("--cluster", RUNS, metavar="ADDRESS", help="Run on Dask, e.g. tcp://host:8786.")
     cell_timeout: float | None = option(
-        "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="End a run that takes longer [600]."
+        "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run [600 s]."
     )
-    cell_memory: str | None = option(
-        "--cell-memory", RUNS, metavar="SIZE", help="End a run that needs more, e.g. 4GB [no limit]."
-    )
+    cell_memory: str | None = option("--cell-memory", RUNS, metavar="SIZE", help="Largest run, e.g. 4GB [any].")
 
     @property
     def timeout(self) -> float:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from rich.console import Console
@@ -106,7 +104,7 @@ class Runner:
             return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 
 
-class ProgressBar:
+class ProgressBar(Progress):
     """Progress of cases on standard error: a bar where that is a terminal, otherwise a line at either end.
 
     A watcher of `run_cases`, also called again and again, each time with what the answers so far ask for, and of
@@ -115,52 +113,38 @@ class ProgressBar:
 
     def __init__(self, description: str, usual: str = Outcome.COMPLETED.slug, console: Console | None = None) -> None:
         """Show nothing yet; cases that end as is `usual` are not counted apart."""
-        self._description, self._usual = description, usual
-        self._console = Console(stderr=True, highlight=False) if console is None else console
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-            console=self._console,
-            transient=True,
-            speed_estimate_period=SPEED_PERIOD,
-            disable=not self._console.is_terminal,
-        )
-        self._task = self._bar.add_task(description, total=None)
-        self._asked, self._ended = 0, Counter[str]()
-        self._begun: float | None = None
+        console = Console(stderr=True, highlight=False) if console is None else console
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+        hidden, period = not console.is_terminal, SPEED_PERIOD
+        super().__init__(*columns, console=console, transient=True, speed_estimate_period=period, disable=hidden)
+        self.add_task(description, start=False, total=None)
+        self._usual, self._ended = usual, Counter[str]()
 
-    def __enter__(self) -> Self:
-        self._bar.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self._bar.stop()
-        if self._begun is not None:
-            text = f"{self._description}: {self._ended.total()} done in {time.monotonic() - self._begun:.1f} s"
+    def stop(self) -> None:
+        super().stop()
+        (task,) = self.tasks
+        if task.started:
+            text = f"{task.description}: {self._ended.total()} done in {task.elapsed:.1f} s"
             others = [f"{n} {how}" for how, n in sorted(self._ended.items()) if how != self._usual]
             self._say(f"{text}, of which {', '.join(others)}" if others else text)
 
     def started(self, total: int, already_finished: int) -> None:
         """There are so many more different cases, of which so many are in the ledger."""
-        more = "" if self._begun is None else "more "
-        if not self._console.is_terminal:
-            self._say(f"{self._description}: {total - already_finished} {more}to do, {already_finished} in the ledger")
-        self._asked += total - already_finished
-        if self._begun is None:
-            self._begun = time.monotonic()
-            self._bar.reset(self._task, total=self._asked)
-        self._bar.update(self._task, total=self._asked)
+        (task,), new = self.tasks, total - already_finished
+        if self.disable:
+            more = "more " if task.started else ""
+            self._say(f"{task.description}: {new} {more}to do, {already_finished} in the ledger")
+        self.start_task(task.id)
+        self.update(task.id, total=(task.total or 0) + new)
 
     def unreadable(self, count: int) -> None:
         """So many runs in the ledger are made again."""
-        self._say(f"{self._description}: {count} in the ledger cannot be read and count as not run; made again")
+        self._say(f"{self.tasks[0].description}: {count} in the ledger cannot be read and count as not run; made again")
 
     def advanced(self, case: Case, how: str) -> None:
         """A case has ended so, and what came of it is kept."""
         self._ended[how] += 1
-        self._bar.advance(self._task)
+        self.advance(self.tasks[0].id)
 
     def _say(self, text: str) -> None:
-        self._console.print(text, markup=False, soft_wrap=True)
+        self.console.print(text, markup=False, soft_wrap=True)

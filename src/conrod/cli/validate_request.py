@@ -36,46 +36,26 @@ class Request(ReportOptions, RunOptions):
     """
 
     motion: str | None = option("--motion", MOTION, metavar="KIND", help="free, or torque: with its driver's torques.")
-    seconds: float | None = option(
-        "--seconds", MOTION, type=float, metavar="S", help="Length of the run [10, or 50 fastest turns]."
-    )
+    seconds: float | None = option("--seconds", MOTION, type=float, metavar="S", help="Length of the run [10].")
     step: str | None = option("--step", MOTION, metavar="TIME", help="Time step of the engines [5 ms or less].")
     drives: tuple[str, ...] = option(
-        "--drive",
-        MODEL,
-        multiple=True,
-        metavar="JOINT=LAW",
-        help="No --scene: law of a driven joint: `60rpm`, `sine:20deg,1Hz`, `move:0deg,90deg,2s`, `table:FILE.csv`.",
+        "--drive", MODEL, multiple=True, metavar="JOINT=LAW", help="No --scene: `60rpm`, `sine:20deg,1Hz`, and others."
     )
     crank: str | None = option("--crank", MODEL, metavar="JOINT", help="The hinge that is driven.")
     points: tuple[str, ...] = option(
-        "--point",
-        MODEL,
-        multiple=True,
-        metavar="NAME=site:SITE",
-        help="Place of an observed point (site:, body: or geom:); may be given again.",
+        "--point", MODEL, multiple=True, metavar="NAME=site:SITE", help="Place of an observed point, or body: or geom:."
     )
     plane: str | None = option("--plane", MODEL, metavar="PLANE", help="Directions right and up, e.g. -xz [found].")
     rotation: str | None = option("--rotation", MODEL, metavar="ANGLE", help="Of the scene's x axis [found].")
-    crank_zero: str | None = option(
-        "--crank-zero", MODEL, metavar="ANGLE", help="Angle of the hinge at crank angle 0 [found]."
-    )
+    crank_zero: str | None = option("--crank-zero", MODEL, metavar="ANGLE", help="Hinge at crank angle 0 [found].")
     keyframe: str | None = option("--keyframe", MODEL, metavar="NAME", help="Assemble it from there.")
     controls: tuple[str, ...] = option("--ctrl", MODEL)
-    columns: tuple[str, ...] = option(
-        "--column", TABLE, multiple=True, metavar="Q=NAME", help="Column or variable of a quantity, C.x=px."
-    )
-    units: tuple[str, ...] = option(
-        "--unit", TABLE, multiple=True, metavar="UNIT", help="Unit of what no heading gives one."
-    )
+    columns: tuple[str, ...] = option("--column", TABLE, multiple=True, metavar="Q=NAME", help="Column of Q, C.x=px.")
+    units: tuple[str, ...] = option("--unit", TABLE, multiple=True, metavar="UNIT", help="Where no heading has one.")
     estimate: str | None = option("--estimate", TABLE, metavar="WHAT,...", help="What is to be estimated: time, phase.")
     qualify: bool = option("--qualify", CHECKS, is_flag=True, help="Plant known defects too: which are noticed?")
-    invariances: bool = option(
-        "--invariances", CHECKS, is_flag=True, help="Change what must not matter; it needs no --scene."
-    )
-    baseline: str | None = option(
-        "--baseline", CHECKS, metavar="FILE", help="Compare with an earlier run in FILE; written if there is none."
-    )
+    invariances: bool = option("--invariances", CHECKS, is_flag=True, help="Change what must not matter; no --scene.")
+    baseline: str | None = option("--baseline", CHECKS, metavar="FILE", help="Compare with FILE; written if none.")
     accept: bool = option("--accept", CHECKS, is_flag=True, help="Write the baseline again, as it is now.")
     report: str | None = option("--report", PAGES, metavar="FILE", help="Write a verification report, HTML to sign.")
     measured: str | None = option("--measured", PAGES, metavar="TABLE", help="Measurements of the real machine.")
@@ -89,9 +69,7 @@ class Request(ReportOptions, RunOptions):
     engine: tuple[str, ...] = option("--engine")
     preset: str | None = option("--preset")
     quantity: str | None = option("--quantity", metavar="NAME,...", help="Forces instead: torque, reactions, contact.")
-    steps_per_rev: int | None = option(
-        "--steps-per-rev", type=int, metavar="N", help="Time steps a turn [1000; contact 62832]."
-    )
+    steps_per_rev: int | None = option("--steps-per-rev", type=int, metavar="N", help="Steps a turn [1000; cam 62832].")
     revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
     assignments: tuple[str, ...] = option("--set")
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Judge by these, e.g. position=1e-4.")

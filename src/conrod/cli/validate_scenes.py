@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from conrod.cli.options import chosen_engines, refuse
@@ -35,15 +34,6 @@ if TYPE_CHECKING:
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
 
-@dataclass(frozen=True)
-class Chosen:
-    """Selection for a comparison: scenes and engines by name, and the presets of each engine."""
-
-    scenes: Mapping[str, Scene]
-    engines: Sequence[Engine[Any]]
-    presets: Mapping[str, tuple[str, ...]]
-
-
 def judging(asked: Request, scenes: Mapping[str, Scene] | None = None) -> Judging:
     """What was asked for of scenes, those that are given in place of those named.
 
@@ -57,11 +47,11 @@ def judging(asked: Request, scenes: Mapping[str, Scene] | None = None) -> Judgin
     engines = chosen_engines(asked.engine)
     presets = select_presets(engines, asked.preset)
     measure = _free_motion if asked.motion is not None else _steady_motion if asked.quantity is None else _forces
-    kind, _, told = measure(asked, Chosen(scenes, engines, presets))
+    kind, _, told = measure(asked, (scenes, engines, presets))
 
     def judge(own: Request, others: Sequence[Mapping[str, Scene]]) -> list[Sequence[Any]]:
         with Runner.of(own) as runner:
-            return runner.pursue([measure(own, Chosen(one, engines, presets))[1] for one in others])
+            return runner.pursue([measure(own, (one, engines, presets))[1] for one in others])
 
     return Judging(kind, asked.subjects, list(scenes), judge, told, scene_verdict, scenes)
 
@@ -72,6 +62,8 @@ def scene_verdict(study: SceneResults[Any]) -> str:
     return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
 
 
+# What it is of: scenes and engines by name, and the presets of each engine.
+Chosen = tuple[Mapping[str, Scene], Sequence[Engine[Any]], Mapping[str, tuple[str, ...]]]
 # The kind of its report, the study, and what is told of its findings.
 Measured = tuple[Kind[Any], Study[Sequence[Any]], Callable[[Sequence[Any]], Iterator[Part]]]
 
@@ -84,15 +76,15 @@ def _steady_motion(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.validation.study import validation
 
     most = MOST_SAMPLES if asked.qualify else MOST_STREAMED  # what defects are planted in is recorded whole
-    plan = make_plan(chosen.scenes, asked.steps_per_rev, asked.turns, asked.tolerance, most)
+    plan = make_plan(chosen[0], asked.steps_per_rev, asked.turns, asked.tolerance, most)
 
     def study() -> Study[Sequence[SceneStudy]]:
-        found = yield from validation(chosen.scenes, chosen.engines, chosen.presets, plan)
+        found = yield from validation(*chosen, plan)
         if not asked.qualify:
             return found
         from conrod.studies.detection.qualification import qualified
 
-        return (yield from qualified(found, chosen.scenes, chosen.engines, plan))
+        return (yield from qualified(found, *chosen[:2], plan))
 
     return KIND, study(), verdicts
 
@@ -121,11 +113,11 @@ def _forces(asked: Request, chosen: Chosen) -> Measured:
     from conrod.studies.forces.study import ForceCase, ForcePlan
 
     refuse(asked, "--quantity: it qualifies the verdict on the motion, and on its forces beside it", "qualify")
-    quantities = _quantities(str(asked.quantity), chosen.scenes)
+    quantities = _quantities(str(asked.quantity), chosen[0])
     allowed = None if asked.tolerance is None else parse_tolerance(asked.tolerance, quantities)
-    run = make_plan(chosen.scenes, asked.steps_per_rev, asked.turns, None)
+    run = make_plan(chosen[0], asked.steps_per_rev, asked.turns, None)
     plan = ForcePlan(run.steps_per_revolution, run.revolutions, allowed, quantities)
-    return KIND, study_of(ForceCase, chosen.scenes, chosen.engines, chosen.presets, plan), force_verdicts
+    return KIND, study_of(ForceCase, *chosen, plan), force_verdicts
 
 
 def _quantities(text: str, scenes: Mapping[str, Scene]) -> tuple[str, ...]:
@@ -177,9 +169,9 @@ def _free_motion(asked: Request, chosen: Chosen) -> Measured:
     plan = MotionPlan(asked.motion, asked.seconds, step, judged)
     if asked.seconds is not None:
         instants(plan, asked.seconds)
-    for name, scene in chosen.scenes.items():
+    for name, scene in chosen[0].items():
         plan.mechanism(scene.kinematics.mechanism, name)
-    return KIND, motion_study(chosen.scenes, chosen.engines, chosen.presets, plan), motion_verdicts
+    return KIND, motion_study(*chosen, plan), motion_verdicts
 
 
 def motion_verdicts(studies: Sequence[MotionStudy]) -> Iterator[Part]:
