@@ -44,12 +44,23 @@ def test_each_derivative_is_the_change_of_the_one_before(text: str, table: str) 
         assert (np.abs(law.derivatives(times + 0.2)[order] - here[order]).max() > 1e-2) == changes, order
 
 
-def test_laws_begin_where_they_say_and_else_at_the_joints_own_coordinate(table: str) -> None:
-    assert at(of("60rpm"), 0.0)[:2, 0] == pytest.approx([0.3, 2.0 * math.pi])
-    assert at(of("sine:20deg,1Hz"), 0.0)[0, 0] == 0.3
-    assert at(of("hold"), 7.0)[:, 0].tolist() == [0.3, 0.0, 0.0, 0.0]
-    assert at(of("move:10deg,90deg,2s"), 0.0)[:3, 0] == pytest.approx([math.radians(10), 0.0, 0.0], abs=1e-15)
-    assert at(of(table), 0.0)[0, 0] == pytest.approx(math.sin(0.9))
+@pytest.mark.parametrize(("text", "unit", "begin", "duration"), [
+    ("60rpm", "rad", (0.3, 2.0 * math.pi), 1.0),
+    ("50mm/s", "m", (0.3, 0.05), 20.0),
+    ("sine:20deg,4Hz", "rad", (0.3,), 0.25),
+    ("hold", "rad", (0.3, 0.0, 0.0, 0.0), math.inf),
+    ("move:10deg,90deg,3s", "rad", (math.radians(10.0), 0.0, 0.0), 3.0),
+    ("TABLE", "rad", (math.sin(0.9),), 2.0),
+])  # fmt: skip
+def test_where_laws_begin_and_how_long_they_last(
+    text: str, unit: str, begin: tuple[float, ...], duration: float, table: str
+) -> None:
+    law = of(table if text == "TABLE" else text, unit)
+    assert at(law, 0.0)[: len(begin), 0] == pytest.approx(begin, abs=1e-15)
+    assert law.duration == pytest.approx(duration)
+    if text in ("TABLE", "move:10deg,90deg,3s"):
+        end = at(law, law.duration)[0, 0]
+        assert at(law, law.duration + 0.1, law.duration + 50.0).tolist() == [[end, end], *[[0.0, 0.0]] * 3]
 
 
 def test_a_table_is_met_in_between_by_its_quintic_spline(table: str) -> None:
@@ -58,19 +69,6 @@ def test_a_table_is_met_in_between_by_its_quintic_spline(table: str) -> None:
     for order, bar in enumerate((1e-9, 1e-7, 1e-5, 1e-3)):
         exact = 3.0**order * np.sin(truth + 0.5 * math.pi * order)
         assert found[order] == pytest.approx(exact, abs=bar)
-
-
-def test_durations_are_a_turn_a_period_a_way_or_a_table(table: str) -> None:
-    given = ("30rpm", "sine:5deg,4Hz", "move:0deg,9deg,3s", "hold", table)
-    assert [of(text).duration for text in given] == pytest.approx([2.0, 0.25, 3.0, math.inf, 2.0])
-    assert of("50mm/s", "m").duration == pytest.approx(20.0)
-
-
-@pytest.mark.parametrize("text", ["move:0deg,90deg,1.5s", "TABLE"])
-def test_after_its_end_a_law_rests(text: str, table: str) -> None:
-    law = of(table if text == "TABLE" else text)
-    end = at(law, law.duration)[0, 0]
-    assert at(law, law.duration + 0.1, law.duration + 50.0).tolist() == [[end, end], *[[0.0, 0.0]] * 3]
 
 
 def test_what_is_no_law_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from four_bars import driven, four_bar
 
-from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.reading import tree_of
@@ -74,30 +73,25 @@ def test_what_drives_give_is_what_dampers_take_and_energy_gains(name: str) -> No
     assert power_imbalance(model, drives, 0.5, stiffer=1.001) > 1e-7  # negative control
 
 
-def test_a_spring_that_is_switched_off_asks_for_nothing() -> None:
-    sprung = '<joint name="coupler" stiffness="5" damping="0.3"'
-    text = four_bar().replace('<joint name="coupler"', sprung)
-    off = text.replace('<flag contact="disable"/>', '<flag contact="disable" {}/>')
-    plain = drive_torque(four_bar())
-    assert np.abs(drive_torque(text) - plain).max() > 1e-2
-    assert drive_torque(off.format('spring="disable" damper="disable"')) == pytest.approx(plain, abs=1e-12)
-    damped = drive_torque(text.replace('stiffness="5"', ""))
-    assert drive_torque(off.format('spring="disable"')) == pytest.approx(damped, abs=1e-12)
-
-
-def drive_torque(text: str) -> Array:
-    machine, motion = moved(text, {"crank": "60rpm"}, 1.0)
-    assert machine.tree.unmodelled == ()
-    return forces(machine, motion).drives["crank"]
+def test_springs_and_dampers_that_are_switched_off_ask_for_nothing_and_other_forces_are_named() -> None:
+    sprung = four_bar().replace('<joint name="coupler"', '<joint name="coupler" stiffness="5" damping="0.3"')
+    off = sprung.replace('contact="disable"', 'contact="disable" spring="disable" damper="disable"')
+    torques, named = [], []
+    for text in (four_bar(), sprung, off):
+        machine, motion = moved(text, {"crank": "60rpm"}, 1.0)
+        torques.append(forces(machine, motion).drives["crank"])
+        named += machine.tree.unmodelled
+    assert torques[2] == pytest.approx(torques[0], abs=1e-12)
+    assert np.abs(torques[1] - torques[0]).max() > 1e-2
+    assert named == []
+    for what, text in UNMODELLED.items():
+        model = mujoco.MjModel.from_xml_string(text)
+        assert tree_of(model, model.qpos0).unmodelled == (what,)
 
 
 UNMODELLED = {
-    "actuators": ("</mujoco>", '<actuator><motor joint="rocker"/></actuator></mujoco>'),
-    "springs or dampers that are not linear": ('<joint name="coupler"', '<joint name="coupler" damping="0.1 0.2"'),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("what", UNMODELLED)
-def test_what_forces_are_not_computed_with_is_named(what: str) -> None:
-    model = mujoco.MjModel.from_xml_string(four_bar().replace(*UNMODELLED[what]))
-    assert tree_of(model, model.qpos0).unmodelled == (what,)
+    "actuators": four_bar(more='<actuator><motor joint="rocker"/></actuator>'),
+    "springs or dampers that are not linear": four_bar().replace(
+        '<joint name="coupler"', '<joint name="coupler" damping="0.1 0.2"'
+    ),
+}

@@ -100,18 +100,14 @@ def in_frame(points: Array) -> Array:
 def free_coupler() -> str:
     """The four-bar with its coupler as a free body, pinned at both ends."""
     text = four_bar()
-    start = text.index('<body name="coupler"')
-    end = text.index("</body>", start) + len("</body>")
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
+    coupler = text[text.index('<body name="coupler"') : text.index("</body>") + len("</body>")]
+    data = mujoco.MjData(model := mujoco.MjModel.from_xml_string(text))
     mujoco.mj_forward(model, data)
-    place, turn = (
-        " ".join(map(repr, values.tolist())) for values in (data.body("coupler").xpos, data.body("coupler").xquat)
-    )
-    inertial = text[text.index("<inertial", start) : text.index("/>", text.index("<inertial", start)) + 2]
+    place, turn = (" ".join(map(repr, v.tolist())) for v in (data.body("coupler").xpos, data.body("coupler").xquat))
+    inertial = coupler[coupler.index("<inertial") : coupler.index("/>", coupler.index("<inertial")) + 2]
     body = f"""<body name="coupler" pos="{place}" quat="{turn}"><freejoint name="coupler"/>{inertial}
       <site name="B" pos="0.25 0 0"/><site name="A2" pos="0 0 0"/></body>"""
-    made = text[:start] + text[end:].replace("</worldbody>", body + "</worldbody>")
+    made = text.replace(coupler, "").replace("</worldbody>", body + "</worldbody>")
     return made.replace("</equality>", '<connect name="second" site1="A" site2="A2"/></equality>')
 
 

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from four_bars import four_bar
 
-from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
 from conrod.mjcf.loops.driving import Recording, driven_run
 from conrod.mjcf.loops.results import KINEMATIC, OWN, LoopRun, Question
@@ -66,8 +65,7 @@ def test_hardened_converges_with_order_4_and_tuned_with_2(
 
 def test_forces_of_a_hardened_run_are_the_exact_ones() -> None:
     run = machine_bench("rssr", 0.4, 4e-3)._run("hardened", 4.0, 1.0)
-    assert run.drives["input"] < 1e-6
-    assert run.reactions["rocker_pin"] < 1e-6
+    assert max(run.drives["input"], run.reactions["rocker_pin"]) < 1e-6
 
 
 # -- kinematic mode, and defects of the engine's model alone -----------------------------------------------------------
@@ -147,16 +145,11 @@ def test_a_soft_run_that_is_far_off_is_on_its_branch() -> None:
     assert bench._run(OWN, 1.0, travel(bench)).outcome is Outcome.COMPLETED
 
 
-def test_a_time_stamp_that_is_a_step_late_is_seen() -> None:
+def test_a_late_time_stamp_is_an_error_and_an_open_loop_or_an_ended_run_an_outcome() -> None:
     run, judge = four_bar_run()
     late = {name: np.concatenate([found[:, :1], found[:, :-1]], axis=1) for name, found in run.points.items()}
     shifted, healthy = judge(replace(run, points=late)), judge(run)
-    assert shifted.errors["position"] > 1e3 * healthy.errors["position"]
-    assert shifted.errors["position"] > 1e-4
-
-
-def test_a_loop_that_opens_and_a_run_that_ends_are_no_errors_but_outcomes() -> None:
-    run, judge = four_bar_run()
+    assert shifted.errors["position"] > max(1e-4, 1e3 * healthy.errors["position"])
     opened = judge(replace(run, gaps={"pin": np.full(len(run.times), 0.1)}))
     assert (opened.outcome, opened.reason, opened.errors) == (Outcome.OPENED, "pin opens by 100 mm", {})
     ended = judge(replace(run, outcome=Outcome.DIVERGED, reason="not finite at 0.1 s"))
@@ -164,21 +157,10 @@ def test_a_loop_that_opens_and_a_run_that_ends_are_no_errors_but_outcomes() -> N
 
 
 def test_actuation_that_the_model_switches_off_stays_off() -> None:
-    motor = '<actuator><position joint="rocker" kp="500"/></actuator>'
-    sizes = {}
+    motor, points = '<actuator><position joint="rocker" kp="500"/></actuator>', {}
     for flag in ("enable", "disable"):
-        text = four_bar(more=motor).replace(
-            '<flag contact="disable"/>', f'<flag contact="disable" actuation="{flag}"/>'
-        )
-        run, _ = recorded_without_forces(bench_of(text, {"crank": "60rpm"}, seconds=0.1))
-        sizes[flag] = run.points["C"]
-    plain, _ = recorded_without_forces(bench_of(four_bar(), {"crank": "60rpm"}, seconds=0.1))
-    assert sizes["disable"] == pytest.approx(plain.points["C"], abs=1e-12)
-    assert np.abs(sizes["enable"] - plain.points["C"]).max() > 1e-6
-
-
-def recorded_without_forces(bench: _Bench) -> tuple[Recording, Array]:
-    step = float(bench.model.opt.timestep)
-    times = step * np.arange(int(bench.seconds / step + 1e-9) + 1)
-    model = with_settings(bench.model, OWN, step, bench.seconds, False)
-    return driven_run(bench.machine, model, bench.machine.motion(times), bench.points, 1), times
+        text = four_bar(more=motor).replace("<flag ", f'<flag actuation="{flag}" ')
+        points[flag] = recorded(bench_of(text, {"crank": "60rpm"}, seconds=0.1), OWN)[0].points["C"]
+    plain = recorded(bench_of(four_bar(), {"crank": "60rpm"}, seconds=0.1), OWN)[0].points["C"]
+    assert points["disable"] == pytest.approx(plain, abs=1e-12)
+    assert np.abs(points["enable"] - plain).max() > 1e-6
