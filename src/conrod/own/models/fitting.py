@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -19,36 +19,8 @@ from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
 DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
-Reference = TypeVar("Reference", bound=ExactReference)
 # A step that gains less than this share of the squares is the last; so is one that is rounding.
 GAIN, ROUNDING = 2e-3, 1e-15
-
-
-@dataclass(frozen=True)
-class FrameFit:
-    """The document's frame laid into a view.
-
-    Attributes:
-        displacements: movement of each point on its link (P,), complex [m], that puts it where it should be.
-        distances: remaining distance of each point's path (P, T), complex, over the point's length.
-    """
-
-    sense: int
-    rotation: float
-    zero: float
-    unit: float
-    displacements: Array
-    distances: Array
-
-    @property
-    def largest(self) -> float:
-        """Largest distance of a point from where it should be, over its length."""
-        return float(np.abs(self.distances).max())
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the distances."""
-        return float(np.sqrt(np.mean(np.abs(self.distances) ** 2)))
 
 
 @dataclass(frozen=True)
@@ -91,93 +63,116 @@ class Search:
         """Names of the machine's lengths, without that of all together."""
         return tuple(name for name in length_names(self.scene) if name != ALL_LENGTHS)
 
-    def distances(self, reference: ExactReference, there: FrameFit) -> Array:
-        """Distances (P, T), complex, of the model's points from exact paths in a frame, over their lengths."""
-        exact = paths_of(on_branch(reference, self.branch), self.scan.points)(
-            there.sense * (self.scan.coordinate - there.zero)
-        )
-        found = there.unit * np.exp(-1j * there.rotation) * self.paths + there.displacements[:, None] * self.links
-        return np.asarray((found - exact) / self.norms)
-
-    def fitted(self, reference: ExactReference, there: FrameFit) -> FrameFit:
-        """A frame with the distances that it leaves to the paths of a machine."""
-        return replace(there, distances=self.distances(reference, there))
+    def exact(self, reference: ExactReference, angle: Array) -> Array:
+        """Paths (P, T) of a machine's points, on the branch that is searched, at crank angles (T,)."""
+        return paths_of(on_branch(reference, self.branch), self.scan.points)(angle)
 
 
-def fitted(
-    search: Search, start: FrameFit, reference: Reference, lengths: Sequence[str] = (), points: Sequence[str] = ()
-) -> tuple[FrameFit, Reference]:
-    """The frame and the machine that leave the least squares: of the frame, lengths, and places of points.
+@dataclass(frozen=True)
+class Fit:
+    """A machine laid over a model's paths, with the document's frame in the view.
 
-    Raises:
-        InvalidInput: there are no distances at the start, or it leads to no machine.
+    Attributes:
+        displacements: movement of each point on its link (P,), complex [m], that puts it where it should be.
     """
-    frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]
-    rows = [search.scan.points.index(point) for point in points]
-    # The largest length of the machine is what small lengths are judged by.
-    size = max((abs(length_of(search.scene, name)) for name in search.lengths), default=1.0)
-    values = [getattr(start, name) for name in frame] + [length_of(search.scene, name) for name in lengths]
-    sizes = [1.0] * len(frame) + [1.0 if name == ALL_LENGTHS else size for name in lengths] + [size] * (2 * len(rows))
-    places = start.displacements[rows]
-    origin, scale = np.concatenate([values, places.real, places.imag]), np.array(sizes)
 
-    def at(steps: Array) -> tuple[FrameFit, Reference]:
-        """So many sizes of each unknown from the start."""
-        turned, own, placed = np.split(origin + scale * steps, np.cumsum([len(frame), len(lengths)]))
-        moved, half = start.displacements.copy(), len(rows)
-        moved[rows] = placed[:half] + 1j * placed[half:]
-        there: Any = dict(zip(frame, turned.tolist(), strict=True))
-        machine: Any = with_lengths(search.scene, lengths, own) if lengths else reference
-        return replace(start, displacements=moved, **there), machine
+    search: Search
+    machine: ExactReference
+    rotation: float
+    zero: float
+    unit: float
+    displacements: Array
 
-    def left(steps: Array) -> Array:
-        """Distances (2 P T,), real and imaginary parts."""
-        there, machine = at(steps)
-        flat = search.distances(machine, there).ravel()
-        return np.concatenate([flat.real, flat.imag])
+    @cached_property
+    def distances(self) -> Array:
+        """Remaining distance of each point's path (P, T), complex, over the point's length."""
+        search = self.search
+        exact = search.exact(self.machine, search.sense * (search.scan.coordinate - self.zero))
+        turned = self.unit * np.exp(-1j * self.rotation) * search.paths
+        found = turned + self.displacements[:, None] * search.links
+        return np.asarray((found - exact) / search.norms)
 
-    def residuals(steps: Array) -> Array:
-        try:
-            return left(steps)
-        except InvalidInput:  # a step that leads there is shortened
-            return np.full(count, np.nan)
+    @property
+    def largest(self) -> float:
+        """Largest distance of a point from where it should be, over its length."""
+        return float(np.abs(self.distances).max())
 
-    def slopes(steps: Array) -> Array:
-        ways = DIFFERENCE * np.eye(len(steps))
-        return np.column_stack([(left(steps + by) - left(steps - by)) / (2.0 * DIFFERENCE) for by in ways])
+    @property
+    def rms(self) -> float:
+        """Root mean square of the distances."""
+        return float(np.sqrt(np.mean(np.abs(self.distances) ** 2)))
 
-    steps = np.zeros(len(origin))
-    count = len(left(steps))
-    if len(steps):
-        steps = least_squares(residuals, steps, jac=slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
-    there, machine = at(steps)
-    return search.fitted(machine, there), machine
+    def refined(self, lengths: Sequence[str] = (), points: Sequence[str] = ()) -> Fit:
+        """The frame and the machine that leave the least squares: of the frame, lengths, and places of points.
+
+        Raises:
+            InvalidInput: there are no distances at the start, or it leads to no machine.
+        """
+        search, scene = self.search, self.search.scene
+        frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]
+        rows = [search.scan.points.index(point) for point in points]
+        # The largest length of the machine is what small lengths are judged by.
+        size = max((abs(length_of(scene, name)) for name in search.lengths), default=1.0)
+        values = [getattr(self, name) for name in frame] + [length_of(scene, name) for name in lengths]
+        sizes = [1.0] * len(frame) + [1.0 if name == ALL_LENGTHS else size for name in lengths]
+        places, scale = self.displacements[rows], np.array(sizes + [size] * (2 * len(rows)))
+        origin = np.concatenate([values, places.real, places.imag])
+
+        def at(steps: Array) -> Fit:
+            """So many sizes of each unknown from the start."""
+            turned, own, placed = np.split(origin + scale * steps, np.cumsum([len(frame), len(lengths)]))
+            moved, half = self.displacements.copy(), len(rows)
+            moved[rows] = placed[:half] + 1j * placed[half:]
+            there: Any = dict(zip(frame, turned.tolist(), strict=True))
+            machine = with_lengths(scene, lengths, own) if lengths else self.machine
+            return replace(self, machine=machine, displacements=moved, **there)
+
+        def left(steps: Array) -> Array:
+            """Distances (2 P T,), real and imaginary parts."""
+            flat = at(steps).distances.ravel()
+            return np.concatenate([flat.real, flat.imag])
+
+        def residuals(steps: Array) -> Array:
+            try:
+                return left(steps)
+            except InvalidInput:  # a step that leads there is shortened
+                return np.full(count, np.nan)
+
+        def slopes(steps: Array) -> Array:
+            ways = DIFFERENCE * np.eye(len(steps))
+            return np.column_stack([(left(steps + by) - left(steps - by)) / (2.0 * DIFFERENCE) for by in ways])
+
+        steps = np.zeros(len(origin))
+        count = len(left(steps))
+        if len(steps):
+            steps = least_squares(residuals, steps, jac=slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
+        return at(steps)
 
 
-def fit_frame(search: Search, reference: ExactReference) -> FrameFit:
-    """The frame in which exact paths fit the observed ones best; what is given of it is kept."""
-    coarse = _coarse(search, reference)
+def fit_frame(search: Search) -> Fit:
+    """The frame in which the scene's paths fit the observed ones best; what is given of it is kept."""
+    coarse = _coarse(search)
     unit = min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
-    return fitted(search, replace(coarse, unit=unit), reference)[0]
+    return replace(coarse, unit=unit).refined()
 
 
-def _coarse(search: Search, reference: ExactReference) -> FrameFit:
+def _coarse(search: Search) -> Fit:
     """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
     given, sense, coordinate, norms = search.given, search.sense, search.scan.coordinate, search.norms
-    paths = paths_of(on_branch(reference, search.branch), search.scan.points)
     weighted, count = search.paths / norms, len(coordinate)
     if given.zero is None:
         # Between samples of a turn that start at one of them the angles are always the same ones.
-        turn = paths(coordinate - coordinate[0]) / norms
+        turn = search.exact(search.scene, coordinate - coordinate[0]) / norms
         tried = [(float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(coordinate)]
     else:
-        tried = [(given.zero, paths(sense * (coordinate - given.zero)) / norms)]
+        tried = [(given.zero, search.exact(search.scene, sense * (coordinate - given.zero)) / norms)]
 
-    def placed(zero: float, exact: Array) -> FrameFit:
+    def placed(zero: float, exact: Array) -> tuple[float, Fit]:
         factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
         rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
         unit = max(float((factor * np.exp(1j * rotation)).real), 1e-12)
         left = unit * np.exp(-1j * rotation) * weighted - exact
-        return FrameFit(sense, rotation, zero, unit, np.zeros(len(left), dtype=complex), left)
+        rms = float(np.sqrt(np.mean(np.abs(left) ** 2)))
+        return rms, Fit(search, search.scene, rotation, zero, unit, np.zeros(len(left), dtype=complex))
 
-    return min((placed(zero, exact) for zero, exact in tried), key=lambda one: one.rms)
+    return min((placed(zero, exact) for zero, exact in tried), key=lambda one: one[0])[1]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
-from conrod.own.models.fitting import FrameFit, Search, fit_frame, fitted
+from conrod.own.models.fitting import Fit, Search, fit_frame
 from conrod.own.models.frame import Frame, GivenFrame, views
 from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, on_branch, other_branches, shaft_of
 from conrod.own.models.request import Scan
@@ -55,21 +55,19 @@ class Explanation:
     left: float
 
 
-# An explanation with the machine of its lengths and the frame that fits it.
-Solution: TypeAlias = tuple[Explanation, Scene, FrameFit]
 # Lengths, and points, that are not as expected.
 Change = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-def solutions(search: Search, start: FrameFit, floor: float) -> list[Solution]:
+def solutions(start: Fit, floor: float) -> list[tuple[Explanation, Fit]]:
     """The smallest sets of changes that leave nothing, all of one size.
 
     Args:
         start: the frame that the expected lengths fit best.
         floor: a distance, over the point's length, that is nothing.
     """
-    for changes in _changes(search):
-        found = [one for change in changes if (one := _solved(search, start, change)) is not None]
+    for changes in _changes(start.search):
+        found = [one for change in changes if (one := _solved(start, change)) is not None]
         if enough := [one for one in found if one[0].left <= floor]:
             return sorted(enough, key=lambda one: len(one[0].misplaced))
     return []
@@ -85,20 +83,21 @@ def _changes(search: Search) -> Iterator[list[Change]]:
     yield [(search.lengths, ())]
 
 
-def _solved(search: Search, start: FrameFit, change: Change) -> Solution | None:
+def _solved(start: Fit, change: Change) -> tuple[Explanation, Fit] | None:
     """A change with the free parts of the frame, fitted; None where that leads to no machine."""
-    (names, points), expected = change, search.scene
+    (names, points), search, expected = change, start.search, start.search.scene
     try:
-        there, scene = fitted(search, start, expected, names, points)
+        there = start.refined(names, points)
     except InvalidInput:
         return None
+    scene: Any = there.machine
     away = dict(zip(search.scan.points, np.abs(there.displacements).tolist(), strict=True))
     others = [n for n in search.lengths if n not in names and length_of(expected, n) != 0.0]
     factor = length_of(scene, others[0]) / length_of(expected, others[0]) if others else 1.0
     found = {name: factor if name == ALL_LENGTHS else length_of(scene, name) for name in names}
     lengths = tuple(Length(name, length_of(expected, name), value) for name, value in found.items())
     misplaced = tuple(Misplaced(point, away[point]) for point in points)
-    return Explanation(lengths, misplaced, there.largest), scene, there
+    return Explanation(lengths, misplaced, there.largest), there
 
 
 # Nothing is left to explain below this share of a point's travel: what the solution of a model's closures and its
@@ -162,41 +161,39 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         InvalidInput: its plane of motion or its frame cannot be determined.
     """
     _check_plane(scan)
-    search, at = _chosen(scene, scan, given)
+    at = _chosen(scene, scan, given)
+    search, found = at.search, list[tuple[Explanation, Fit]]()
     floor = max(EXPLAINED, at.unit * OBLIQUE * scan.shape_error / float(search.norms.min()))
-    found, moving = list[Solution](), scene
-    if at.largest > floor:
-        found = solutions(search, at, floor)
-        if found:
-            _, moving, at = found[0]
-    at = _rounded(search, at, moving, floor)
-    expected = search.fitted(scene, replace(at, displacements=0.0 * at.displacements)) if found else at
+    if at.largest > floor and (found := solutions(at, floor)):
+        at = found[0][1]
+    at = _rounded(at, floor)
+    expected = replace(at, machine=scene, displacements=0.0 * at.displacements)
     # The same machine of those lengths, as it is assembled in the model.
-    machine = on_branch(moving, search.branch)
+    machine = on_branch(at.machine, search.branch)
     x, y, z = scan.anchor.tolist()
-    frame = Frame(search.view, at.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(machine))
+    frame = Frame(search.view, search.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(machine))
     identity = Identity(
         frame=frame,
         other_branch=search.branch is not None,
         off_by=dict(zip(scan.points, np.abs(expected.distances).max(axis=1).tolist(), strict=True)),
-        explanations=tuple(one for one, _, _ in found),
+        explanations=tuple(one for one, _ in found),
         left=at.largest,
         floor=floor,
     )
     return identity, machine
 
 
-def _rounded(search: Search, at: FrameFit, machine: ExactReference, floor: float) -> FrameFit:
+def _rounded(at: Fit, floor: float) -> Fit:
     """Rotation and crank zero as round numbers, where those leave no more than the fitted ones."""
     grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
-        given = getattr(search.given, name)
+        given = getattr(at.search.given, name)
         value: Any = _wrapped(getattr(at, name)) if given is None else given
         round_value: Any = _wrapped(grid * float(np.rint(value / grid)))
-        rounded = search.fitted(machine, replace(at, **{name: round_value}))
+        rounded = replace(at, **{name: round_value})
         is_round = given is None and rounded.rms <= max(AS_GOOD * at.rms, 1e-2 * floor)
         at = rounded if is_round else replace(at, **{name: value})
-    return search.fitted(machine, at)
+    return at
 
 
 def _wrapped(angle: float) -> float:
@@ -225,23 +222,17 @@ def _check_plane(scan: Scan) -> None:
             )
 
 
-# A view of a model on an assembly branch, with the frame that fits best.
-Candidate = tuple[Search, FrameFit]
-
-
-def _chosen(scene: Scene, scan: Scan, given: GivenFrame) -> Candidate:
+def _chosen(scene: Scene, scan: Scan, given: GivenFrame) -> Fit:
     """View and assembly branch of the model: the machine's own branch unless another one is clearly nearer."""
-    turns = scene.mechanism().driver.sense
-    seen_from = views(scan.axis, turns, given.plane)
+    seen_from = views(scan.axis, scene.mechanism().driver.sense, given.plane)
 
-    def best(branch: GenericReference | None) -> Candidate:
-        searches = [Search(scene, scan, view, given, branch) for view in seen_from]
-        tried = [(search, fit_frame(search, scene)) for search in searches]
-        least = min(fit.rms for _, fit in tried)
-        return next(one for one in tried if one[1].rms <= ALIKE * least + NOTHING)
+    def best(branch: GenericReference | None) -> Fit:
+        tried = [fit_frame(Search(scene, scan, view, given, branch)) for view in seen_from]
+        least = min(fit.rms for fit in tried)
+        return next(fit for fit in tried if fit.rms <= ALIKE * least + NOTHING)
 
     own = best(None)
-    if own[1].largest <= NEAR:
+    if own.largest <= NEAR:
         return own
-    other = min(map(best, other_branches(scene)), key=lambda one: one[1].rms, default=own)
-    return other if other[1].rms < CLEARLY_BETTER * own[1].rms else own
+    other = min(map(best, other_branches(scene)), key=lambda one: one.rms, default=own)
+    return other if other.rms < CLEARLY_BETTER * own.rms else own
