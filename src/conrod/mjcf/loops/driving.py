@@ -246,12 +246,10 @@ def carried_forces(
 
 def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:
     """Sites of these names or, where there is none, frames of bodies."""
-    sites, bodies = (
-        [name_or_number(model, kind, k) for k in range(n)] for kind, n in (("site", model.nsite), ("body", model.nbody))
-    )
-    return tuple(
-        FoundPoint(name, "site", sites.index(name), int(model.site_bodyid[sites.index(name)]))
-        if name in sites
-        else FoundPoint(name, "body", bodies.index(name), bodies.index(name))
-        for name in names
-    )
+    kinds = {"body": range(model.nbody), "site": model.site_bodyid.tolist()}
+    found = {
+        name_or_number(model, kind, k): FoundPoint(name_or_number(model, kind, k), kind, k, body)
+        for kind, bodies in kinds.items()
+        for k, body in enumerate(bodies)
+    }
+    return tuple(found[name] for name in names)

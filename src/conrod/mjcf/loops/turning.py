@@ -10,6 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 from conrod.engines.numerics import close_gap
 from conrod.errors import InvalidInput
@@ -22,12 +23,14 @@ from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.own.models.loading import (
     FoundPoint,
     check_finite,
-    controls_at_start,
+    data_at_start,
     find_crank,
     find_point,
     keyframe_to_start_from,
     load_model,
     name_or_number,
+    names_of,
+    numbered,
     start_words,
 )
 from conrod.own.models.request import ModelFacts, Question, Scan
@@ -224,7 +227,7 @@ def scan(turning: Turning, question: Question) -> Scan:
         coordinate=states[whole, crank.coordinate],
         points=tuple(point.name for point in turning.points),
         positions=positions[whole].swapaxes(0, 1),
-        turns=_turns(links[whole], axes[whole]).T,
+        turns=_about(axes[0], links[whole] @ links[0].swapaxes(-1, -2)).T,
         anchor=anchors[0],
         axis=axes[0],
         wander=float(away.max()),
@@ -232,12 +235,10 @@ def scan(turning: Turning, question: Question) -> Scan:
     )
 
 
-def _turns(links: Array, axes: Array) -> Array:
-    """Angles (T, P) [rad] about an axis (T, 3) by which links (T, P, 3, 3) have turned since the first of them."""
-    turned = links @ links[0].swapaxes(-1, -2)
-    back = turned.swapaxes(-1, -2)
-    across = 0.5 * (turned - back)[..., [2, 0, 1], [1, 2, 0]]
-    return np.asarray(np.arctan2((across @ axes[:, :, None])[..., 0], 0.5 * (turned.trace(axis1=-2, axis2=-1) - 1.0)))
+def _about(axis: Array, turned: Array) -> Array:
+    """Angles (T, P) [rad] of turns (T, P, 3, 3) about an axis (3,)."""
+    vectors = Rotation.from_matrix(turned.reshape(-1, 3, 3)).as_rotvec()
+    return np.asarray((vectors @ axis).reshape(turned.shape[:2]))
 
 
 def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> float:
@@ -267,7 +268,8 @@ def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> float:
 def facts_of(turning: Turning, question: Question) -> ModelFacts:
     """What a model is, but for its stops; raises InvalidInput where it lacks a keyframe or a control."""
     model, tree, pair = turning.model, turning.machine.tree, turning.touching
-    controls, option = controls_at_start(model, question.keyframe, question.controls), model.opt
+    data, key = data_at_start(model, question.keyframe, question.controls)
+    controls, option = data.ctrl.tolist(), model.opt
     integrator = mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_")
     solver = mujoco.mjtSolver(int(option.solver)).name.removeprefix("mjSOL_")
     return ModelFacts(
@@ -281,8 +283,8 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
         timestep=float(option.timestep),
         settings=f"timestep {option.timestep:g} s, integrator {integrator}, solver {solver}, {option.iterations} "
         f"iterations, tolerance {option.tolerance:g}",
-        start=start_words(model, keyframe_to_start_from(model, question.keyframe), controls.values()),
-        controls=controls,
+        start=start_words(model, key, controls),
+        controls=dict(zip(numbered(names_of(model, "actuator")), controls, strict=True)),
     )
 
 

@@ -109,16 +109,6 @@ def data_at_start(
     return data, index
 
 
-def controls_at_start(model: mujoco.MjModel, keyframe: str | None, controls: Controls) -> dict[str, float]:
-    """Inputs of all actuators at such a start, by name or number.
-
-    Raises:
-        InvalidInput: as for the data.
-    """
-    data, _ = data_at_start(model, keyframe, controls)
-    return dict(zip(numbered(names_of(model, "actuator")), data.ctrl.tolist(), strict=True))
-
-
 def start_words(model: mujoco.MjModel, keyframe: int | None, controls: Iterable[float] = ()) -> str:
     """'keyframe start with motor = 4.19': a start in words, with the controls (nu,) that are not 0."""
     words = "its own pose" if keyframe is None else f"keyframe {numbered(names_of(model, 'key'))[keyframe]}"
