@@ -12,11 +12,10 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.differences import Comparison, compared
-from conrod.mjcf.loops.reading import laws_of, machine_tree, tree_of
+from conrod.mjcf.loops.reading import machine_tree
 from conrod.mjcf.loops.results import Question
-from conrod.mjcf.loops.study import study
+from conrod.mjcf.loops.study import _Bench, study
 from conrod.scenes.space import MACHINES
 
 TIMES = np.linspace(0.0, 1.0, 25)
@@ -50,12 +49,9 @@ def edited(machine: str, edit: Edit) -> str:
 
 def comparison(machine: str, mjcf: str) -> Comparison:
     """A model against a machine, by the exact motions of both."""
-    model = mujoco.MjModel.from_xml_string(mjcf)
-    tree = tree_of(model, model.qpos0)
-    laws, held = laws_of(model, tree, Question(dict(MACHINES[machine]().drives)))
-    driven = DrivenTree(tree, laws, held)
-    driven.go(driven.assembled(), 1.0)
-    return compared(machine, tree, machine_tree(machine), laws, held, driven.motion(TIMES, order=2))
+    question = Question(dict(MACHINES[machine]().drives), seconds=1.0)
+    own = _Bench.of(mujoco.MjModel.from_xml_string(mjcf), question).machine
+    return compared(machine, own.tree, machine_tree(machine), own.laws, own.held, own.motion(TIMES, order=2))
 
 
 TILT = np.tan(np.radians(0.1))

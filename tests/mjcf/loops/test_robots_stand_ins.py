@@ -6,6 +6,7 @@ They stand in for the models of public collections, which `make own-models MODEL
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
@@ -13,12 +14,10 @@ import numpy as np
 import pytest
 
 from conrod.errors import InvalidInput
-from conrod.exact.space.mobility import Mobility, check_drives, mobility
+from conrod.exact.space.mobility import Mobility
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops import study
-from conrod.mjcf.loops.reading import judged_points, laws_of, tree_of
 from conrod.mjcf.loops.results import LoopStudy, Question
-from conrod.own.models.loading import OWN_POSE, data_at_start
 from conrod.report.loops import finding
 from conrod.runs.trajectory import Outcome
 
@@ -79,26 +78,18 @@ def written(bodies: str, equalities: str, more: str = "") -> str:
     return f"<mujoco><worldbody>{bodies}</worldbody>{more}<equality>{equalities}</equality></mujoco>"
 
 
-def model(bodies: str, equalities: str, more: str = "") -> mujoco.MjModel:
-    """A compiled model."""
-    return mujoco.MjModel.from_xml_string(written(bodies, equalities, more))
-
-
 def studied(
-    compiled: mujoco.MjModel, drives: dict[str, str], seconds: float = 1.0, keyframe: str = OWN_POSE
-) -> tuple[DrivenTree, Mobility, list[str]]:
+    model: str, drives: dict[str, str], edit: Callable[[mujoco.MjModel], None] = lambda _: None
+) -> tuple[DrivenTree, Mobility, set[str]]:
     """A driven machine after its way, its mobility, and the points that are judged."""
-    question, tree = Question(drives), tree_of(compiled, data_at_start(compiled, keyframe)[0].qpos)
-    machine = DrivenTree(tree, *laws_of(compiled, tree, question))
-    start = machine.assembled()
-    check_drives(machine, start)
-    machine.go(start, seconds)
-    found = mobility(machine)
-    return machine, found, [point.name for point in judged_points(compiled, tree, found, question)]
+    compiled = mujoco.MjModel.from_xml_string(model)
+    edit(compiled)
+    bench = study._Bench.of(compiled, Question(drives, seconds=1.0))
+    return bench.machine, bench.freedom, {point.name for point in bench.points}
 
 
 def test_an_achilles_rod_spins_idly_and_the_base_and_what_is_in_no_loop_are_held() -> None:
-    machine, found, judged = studied(model(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz", "spring": "hold"})
+    machine, found, judged = studied(written(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz", "spring": "hold"})
     # Knee, spring, tarsus and the rod's three rates, of which the connect takes three.
     assert (found.freedom, found.rank, found.left) == (6, 3, 3)
     assert found.idle == ("rod",)
@@ -106,18 +97,18 @@ def test_an_achilles_rod_spins_idly_and_the_base_and_what_is_in_no_loop_are_held
     assert machine.held == ("base", "arm")
     # The only site is on the held thigh: bodies are judged, and none that only the rod's spin could move.
     assert "hip" not in judged
-    assert {"shin", "tarsus"} <= set(judged)
+    assert {"shin", "tarsus"} <= judged
 
 
 def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:
     with pytest.raises(InvalidInput, match=r"leaves 3, 1 of them idle, and 1 is driven: drive 1 more.*: spring, or"):
-        studied(model(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz"})
+        studied(written(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz"})
 
 
 @pytest.mark.parametrize(("coupling", "more"), [(BY_JOINT, ""), (BY_TENDON, TENDONS)])
 def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(coupling: str, more: str) -> None:
     drives = {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"}
-    machine, found, judged = studied(model(GRIPPER, coupling, more), drives)
+    machine, found, judged = studied(written(GRIPPER, coupling, more), drives)
     assert (found.freedom, found.rank, found.left) == (8, 5, 3)
     assert dict(found.redundant) == {"r": 1, "l": 1}  # each connect's row along the hinges
     assert "flange" not in judged
@@ -127,17 +118,21 @@ def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(co
     assert by_name["ldriver"] == pytest.approx(math.radians(20.0), abs=1e-14)
     assert by_name["lfollower"] == pytest.approx(by_name["rfollower"], abs=1e-13)
     with pytest.raises(InvalidInput, match="leaves 4"):  # negative control: without its coupling
-        studied(model(GRIPPER, PINS), drives)
+        studied(written(GRIPPER, PINS), drives)
 
 
 @pytest.mark.parametrize(("length", "misfit"), [(0.3, 0.0), (0.3 + 1e-5, 1e-6)])
 def test_a_parallelogram_closed_twice_says_what_is_redundant_and_what_contradicts(length: float, misfit: float) -> None:
     bodies = PARALLELOGRAM.replace('fromto="0 0 0 0 0 {}"', f'fromto="0 0 0 0 0 {length}"')
-    compiled = model(bodies, LEVELS)
-    compiled.eq_data[1, 5] += length - 0.3  # the second rod's end: a hundredth of a millimetre contradicts the first
-    machine, found, judged = studied(compiled, {"arm": "sine:30deg,1Hz"})
+
+    def longer(compiled: mujoco.MjModel) -> None:
+        compiled.eq_data[1, 5] += (
+            length - 0.3
+        )  # the second rod's end: a hundredth of a millimetre contradicts the first
+
+    machine, found, judged = studied(written(bodies, LEVELS), {"arm": "sine:30deg,1Hz"}, longer)
     assert found.left == 1
-    assert judged == ["tip"]
+    assert judged == {"tip"}
     assert dict(found.redundant) == {"level": 1, "level2": 2}
     assert (machine.misfit > misfit) if misfit else (machine.misfit < 1e-14)
     tip = machine.motion(np.linspace(0.0, 1.0, 9)).points["tip"]
