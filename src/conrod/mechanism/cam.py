@@ -176,7 +176,8 @@ LAWS: dict[str, Callable[[Array, int], Array]] = {
     DWELL: lambda x, order: np.zeros(np.shape(x)),
     HARMONIC: harmonic,
     CYCLOIDAL: cycloidal,
-    **{name: partial(polynomial, coefficients) for name, coefficients in POLYNOMIALS.items()},
+    "3-4-5": partial(polynomial, POLYNOMIALS["3-4-5"]),
+    "4-5-6-7": partial(polynomial, POLYNOMIALS["4-5-6-7"]),
 }
 
 
