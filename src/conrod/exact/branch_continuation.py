@@ -131,15 +131,9 @@ class BranchContinuation:
             return None
         # The factors that give the branch give the slope as well, for the step after this one.
         reached = self.place(following, poses)
-        if reached.determinant * here.determinant <= 0.0 or self._bend(here, reached) > WALK_BEND:
-            return None
-        return reached
-
-    def _bend(self, here: BranchPoint, there: BranchPoint) -> float:
-        """Change of the slope between two places, relative to the larger one."""
-        none = np.zeros_like(here.slope)
-        largest = max(float(self.equations.distance(place.slope, none)[0]) for place in (here, there))
-        return float(self.equations.distance(there.slope, here.slope)[0]) / largest
+        bend = float(self.equations.distance(reached.slope, here.slope)[0])
+        largest = max(float(self.equations.distance(slope, 0.0 * poses)[0]) for slope in (here.slope, reached.slope))
+        return None if reached.determinant * here.determinant <= 0.0 or bend / largest > WALK_BEND else reached
 
     def _cross(self, here: BranchPoint, step: float, goal: float) -> BranchPoint | None:
         """The place beyond a change point that is next on the way, or the goal itself; None if none is near."""

@@ -77,7 +77,11 @@ def crossing(equations: Equations, angle: float, poses: Array, way: float) -> tu
     here = ChangePoint(angle, ahead, math.inf)
     away = _vanishing(equations, here, way)
     try:
-        change = None if away is None else _settled(equations, here, away)
+        # Seen from nearby first, then from far enough for all digits.
+        change = None if away is None else _fitted(equations, here, here.angle + away, abs(away))
+        if change is not None and away is not None and abs(away) < WIDE:
+            change = _fitted(equations, change, change.angle, WIDE) or change
+        change = None if change is None else _checked(equations, change)
         if change is None:
             return None
         beyond = np.array([2.0 * change.angle - angle])
@@ -120,14 +124,6 @@ def _narrowed(equations: Equations, here: ChangePoint, low: float, high: float) 
 def _least_singular(equations: Equations, here: ChangePoint, ways: Array) -> Array:
     poses = here.series(here.angle + ways, 0)[0]
     return np.asarray(np.linalg.svd(equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
-
-
-def _settled(equations: Equations, here: ChangePoint, away: float) -> ChangePoint | None:
-    """The change point about so far off; seen from nearby first, then from far enough for all digits."""
-    first = _fitted(equations, here, here.angle + away, abs(away))
-    if first is None or abs(away) >= WIDE:
-        return None if first is None else _checked(equations, first)
-    return _checked(equations, _fitted(equations, first, first.angle, WIDE) or first)
 
 
 def _fitted(equations: Equations, known: ChangePoint, middle: float, width: float) -> ChangePoint | None:

@@ -139,12 +139,6 @@ def symmetric_cam(base_radius: float, flank_radius: float, nose_radius: float, c
 # Each law is y(x), from y(0) = 0 to y(1) = 1 with slope 0 at both ends. A rise by h over a cam angle b lifts by
 # s = h y(theta / b), so that its k-th derivative by the cam angle is h / b^k times y's.
 DWELL, HARMONIC, CYCLOIDAL = "dwell", "simple-harmonic", "cycloidal"
-# Coefficients of x^0, x^1, ...: the polynomials of least degree whose first two, or three, derivatives are 0 at the
-# ends (Norton, Design of Machinery, chapter 8).
-POLYNOMIALS = {
-    "3-4-5": (0.0, 0.0, 0.0, 10.0, -15.0, 6.0),
-    "4-5-6-7": (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0),
-}
 
 
 def harmonic(x: Array, order: int) -> Array:
@@ -176,8 +170,10 @@ LAWS: dict[str, Callable[[Array, int], Array]] = {
     DWELL: lambda x, order: np.zeros(np.shape(x)),
     HARMONIC: harmonic,
     CYCLOIDAL: cycloidal,
-    "3-4-5": partial(polynomial, POLYNOMIALS["3-4-5"]),
-    "4-5-6-7": partial(polynomial, POLYNOMIALS["4-5-6-7"]),
+    # Coefficients of x^0, x^1, ...: the polynomials of least degree whose first two, or three, derivatives are 0 at the
+    # ends (Norton, Design of Machinery, chapter 8).
+    "3-4-5": partial(polynomial, (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)),
+    "4-5-6-7": partial(polynomial, (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)),
 }
 
 

@@ -6,6 +6,7 @@ chains of parallelogram four-bars of any length, `four-bar-chain-N`.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -107,10 +108,10 @@ def _chain_count(name: str) -> int | None:
     Raises:
         InvalidInput: there is no chain of that length.
     """
-    digits = name.removeprefix(CHAIN)
-    if digits == name or not (digits.isascii() and digits.isdigit()) or digits.startswith("0"):
+    found = re.fullmatch(rf"{CHAIN}([1-9][0-9]*)", name)
+    if found is None:
         return None
-    count = int(digits) if len(digits) < len(str(MOST_CHAIN)) + 1 else MOST_CHAIN + 1
+    count = int(found[1][: len(str(MOST_CHAIN)) + 1])
     if not LEAST_CHAIN <= count <= MOST_CHAIN:
         raise InvalidInput(f"{name}: chains have from {LEAST_CHAIN} to {MOST_CHAIN} four-bars")
     return count

@@ -15,7 +15,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics import coordinate_jet
-from conrod.exact.dynamics.integration import Course, breaks, kinks
+from conrod.exact.dynamics.integration import Course, kinks
 from conrod.exact.dynamics.line import At, Line
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
@@ -93,8 +93,10 @@ class ForwardDynamics:
         start = np.array([0.0, self.start_rate(rates), 0.0])
         if start[1] == 0.0:
             self._check_rest()
+        pulses = [load.law for load in self.loads if isinstance(load.law, TimePulse)]
         course = Course(
-            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads), breaks(self.loads),
+            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads),
+            {time for pulse in pulses for time in (pulse.start, pulse.stop)},
             FARTHEST * self.line.configurations.curve.unit,
         )  # fmt: skip
         states = course.run(times, start, self.line.crossings)

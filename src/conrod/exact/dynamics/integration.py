@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.line import Line
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import Load, StrokePulse, TimePulse
+from conrod.mechanism.loads import Load, StrokePulse
 
 RELATIVE = 3e-14
 JUST = 1e-12  # of the time in all: how well an instant of a kink is known
@@ -33,13 +33,13 @@ class Course:
     Args:
         rates: derivative of the state at a time.
         absolute: what each entry of the state is at least measured by (K,).
-        kinks: functions of time and state whose change of sign is a kink of the rates; breaks: times of such.
+        kinks: functions of time and state whose change of sign is a kink of the rates; breaks: times [s] of such.
         farthest: of the first entry in one step, about. Where nothing changes for a while, as in a cam's dwell, steps
             grow, and the stages of a long one may miss what begins gently behind it.
     """
 
     def __init__(
-        self, rates: Callable[[float, Array], Array], absolute: Array, kinks: Sequence[Event], breaks: Sequence[float],
+        self, rates: Callable[[float, Array], Array], absolute: Array, kinks: Sequence[Event], breaks: Iterable[float],
         farthest: float,
     ) -> None:  # fmt: skip
         self._rates, self._absolute, self._kinks, self._farthest = rates, RELATIVE * absolute, kinks, farthest
@@ -116,12 +116,6 @@ class Course:
             self._sampled[k] = after if times[k] == stop else dense(times[k])
         for value in self._passing(*sorted((float(before[0]), float(after[0])))):
             self.passed.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
-
-
-def breaks(loads: Iterable[Load]) -> list[float]:
-    """Times [s] at which laws have kinks."""
-    pulses = [load.law for load in loads if isinstance(load.law, TimePulse)]
-    return sorted({time for pulse in pulses for time in (pulse.start, pulse.stop)})
 
 
 def kinks(line: Line, loads: Sequence[Load]) -> list[Event]:

@@ -86,9 +86,11 @@ def _output(course: Course, link: str, joint: LowerPair) -> Output:
     if abs(gain) > RETURNED * float(np.ptp(values)):
         return Output(link, joint.name, unit, tuple(centres), gain, None, None, None)
     reached = [*values, *(centre.value for centre in centres)]
-    stroke = float(max(reached) - min(reached))
-    ways = _ways(centres) if full and len(centres) == 2 else (None, None)
-    return Output(link, joint.name, unit, tuple(centres), 0.0, stroke, *ways)
+    stroke, forward, backward = float(max(reached) - min(reached)), None, None
+    if full and len(centres) == 2 and centres[0].greatest != centres[1].greatest:
+        least, greatest = sorted(centres, key=lambda centre: centre.greatest)
+        forward, backward = (greatest.angle - least.until) % TURN, (least.angle - greatest.until) % TURN
+    return Output(link, joint.name, unit, tuple(centres), 0.0, stroke, forward, backward)
 
 
 def _steady_gain(course: Course, weights: Array, values: Array) -> float:
@@ -144,14 +146,6 @@ def _dead_centre(
         once = angle % TURN if TURN - angle % TURN > ROUNDED else 0.0
         angle, until = once, once + (until - angle)
     return DeadCentre(angle, until, value, greatest)
-
-
-def _ways(centres: list[DeadCentre]) -> tuple[float | None, float | None]:
-    """Crank angles from the least to the greatest value, and back."""
-    least, greatest = sorted(centres, key=lambda centre: centre.greatest)
-    if least.greatest == greatest.greatest:
-        return None, None
-    return (greatest.angle - least.until) % TURN, (least.angle - greatest.until) % TURN
 
 
 @dataclass(frozen=True)
