@@ -9,14 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from catalogue import (
-    CAMS,
-    CAMS_WITH_JOINTS,
-    DEFECTIVE_CAMS,
-    DEFECTIVE_LINKAGES,
-    EVERY_SCENE,
-    slow_but_for_a_few,
-)
+from catalogue import CAMS, CAMS_WITH_JOINTS, DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, slow_but_for_a_few
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
 from conrod.errors import InvalidInput

@@ -7,17 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from conrod.mechanism.mechanism import (
-    GROUND,
-    Body,
-    Driver,
-    Joint,
-    Mechanism,
-    Point,
-    Pose,
-    Prismatic,
-    Revolute,
-)
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, Point, Pose, Prismatic, Revolute
 
 Place = tuple[float, float]
 

@@ -10,16 +10,7 @@ from linkages import four_bar
 
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import (
-    Body,
-    Driver,
-    Mechanism,
-    ObservedPoint,
-    Prismatic,
-    Rack,
-    Revolute,
-    Rolling,
-)
+from conrod.mechanism.mechanism import Body, Driver, Mechanism, ObservedPoint, Prismatic, Rack, Revolute, Rolling
 
 SPEED = 5.0  # [rad/s]
 GRAVITY = (0.0, -9.81)

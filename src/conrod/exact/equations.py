@@ -12,17 +12,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.elimination import Elimination, Entry, PivotOrder
 from conrod.exact.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
 from conrod.exact.motion import BREAK_WIDTH, Array, Side
-from conrod.mechanism.mechanism import (
-    GROUND,
-    CamContact,
-    HigherPair,
-    Joint,
-    Mechanism,
-    Mesh,
-    Point,
-    Prismatic,
-    Rack,
-)
+from conrod.mechanism.mechanism import GROUND, CamContact, HigherPair, Joint, Mechanism, Mesh, Point, Prismatic, Rack
 
 NEWTON_STEPS = 30
 # Newton converges quadratically: after a step this small (lengths against the mechanism's size) its square is left.

@@ -20,15 +20,7 @@ from conrod.exact.branch_walk import BranchWalk
 from conrod.exact.elimination import Elimination
 from conrod.exact.equations import Equations
 from conrod.exact.joint_equations import active_arcs, pose_jets
-from conrod.exact.motion import (
-    BREAK_WIDTH,
-    Array,
-    Motion,
-    PointDerivatives,
-    Side,
-    diameter,
-    motion_in_time,
-)
+from conrod.exact.motion import BREAK_WIDTH, Array, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.mechanism.mechanism import Mechanism
 
 SAMPLES, HALVINGS = 720, 60  # of a turn, where joints of cams are looked for

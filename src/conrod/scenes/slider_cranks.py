@@ -11,16 +11,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism import units as parameters
-from conrod.mechanism.mechanism import (
-    GROUND,
-    Body,
-    Driver,
-    Mechanism,
-    ObservedPoint,
-    Point,
-    Prismatic,
-    Revolute,
-)
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Point, Prismatic, Revolute
 from conrod.scenes.scene import Scene, circular, combine, constant, projection
 
 RPM = 2.0 * math.pi / 60.0  # [rad/s]
