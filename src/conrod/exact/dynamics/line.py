@@ -39,22 +39,13 @@ class At:
     rates: Array
 
 
-@dataclass(frozen=True)
-class _Row:
-    """A piece's series, all in one matrix (DEGREE + 1, columns)."""
-
-    samples: Samples
-    matrix: Array
-
-
 class Line:
     """The reduced mechanism along its curve of configurations."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.configurations = Configurations(mechanism)
-        self._ahead: list[_Row] = []
-        self._behind: list[_Row] = []
+        self._known: dict[int, tuple[Samples, Array]] = {}  # by identity of pieces, which are kept for it
         # Loads whose coordinates come from the series, in their order; of them potentials, and what are none.
         loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
         self._along = [load.along for load in loads]
@@ -63,8 +54,10 @@ class Line:
 
     def at(self, along: float) -> At:
         """The reduced mechanism at an arc length."""
-        row, local, turns = self._row(along)
-        columns = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))) @ row.matrix
+        piece, basis, turns = self._basis(along)
+        if id(piece) not in self._known:
+            self._known[id(piece)] = piece, self._series(piece)
+        columns = basis @ self._known[id(piece)][1]
         values, rates = columns[4:].reshape(2, -1)
         inertia, slope, potential, descent = (float(some) for some in columns[:4])
         if turns:
@@ -85,11 +78,9 @@ class Line:
 
     def point(self, along: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""
-        row, local, turns = self._row(along)
-        basis = np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local))))
-        piece, scale = row.samples, self.configurations.curve.scale
+        piece, basis, turns = self._basis(along)
         point, tangent, curvature = (basis @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
-        loop = self.configurations.loop
+        loop, scale = self.configurations.loop, self.configurations.curve.scale
         return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
 
     def crossings(self, lowest: float, highest: float) -> list[float]:
@@ -102,26 +93,23 @@ class Line:
             found = [crossing + turn * loop.length for turn in turns for crossing in found]
         return sorted(crossing for crossing in found if lowest < crossing < highest)
 
-    def _row(self, along: float) -> tuple[_Row, float, float]:
-        """The piece of an arc length, where on it from -1 to 1, and how many times the loop was gone round."""
+    def _basis(self, along: float) -> tuple[Samples, Array, float]:
+        """The piece of an arc length, Chebyshev polynomials (K,) there, and how many times the loop was gone round."""
         known, turns = self.configurations, 0.0
         known.reach(along)
         if known.loop is not None:
             turns = float(np.floor(along / known.loop.length))
             along = max(0.0, along - turns * known.loop.length)  # rounding may leave it just before the start
-        pieces, rows = (known.ahead, self._ahead) if along >= 0.0 else (known.behind, self._behind)
-        if rows and rows[0].samples is not pieces[0]:
-            rows.clear()  # the loop was closed from the other side
-        rows += [self._series(piece) for piece in pieces[len(rows) :]]
         if along >= 0.0:
-            k = bisect_right(rows, along, key=lambda row: row.samples.start) - 1
+            pieces, k = known.ahead, bisect_right(known.ahead, along, key=lambda piece: piece.start) - 1
         else:
-            k = bisect_right(rows, -along, key=lambda row: -row.samples.stop) - 1
-        row = rows[max(0, min(k, len(rows) - 1))]
-        piece = row.samples
-        return row, 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0, turns
+            pieces, k = known.behind, bisect_right(known.behind, -along, key=lambda piece: -piece.stop) - 1
+        piece = pieces[max(0, min(k, len(pieces) - 1))]
+        local = 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0
+        return piece, np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))), turns
 
-    def _series(self, piece: Samples) -> _Row:
+    def _series(self, piece: Samples) -> Array:
+        """Chebyshev series of what `_reduced` gives, in one matrix (DEGREE + 1, columns)."""
         with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
             columns = _reduced(self.configurations, piece, self.mechanism.loads)
         inertia = np.ascontiguousarray(columns[:, 0])
@@ -133,7 +121,7 @@ class Line:
             )
         if not np.isfinite(columns).all():
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite: the two points of a load meet")
-        return _Row(piece, piece.series(columns))
+        return piece.series(columns)
 
 
 def _least(series: Array) -> float:
