@@ -67,8 +67,8 @@ def outputs(course: Course) -> tuple[Output, ...]:
 
 def _output(course: Course, link: str, joint: LowerPair) -> Output:
     weights = _weights(course, link, joint)
-    parameter = course.parameter
-    values, rates = course.samples @ weights, course.tangents @ weights
+    parameter = course.angles
+    values, rates = course.samples @ weights, course.slopes @ weights
     full = course.periodic
     gain = float(values[-1] - values[0]) if full else _steady_gain(course, weights, values)
     unit = "m" if isinstance(joint, Prismatic) else "rad"
@@ -80,7 +80,7 @@ def _output(course: Course, link: str, joint: LowerPair) -> Output:
         signs = np.concatenate([signs[:-1], signs[:-1]])
     centres = [
         _dead_centre(course, weights, limit, (parameter, signs), before, after)
-        for before, after in _turns(signs, len(course.parameter) - 1 if full else len(signs))
+        for before, after in _turns(signs, len(course.angles) - 1 if full else len(signs))
     ]
     centres.sort(key=lambda centre: centre.angle)
     if abs(gain) > RETURNED * float(np.ptp(values)):
@@ -98,7 +98,7 @@ def _steady_gain(course: Course, weights: Array, values: Array) -> float:
     if not course.kinematics.turns_fully:
         return 0.0
     gain = float(values[-1] - values[0])
-    after_next = float((course.poses(np.array([2.0 * TURN])) @ weights)[0])
+    after_next = float((course.kinematics.poses(np.array([2.0 * TURN])) @ weights)[0])
     return gain if abs(after_next - values[-1] - gain) <= RETURNED * float(np.ptp(values)) else 0.0
 
 
@@ -128,7 +128,7 @@ def _dead_centre(
     parameter, signs = grid
 
     def rate(at: float) -> float:
-        return float((course.rates(np.array([at])) @ weights)[0])
+        return float((course.kinematics.derivatives(np.array([at]), 1)[1] @ weights)[0])
 
     first, last = float(parameter[before]), float(parameter[after])
     if after > before + 3:
@@ -137,15 +137,12 @@ def _dead_centre(
         leaves = bisect(last, stops, lambda at: abs(rate(at)) > limit)
     else:
         stops = leaves = bisect(first, last, lambda at: rate(at) * signs[before] > 0.0)
-    poses = course.poses(np.array([stops, leaves]))
-    angle, until = (float(a) for a in course.crank_angle(poses))
-    greatest = bool(signs[before] > 0.0)
-    value = float((poses @ weights)[0])
+    value = float((course.kinematics.poses(np.array([stops])) @ weights)[0])
+    angle = stops
     if course.periodic:
         # Rounding just below angle 0 is angle 0.
-        once = angle % TURN if TURN - angle % TURN > ROUNDED else 0.0
-        angle, until = once, once + (until - angle)
-    return DeadCentre(angle, until, value, greatest)
+        angle = stops % TURN if TURN - stops % TURN > ROUNDED else 0.0
+    return DeadCentre(angle, angle + (leaves - stops), value, bool(signs[before] > 0.0))
 
 
 @dataclass(frozen=True)

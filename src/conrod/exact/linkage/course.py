@@ -1,7 +1,7 @@
-"""All poses that a linkage passes, the crank's whole turn or what it reaches of one, and the limits of its input.
+"""All poses that a linkage passes in a turn or a span, and the limits of its input.
 
-Where the crank cannot turn fully, its angle stops being a good parameter at its limits: the linkage moves there and the
-crank does not. Poses are then followed by their own arc length (`conrod.exact.curve_walk`).
+At its limits the crank's angle stops being a good parameter: the linkage moves there and the crank does not. They are
+found by the poses' own arc length (`conrod.exact.curve_walk`).
 """
 
 from __future__ import annotations
@@ -65,54 +65,23 @@ class CrankRange:
 
 @dataclass(frozen=True)
 class Course:
-    """Poses that a linkage passes.
-
-    Attributes:
-        curve: the curve of the poses where the parameter is its arc length [1], 0 at crank angle 0; None where the
-            parameter is the crank angle [rad], as for a turn or a driver's span.
-    """
+    """Poses that a machine passes in its turn, or its driver's span."""
 
     kinematics: Kinematics  # the mechanism's solver
-    periodic: bool  # whether they are those of a whole turn, and of every other one too
-    curve: JointCurve | None
-    parameter: Array  # that the samples are taken at, (T,), growing; both ends of a turn are there
+    angles: Array  # crank angles (T,) [rad] of the samples, growing; both ends of a turn are there
     samples: Array  # stacked poses (T, 3 n) [m, m, rad]
-    tangents: Array  # their derivative by the parameter (T, 3 n)
+    slopes: Array  # their derivative by the crank angle (T, 3 n)
 
-    def poses(self, parameter: Array) -> Array:
-        """Exact poses (T, 3 n) at parameters (T,) within those of the samples."""
-        return self.kinematics.poses(parameter) if self.curve is None else self._near(self.curve, parameter)[0]
-
-    def rates(self, parameter: Array) -> Array:
-        """Derivative (T, 3 n) of the poses by the parameter, up to a positive factor."""
-        if self.curve is None:
-            return self.kinematics.derivatives(parameter, 1)[1]
-        return self._near(self.curve, parameter)[1]
-
-    def _near(self, curve: JointCurve, parameter: Array) -> tuple[Array, Array]:
-        """Poses and their tangents (T, 3 n) at arc lengths (T,)."""
-        nearest = np.abs(self.parameter[:, None] - parameter).argmin(axis=0)
-        tangents = self.tangents[nearest] / curve.scale
-        guess = self.samples[nearest] / curve.scale + (parameter - self.parameter[nearest])[:, None] * tangents
-        with one_thread():
-            points = curve.corrected(guess, tangents, DONE)
-            if points is None:
-                raise InvalidInput(f"{curve.mechanism.name}: its poses cannot be followed")
-            return points * curve.scale, curve.frame(points, tangents).tangent * curve.scale
-
-    def crank_angle(self, poses: Array) -> Array:
-        """Crank angles (T,) [rad] of poses (T, 3 n)."""
-        driver = self.kinematics.mechanism.driver
-        return np.asarray(driver.sense * (poses[:, self.kinematics.crank_column] - driver.start))
+    @property
+    def periodic(self) -> bool:
+        """Whether they are those of a whole turn, and of every other one too."""
+        return self.kinematics.repeats
 
 
 def course_of(kinematics: Kinematics) -> Course:
-    """All poses that the machine passes on its assembly branch: a turn, its driver's span, or all that it reaches."""
-    span = kinematics.mechanism.driver.span
-    if span is not None or kinematics.turns_fully:
-        angles = np.linspace(*(span or (0.0, TURN)), SAMPLES + 1)
-        return Course(kinematics, kinematics.repeats, None, angles, *kinematics.derivatives(angles, 1))
-    return _whole_range(kinematics)[1]
+    """All poses that the machine passes; raises InvalidInput where its crank neither turns fully nor has a span."""
+    angles = np.linspace(*kinematics.span, SAMPLES + 1)
+    return Course(kinematics, angles, *kinematics.derivatives(angles, 1))
 
 
 def crank_range(kinematics: Kinematics) -> CrankRange:
@@ -123,57 +92,48 @@ def crank_range(kinematics: Kinematics) -> CrankRange:
         free = Kinematics(replace(kinematics.mechanism, driver=replace(driver, span=None)))
     elif kinematics.turns_fully:
         return CrankRange(0.0, TURN, "none", "none", tuple(float(angle) for angle in kinematics.change_angles))
-    start_end, course, stop_end = _whole_range(free)
-    if "none" in {start_end, stop_end}:
-        return CrankRange(0.0, TURN, "none", "none")
-    start, stop = (float(angle) for angle in course.crank_angle(course.samples[[0, -1]]))
-    return CrankRange(start, stop, start_end, stop_end)
-
-
-def _whole_range(kinematics: Kinematics) -> tuple[End, Course, End]:
-    """Poses from the least to the greatest crank angle, no more than a turn either way, and what ends them."""
-    curve = JointCurve(kinematics.mechanism)
-    trace = _Trace(kinematics, curve)
+    trace = _Trace(free)
     with one_thread():
-        ahead, stop_end = trace.from_start(+1.0)
-        behind, start_end = ([], stop_end) if stop_end == "none" else trace.from_start(-1.0)
-    parameter = np.array([*(-place.along for place in behind[:0:-1]), *(place.along for place in ahead)])
-    points = np.concatenate([place.point for place in (*behind[:0:-1], *ahead)])
-    tangents = np.concatenate([*(-place.tangent for place in behind[:0:-1]), *(place.tangent for place in ahead)])
-    course = Course(kinematics, False, curve, parameter, points * curve.scale, tangents * curve.scale)
-    return start_end, course, stop_end
+        stop, stop_end = trace.from_start(+1.0)
+        start, start_end = (stop, stop_end) if stop_end == "none" else trace.from_start(-1.0)
+    return (
+        CrankRange(0.0, TURN, "none", "none") if start_end == "none" else CrankRange(start, stop, start_end, stop_end)
+    )
 
 
 class _Trace:
-    """Poses from the start to the end of the crank's range."""
+    """The way from the start to the end of the crank's range."""
 
-    def __init__(self, kinematics: Kinematics, curve: JointCurve) -> None:
-        self._kinematics, self._curve, self._walk = kinematics, curve, CurveWalk(curve)
+    def __init__(self, kinematics: Kinematics) -> None:
+        self._kinematics, self._curve = kinematics, JointCurve(kinematics.mechanism)
         self._branch = float(kinematics.branch(kinematics.start)[0])
 
-    def from_start(self, sense: float) -> tuple[list[CurvePoint], End]:
-        """Places from the start on in a sense of the crank angle, and what ends them; after a whole turn nothing does.
+    def from_start(self, sense: float) -> tuple[float, End]:
+        """The crank angle [rad] that is reached in a sense, and what ends it; after a whole turn nothing does.
 
         Raises:
             InvalidInput: branches of the motion cross at the start, or nothing ends it.
         """
-        turn, driver = self._kinematics.crank_column, self._kinematics.mechanism.driver
+        turn, driver, walk = self._kinematics.crank_column, self._kinematics.mechanism.driver, CurveWalk(self._curve)
         direction = np.zeros((1, len(self._curve.scale)))
         direction[0, turn] = sense * driver.sense
-        places = [self._walk.first(direction)]
+        here = first = walk.first(direction)
+
+        def angle(point: Array) -> float:
+            return float(driver.sense * (point[0, turn] - driver.start))
+
         try:
-            for place in self._walk.steps(places[0]):
-                here, end = places[-1], self._end_at(place.point, place.tangent, direction)
+            for place in walk.steps(first):
+                end = self._end_at(place.point, place.tangent, direction)
                 if end != "none":
-                    last = self._end(here, place.along - here.along, end, direction)
-                    return [*places, *last], end
-                places.append(place)
-                if abs(place.point[0, turn] - places[0].point[0, turn]) >= TURN:
-                    return places, "none"
-                if place.along > LONGEST * self._curve.unit:
+                    return angle(self._end(here, place.along - here.along, end, direction)), end
+                here = place
+                if abs(here.point[0, turn] - first.point[0, turn]) >= TURN:
+                    return angle(here.point), "none"
+                if here.along > LONGEST * self._curve.unit:
                     break
         except InvalidInput:
-            return places, "change point"
+            return angle(here.point), "change point"
         raise InvalidInput(f"{self._kinematics.mechanism.name}: the limits of its crank angle were not found")
 
     def _end_at(self, point: Array, tangent: Array, direction: Array) -> End:
@@ -183,23 +143,20 @@ class _Trace:
         same = float(self._kinematics.branch(point * self._curve.scale)[0]) == self._branch
         return "none" if same else "change point"
 
-    def _end(self, here: CurvePoint, step: float, end: End, direction: Array) -> list[CurvePoint]:
-        """The last place before the end of the range, which is no further than a step."""
+    def _end(self, here: CurvePoint, step: float, end: End, direction: Array) -> Array:
+        """The last point (1, 3 n) before the end of the range, which is no further than a step."""
         curve = self._curve.on(here.arcs)
 
-        def reached(step: float) -> tuple[Array, Array] | None:
+        def reached(step: float) -> Array | None:
             guess = here.point + step * here.tangent + 0.5 * step**2 * here.curvature
-            point = curve.corrected(guess, here.tangent, DONE)
-            return None if point is None else (point, curve.frame(point, here.tangent).tangent)
+            return curve.corrected(guess, here.tangent, DONE)
 
         def still(step: float) -> bool:
-            there = reached(step)
-            return there is not None and self._end_at(*there, direction) == "none"
+            if (point := reached(step)) is None:
+                return False
+            return self._end_at(point, curve.frame(point, here.tangent).tangent, direction) == "none"
 
         step = bisect(0.0, step, still)
         # Where two curves of poses cross, Newton's iteration has no one way to go: stop short of it.
-        step = max(0.0, step - SHORT) if end == "change point" else step
-        there = reached(step)
-        if there is None or step == 0.0:
-            return []
-        return [replace(here, along=here.along + step, point=there[0], tangent=there[1])]
+        point = reached(max(0.0, step - SHORT) if end == "change point" else step)
+        return here.point if point is None else point

@@ -107,24 +107,25 @@ def _least(course: Course, values: Array) -> list[Extreme]:
 
     All are closed in upon together: what takes time in solving for poses is not how many they are.
     """
-    parameter, rows, last = course.parameter, np.arange(len(values)), values.shape[1] - 1
+    angles, rows, last = course.angles, np.arange(len(values)), values.shape[1] - 1
     k = values.argmin(axis=1)
-    low, high = parameter[np.maximum(k - 1, 0)], parameter[np.minimum(k + 1, last)]
+    low, high = angles[np.maximum(k - 1, 0)], angles[np.minimum(k + 1, last)]
     if course.periodic:
         around = (k == 0) | (k == last)
-        low, high = np.where(around, -parameter[1], low), np.where(around, parameter[1], high)
-    value, place = values[rows, k], parameter[k]
+        low, high = np.where(around, -angles[1], low), np.where(around, angles[1], high)
+    value, place = values[rows, k], angles[k]
     for _ in range(TIMES):
         some = np.linspace(low, high, PARTS + 1, axis=1)
-        found = [push.angle.reshape(some.shape) for push in pushes(course.kinematics, course.poses(some.ravel()))]
+        found = [
+            push.angle.reshape(some.shape) for push in pushes(course.kinematics, course.kinematics.poses(some.ravel()))
+        ]
         here = np.array([SIGNS[e % 2] * found[e // 2][e] for e in rows])
         j = here.argmin(axis=1)
         less = here[rows, j] < value
         value, place = np.where(less, here[rows, j], value), np.where(less, some[rows, j], place)
         low, high = some[rows, np.maximum(j - 1, 0)], some[rows, np.minimum(j + 1, PARTS)]
-    angles = course.crank_angle(course.poses(place))
-    angles = angles % (2.0 * math.pi) if course.periodic else angles
-    return [Extreme(*extreme) for extreme in zip(value.tolist(), angles.tolist(), strict=True)]
+    place = place % (2.0 * math.pi) if course.periodic else place
+    return [Extreme(*extreme) for extreme in zip(value.tolist(), place.tolist(), strict=True)]
 
 
 def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
