@@ -82,11 +82,6 @@ class BranchWalk:
         check_meshes(self.equations.mechanism, start)
         return start
 
-    @cached_property
-    def branch(self) -> float:
-        """The branch that the start poses picked, +1 or -1."""
-        return float(self.branch_of(self.start)[0])
-
     def branch_of(self, poses: Array) -> Array:
         """Sign of the determinant of the Jacobian (T,); it distinguishes assembly branches."""
         return np.asarray(np.sign(self.equations.elimination(poses).determinant()))
@@ -133,7 +128,7 @@ class BranchWalk:
 
     def sign(self, angle: Array) -> Array:
         """Value of `branch_of` on the smooth course at angles (T,) [rad] that were reached."""
-        return np.asarray(self.branch * self._continuation.changes.sign(self._within(angle)[0]))
+        return np.asarray(self.branch_of(self.start) * self._continuation.changes.sign(self._within(angle)[0]))
 
     @property
     def change_angles(self) -> Array:

@@ -67,22 +67,23 @@ def outputs(course: Course) -> tuple[Output, ...]:
 
 def _output(course: Course, link: str, joint: LowerPair) -> Output:
     weights = _weights(course, link, joint)
-    parameter = course.angles
-    values, rates = course.samples @ weights, course.slopes @ weights
-    full = course.periodic
+    values, rates, angles = course.samples @ weights, course.slopes @ weights, course.angles
+    full, count = course.kinematics.repeats, len(angles)
     gain = float(values[-1] - values[0]) if full else _steady_gain(course, weights, values)
     unit = "m" if isinstance(joint, Prismatic) else "rad"
     limit = AT_REST * float(np.abs(rates).max())
     signs = np.where(np.abs(rates) <= limit, 0.0, np.sign(rates))
     if full:
         # Twice round, so that a rest across angle 0 is seen whole.
-        parameter = np.concatenate([parameter[:-1], parameter[:-1] + TURN])
+        angles, count = np.concatenate([angles[:-1], angles[:-1] + TURN]), count - 1
         signs = np.concatenate([signs[:-1], signs[:-1]])
-    centres = [
-        _dead_centre(course, weights, limit, (parameter, signs), before, after)
-        for before, after in _turns(signs, len(course.angles) - 1 if full else len(signs))
-    ]
-    centres.sort(key=lambda centre: centre.angle)
+    # At each change of sign the last sample before and the first after it; at rest over several lies a dwell.
+    turns = [(i, j) for i, j in pairwise(np.flatnonzero(signs).tolist()) if signs[i] != signs[j] and i < count]
+    found = (
+        _dead_centre(course, weights, limit, (float(angles[i]), float(angles[j])), bool(signs[i] > 0.0), j > i + 3)
+        for i, j in turns
+    )
+    centres = sorted(found, key=lambda centre: centre.angle)
     if abs(gain) > RETURNED * float(np.ptp(values)):
         return Output(link, joint.name, unit, tuple(centres), gain, None, None, None)
     reached = [*values, *(centre.value for centre in centres)]
@@ -116,33 +117,24 @@ def _weights(course: Course, link: str, joint: LowerPair) -> Array:
     return weights
 
 
-def _turns(signs: Array, count: int) -> list[tuple[int, int]]:
-    """Places of the last sample before and the first after each change of sign, of those that begin before `count`."""
-    moving = np.flatnonzero(signs)
-    return [(int(i), int(j)) for i, j in pairwise(moving) if signs[i] != signs[j] and i < count]
-
-
 def _dead_centre(
-    course: Course, weights: Array, limit: float, grid: tuple[Array, Array], before: int, after: int
+    course: Course, weights: Array, limit: float, between: tuple[float, float], greatest: bool, dwells: bool
 ) -> DeadCentre:
-    parameter, signs = grid
-
     def rate(at: float) -> float:
         return float((course.kinematics.derivatives(np.array([at]), 1)[1] @ weights)[0])
 
-    first, last = float(parameter[before]), float(parameter[after])
-    if after > before + 3:
-        # At rest over several samples: a dwell.
+    first, last = between
+    if dwells:
         stops = bisect(first, last, lambda at: abs(rate(at)) > limit)
         leaves = bisect(last, stops, lambda at: abs(rate(at)) > limit)
     else:
-        stops = leaves = bisect(first, last, lambda at: rate(at) * signs[before] > 0.0)
+        stops = leaves = bisect(first, last, lambda at: rate(at) > 0.0 if greatest else rate(at) < 0.0)
     value = float((course.kinematics.poses(np.array([stops])) @ weights)[0])
     angle = stops
-    if course.periodic:
+    if course.kinematics.repeats:
         # Rounding just below angle 0 is angle 0.
         angle = stops % TURN if TURN - stops % TURN > ROUNDED else 0.0
-    return DeadCentre(angle, angle + (leaves - stops), value, bool(signs[before] > 0.0))
+    return DeadCentre(angle, angle + (leaves - stops), value, greatest)
 
 
 @dataclass(frozen=True)

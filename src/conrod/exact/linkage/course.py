@@ -72,11 +72,6 @@ class Course:
     samples: Array  # stacked poses (T, 3 n) [m, m, rad]
     slopes: Array  # their derivative by the crank angle (T, 3 n)
 
-    @property
-    def periodic(self) -> bool:
-        """Whether they are those of a whole turn, and of every other one too."""
-        return self.kinematics.repeats
-
 
 def course_of(kinematics: Kinematics) -> Course:
     """All poses that the machine passes; raises InvalidInput where its crank neither turns fully nor has a span."""

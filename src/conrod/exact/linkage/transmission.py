@@ -110,7 +110,7 @@ def _least(course: Course, values: Array) -> list[Extreme]:
     angles, rows, last = course.angles, np.arange(len(values)), values.shape[1] - 1
     k = values.argmin(axis=1)
     low, high = angles[np.maximum(k - 1, 0)], angles[np.minimum(k + 1, last)]
-    if course.periodic:
+    if course.kinematics.repeats:
         around = (k == 0) | (k == last)
         low, high = np.where(around, -angles[1], low), np.where(around, angles[1], high)
     value, place = values[rows, k], angles[k]
@@ -124,7 +124,7 @@ def _least(course: Course, values: Array) -> list[Extreme]:
         less = here[rows, j] < value
         value, place = np.where(less, here[rows, j], value), np.where(less, some[rows, j], place)
         low, high = some[rows, np.maximum(j - 1, 0)], some[rows, np.minimum(j + 1, PARTS)]
-    place = place % (2.0 * math.pi) if course.periodic else place
+    place = place % (2.0 * math.pi) if course.kinematics.repeats else place
     return [Extreme(*extreme) for extreme in zip(value.tolist(), place.tolist(), strict=True)]
 
 
