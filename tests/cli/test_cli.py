@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from pathlib import Path
 
 import numpy as np
@@ -53,39 +52,6 @@ def test_exported_csv_is_the_exact_trajectory_with_units() -> None:
 
 
 # -- what is written, and what is left alone -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", ["folder", "pipe", "device", "link to a pipe", "link to itself"])
-@pytest.mark.parametrize("command", [("validate", "--json"), ("export", "saw-40rpm", "--format", "csv", "-o")])
-def test_what_is_not_a_regular_file_is_refused(command: tuple[str, ...], kind: str, tmp_path: Path) -> None:
-    target = tmp_path / "target"
-    match kind:
-        case "folder":
-            target.mkdir()
-        case "pipe":
-            os.mkfifo(target)
-        case "device":
-            target = Path(os.devnull)
-        case "link to a pipe":
-            os.mkfifo(tmp_path / "pipe")
-            target.symlink_to("pipe")
-        case "link to itself":
-            target.symlink_to("target")
-    before, mode = files_in(tmp_path), target.lstat().st_mode
-    line = refusal(*command, str(target), cwd=tmp_path)
-    assert str(target) in line
-    assert ("folder" if kind == "folder" else "regular file") in line
-    assert files_in(tmp_path) == before
-    assert target.lstat().st_mode == mode
-
-
-@pytest.mark.parametrize("name", ["README.md", "figures", "figures/saw-40rpm-error.svg"])
-def test_a_report_with_a_link_in_it_is_refused(name: str, tmp_path: Path) -> None:
-    if "/" in name:
-        (tmp_path / "figures").mkdir()
-    (tmp_path / name).symlink_to("elsewhere")
-    assert name in refusal(*QUICK, "--out", ".", cwd=tmp_path)
-    assert (tmp_path / name).is_symlink()
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -46,10 +46,9 @@ STUDIES = (
 
 def answered(line: str, name: str, folder: Path) -> int:
     """Exit status of a command, which gives an answer or one line of a refusal."""
-    points = (
-        " ".join(f"--point {point}=site:{point}" for point in scene_named(name).lengths) if "POINTS" in line else ""
-    )
-    command, start = line.format(name).replace("POINTS", points), time.perf_counter()
+    points = scene_named(name).lengths if "POINTS" in line else ()
+    command = line.format(name).replace("POINTS", " ".join(f"--point {one}=site:{one}" for one in points))
+    start = time.perf_counter()
     done = conrod(*command.split(), cwd=folder, ledger=folder / "ledger.sqlite")
     print(f"{done.returncode} {time.perf_counter() - start:6.1f} s  conrod {command}", flush=True)
     assert done.returncode in (0, 1, 2), done
@@ -76,15 +75,7 @@ def test_a_pass_with_room_for_few_steps_is_measured_or_refused(steps: int, end: 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", dict.fromkeys(NAMES))
 def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:
-    ends, failures = list[int](), list[Exception]()
-    for line in (*VERBS, *(STUDIES if name in KINDS else ())):
-        try:
-            ends.append(answered(line, name, tmp_path))
-        except Exception as failure:
-            failure.add_note(line)
-            failures.append(failure)
-    if failures:
-        raise ExceptionGroup("commands without an answer", failures)
+    ends = [answered(line, name, tmp_path) for line in (*VERBS, *(STUDIES if name in KINDS else ()))]
     # Negative control: the commands are not all refused.
     assert ends.count(2) < len(ends) // 2
 

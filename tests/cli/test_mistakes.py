@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from pathlib import Path
 
 import pytest
 from command_line import refusal
 from described import FOUR_BAR
-from own_model_edits import HACKSAW, TEXTS
+from own_model_edits import HACKSAW, ROD_END, TEXTS, replaced
 from table_files import csv_text, exact_table
 
 from conrod.scenes import SCENES
@@ -58,6 +59,13 @@ MISTAKES = {
     "validate --out foreign": ("results.json that is not",),
     "validate --out report --json link/results.json": ("link/results.json", "report"),
     "validate --out report --json link/figures/saw-40rpm-error.svg": ("link/figures/saw-40rpm-error.svg", "report"),
+    "validate --json pipe": ("pipe", "regular file"),
+    "validate --json link-to-pipe": ("link-to-pipe", "regular file"),
+    "export saw-40rpm --format csv -o itself": ("itself", "regular file"),
+    "export saw-40rpm --format csv -o /dev/null": ("/dev/null", "regular file"),
+    "export saw-40rpm --format csv -o report": ("report", "folder"),
+    "validate saw-40rpm --out linked": ("linked: README.md in it is not a regular file",),
+    "validate saw-40rpm --out linked-figure": ("figures/saw-40rpm-error.svg",),
     "validate --out new/report --json new": ("new", "folder"),
     "sweep saw-500rpm --out report --json report/figures/a.svg": ("cannot write report/figures/a.svg: ",),
     "validate saw-500rpm --baseline new.json --json new.json": ("it is the same file as the baseline",),
@@ -65,12 +73,19 @@ MISTAKES = {
     # Models that are linted or hardened.
     "lint model.mjb": ("a binary model cannot be taken apart; give the MJCF",),
     "lint saw.xml --json same.xml": ("it is the same file as the model",),
+    "harden legged.xml --ctrl moter=1": ("moter: the model has no actuator",),
     "harden legged.xml --keyframe swung": ("did you mean 'swing'?",),
     "harden includes.xml --json part.inc": ("part.inc, which the model is made of",),
     "harden legged.xml -o hard.mjb --json there/hard.mjb": ("it is the same file as -o",),
     # Models and tables that are validated.
+    "validate saw.xml there/saw.xml --drive crank=60rpm": ("another has the same name in the report",),
     f"{MODEL} --point C=C": ("say which joint of the model is driven: --crank JOINT",),
     f"{MODEL} --crank motor --point D=x": ("unknown observed point 'D': choose from C, M",),
+    f"{MODEL} --crank moter --point C=body:bow": ("hacksaw.xml: unknown joint 'moter': did you mean 'motor'?",),
+    f"{MODEL} --crank motor --point 'C=crank pin'": ("unknown site 'crank pin': did you mean 'crankpin'?",),
+    f"{MODEL} --crank motor --point C=body:bow --keyframe a": ("unknown keyframe 'a': choose from qpos0",),
+    "validate cut.xml --scene saw-40rpm --crank crank --point C=C": ("MuJoCo cannot load it: XML parse error",),
+    "validate nan.xml --scene saw-40rpm --crank crank --point C=C": ("site_pos is not finite",),
     f"{GIVEN} --preset tuned": ("--preset does not go with a model",),
     "validate saw.xml --scene saw-40rpm --crank crank --point C=C --json same.xml": ("it is the same file as",),
     "validate saw.urdf --scene saw-40rpm --crank crank": ("a file is known by its ending, one of .xml, .m",),
@@ -91,13 +106,18 @@ FILES = {
     "legged.xml": (Path(__file__).parents[1] / "support" / "models" / "legged.xml").read_text(),
     "saw.xml": TEXTS["saw"],
     "saw.urdf": TEXTS["saw"],
+    "cut.xml": TEXTS["saw"][:4000],
+    "nan.xml": replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'),
     "model.mjb": "",
     "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
     "part.inc": "<mujoco/>",
     "foreign/results.json": "not json",
     "t.csv": csv_text(exact_table(SCENES["saw-500rpm"])),
 }
-LINKS = {"link": "report", "there": ".", "link.mjb": "model.mjb", "link.csv": "t.csv"}
+LINKS = {
+    "link": "report", "there": ".", "link.mjb": "model.mjb", "link.csv": "t.csv", "link-to-pipe": "pipe",
+    "itself": "itself", "linked/README.md": "elsewhere", "linked-figure/figures/saw-40rpm-error.svg": "elsewhere",
+}  # fmt: skip
 HARD_LINKS = {"same.xml": "saw.xml", "hard.csv": "t.csv"}
 
 
@@ -105,8 +125,9 @@ HARD_LINKS = {"same.xml": "saw.xml", "hard.csv": "t.csv"}
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of somebody's, with an empty report in it; each mistake leaves it as it was."""
     made = tmp_path_factory.mktemp("mistakes") / "work"
-    for name in ("report/figures", "foreign", "d.csv"):
+    for name in ("report/figures", "foreign", "d.csv", "linked", "linked-figure/figures"):
         (made / name).mkdir(parents=True)
+    os.mkfifo(made / "pipe")
     for name, text in FILES.items():
         (made / name).write_text(text)
     write(made / "saw.json", Baseline({"scene": ["saw-500rpm"]}, "ab", {}, {}))

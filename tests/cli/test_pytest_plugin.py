@@ -82,40 +82,33 @@ def test_the_plugin_loads_nothing_of_conrod_until_it_is_used(pytester: pytest.Py
     run(pytester, "-q").assert_outcomes(passed=1)
 
 
+def fails(pytester: pytest.Pytester, *lines: str) -> None:
+    done = run(pytester)
+    done.assert_outcomes(failed=1)
+    done.stdout.fnmatch_lines(lines)
+
+
 @pytest.mark.slow
 def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: pytest.Pytester) -> None:
     test = pytester.makepyfile(test_a=TEST.format(steps=500))
-    first = run(pytester)
-    first.assert_outcomes(failed=1)
-    first.stdout.fnmatch_lines(["conrod: no baseline yet: conrod-baselines/test_a/test_saw.json is written, *"])
+    fails(pytester, "conrod: no baseline yet: conrod-baselines/test_a/test_saw.json is written, *")
     run(pytester).assert_outcomes(passed=1)
     file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
     kept = json.loads(file.read_text(encoding="utf-8"))
-    line = kept["results"]["mujoco hardened"]
     # A digit that is another, a hundred bands off.
-    position = line["numbers"]["position"]
+    position = kept["results"]["mujoco hardened"]["numbers"]["position"]
     position["value"] -= 100.0 * position["band"]
     file.write_text(json.dumps(kept), encoding="utf-8")
-    drifted = run(pytester)
-    drifted.assert_outcomes(failed=1)
-    drifted.stdout.fnmatch_lines(
-        [
-            "conrod: drifted from the baseline conrod-baselines/test_a/test_saw.json:",
-            "  mujoco hardened: position 7.*, was 7.*: worse, drifted by 2.0 digits",
-            "accept: pytest --conrod-regen-all test_a.py::test_saw",
-        ]
+    fails(
+        pytester,
+        "conrod: drifted from the baseline conrod-baselines/test_a/test_saw.json:",
+        "  mujoco hardened: position 7.*, was 7.*: worse, drifted by 2.0 digits",
+        "accept: pytest --conrod-regen-all test_a.py::test_saw",
     )
     run(pytester, "--conrod-regen-all").assert_outcomes(passed=1)
     run(pytester).assert_outcomes(passed=1)
     # Other settings are no drift; they are named, and accepted alike.
     test.write_text(TEST.format(steps=250), encoding="utf-8")
-    changed = run(pytester)
-    changed.assert_outcomes(failed=1)
-    changed.stdout.fnmatch_lines(
-        [
-            "conrod: the baseline is of something else: steps-per-rev 500, here 250 (*",
-            "accept*regen-all*",
-        ]
-    )
+    fails(pytester, "conrod: the baseline is of something else: steps-per-rev 500, here 250 (*", "accept*regen-all*")
     run(pytester, "--conrod-regen-all").assert_outcomes(passed=1)
     run(pytester).assert_outcomes(passed=1)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import conrod
-from described import FOUR_BAR
 
 from conrod.scenes import SCENES, Saw
 
@@ -42,14 +41,6 @@ def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) ->
     # Negative control: without the base circle the same formula gives another angle.
     wrong = np.arctan2(moved.velocity[:, 1], moved.position[:, 1] - moved.position[0, 1] + 0.03)
     assert abs(float(np.abs(wrong).max()) - exact) > 0.01
-
-
-def test_an_input_that_makes_one_pass_is_told_its_limits(tmp_path: Path) -> None:
-    done = conrod("show", str(FOUR_BAR), "--json", "out.json", cwd=tmp_path)
-    document = json.loads((tmp_path / "out.json").read_text())
-    assert document["instant"] is None
-    assert document["looked_at"] == pytest.approx([math.radians(-10.0), math.radians(60.0)])
-    assert "of the pass from -10 to 60 deg" in done.stdout
 
 
 # -- at a crank angle -----------------------------------------------------------------------------------------------

@@ -28,9 +28,8 @@ QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
 RECOMMEND = ("recommend", *QUICK[:3])
 
 
-def conrod(*arguments: str, cwd: Path, ledger: str | None = "ledger.sqlite") -> subprocess.CompletedProcess[str]:
-    named = () if ledger is None else ("--ledger", ledger)
-    return command_line.conrod(*arguments, *named, cwd=cwd, ledger=cwd / "default.sqlite")
+def conrod(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return command_line.conrod(*arguments, "--ledger", "l.sqlite", cwd=cwd, ledger=cwd / "default.sqlite")
 
 
 @pytest.fixture(scope="module")
@@ -139,4 +138,4 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(sent: signal.
     assert process.returncode == 130
     assert "the same command goes on from there" in errors
     assert "Traceback" not in errors
-    assert conrod("results", cwd=tmp_path, ledger="l.sqlite").stdout.count("\n") > 1
+    assert conrod("results", cwd=tmp_path).stdout.count("\n") > 1

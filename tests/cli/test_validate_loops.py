@@ -71,14 +71,6 @@ def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what:
     assert file.read_text() == text
 
 
-def test_two_models_of_one_name_are_refused_before_one_hides_the_other(tmp_path: Path) -> None:
-    for folder in ("one", "two"):
-        (tmp_path / folder).mkdir()
-        written(tmp_path / folder, BAR)
-    line = refusal("validate", str(tmp_path / "one" / "bar.xml"), str(tmp_path / "two" / "bar.xml"), *DRIVE)
-    assert "one/bar.xml: another has the same name in the report" in line
-
-
 # -- what is judged ----------------------------------------------------------------------------------------------------
 
 FEW = ("--seconds", "0.05")
