@@ -26,9 +26,9 @@ VERBS = {
 }
 
 
-def model(folder: Path, beside: str = "", worldbody: str = "", name: str = "m.xml") -> None:
+def model(folder: Path, beside: str = "", worldbody: str = "") -> None:
     text = f"<mujoco>{beside}<worldbody>{worldbody}{BODY}</worldbody></mujoco>"
-    (folder / name).write_text(text, encoding="utf-8")
+    (folder / "m.xml").write_text(text, encoding="utf-8")
 
 
 @pytest.mark.usefixtures("at_once")
@@ -66,13 +66,6 @@ def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -
             assert running.wait() == 130
         finally:
             running.kill()
-
-
-@pytest.mark.parametrize("verb", VERBS)
-def test_an_include_without_end_is_refused_before_anything_is_compiled(verb: str, tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe.xml")
-    model(tmp_path, '<include file="pipe.xml"/>')
-    assert "pipe.xml is no regular file" in refusal(*VERBS[verb], cwd=tmp_path)
 
 
 # -- tables and documents ----------------------------------------------------------------------------------------------

@@ -75,6 +75,8 @@ MISTAKES = {
     "lint saw.xml --json same.xml": ("it is the same file as the model",),
     "harden legged.xml --ctrl moter=1": ("moter: the model has no actuator",),
     "harden legged.xml --keyframe swung": ("did you mean 'swing'?",),
+    **{f"{verb} endless.xml": ("pipe is no regular file",) for verb in ("lint", "harden")},
+    "validate endless.xml --scene saw-40rpm --crank j --point C=body:b": ("pipe is no regular file",),
     "harden includes.xml --json part.inc": ("part.inc, which the model is made of",),
     "harden legged.xml -o hard.mjb --json there/hard.mjb": ("it is the same file as -o",),
     # Models and tables that are validated.
@@ -111,6 +113,7 @@ FILES = {
     "model.mjb": "",
     "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
     "part.inc": "<mujoco/>",
+    "endless.xml": '<mujoco><include file="pipe"/></mujoco>',
     "foreign/results.json": "not json",
     "t.csv": csv_text(exact_table(SCENES["saw-500rpm"])),
 }

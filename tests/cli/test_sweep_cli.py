@@ -61,22 +61,15 @@ def test_a_recommendation_was_confirmed_and_what_is_pasted_reaches_the_promised_
     assert compare(run(saw, settings), saw).worst("position") <= 1e-3
 
 
-@pytest.fixture(scope="module")
-def quick(folder: Path) -> dict[str, Any]:
-    """What the quick search for MuJoCo writes as JSON; its lines, its model and its report stand beside it."""
-    files = ("--model", "saw.xml", "--json", "saw.json", "--out", "report")
-    done = conrod("recommend", "saw-500rpm", "--engine", "mujoco", "--position", "1e-6", *files, cwd=folder)
+def test_the_model_and_what_is_pasted_keep_the_promise_in_plain_mujoco(tmp_path: Path) -> None:
+    files = ("--model", "saw.xml", "--json", "saw.json")
+    done = conrod("recommend", "saw-500rpm", "--engine", "mujoco", "--position", "1e-6", *files, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    (folder / "quick.txt").write_text(done.stdout)
-    found: dict[str, Any] = json.loads((folder / "saw.json").read_text())["parts"]["saw-500rpm"]["findings"]
-    return found["answers"]["mujoco"]
-
-
-def test_the_model_and_what_is_pasted_keep_the_promise_in_plain_mujoco(folder: Path, quick: dict[str, Any]) -> None:
-    model = mujoco.MjModel.from_xml_path(str(folder / "saw.xml"))
-    elements, _, statements = quick["paste"].partition("# after compiling")
+    found: dict[str, Any] = json.loads((tmp_path / "saw.json").read_text())["parts"]["saw-500rpm"]["findings"]
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "saw.xml"))
+    elements, _, statements = found["answers"]["mujoco"]["paste"].partition("# after compiling")
     # All lines for a model stand in the file, with short numbers.
-    written = "".join((folder / "saw.xml").read_text().split())
+    written = "".join((tmp_path / "saw.xml").read_text().split())
     for element in re.findall(r"<(?:option|connect) [^>]*?/?>", elements):
         assert "".join(element.split()) in written
     assert max(len(n) for n in re.findall(r"[\d.]+", elements)) <= 10
