@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import conrod, conrod_process, refusal, said
+from described import FOUR_BAR
 
-from conrod.scenes import SCENES
+from conrod.scenes.described_scene import read_scene
 
 # A run of a tenth of a second.
 QUICK = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "100")
@@ -40,13 +41,15 @@ def test_stock_is_judged_only_where_asked_for_and_exit_status_is_1_out_of_tolera
     assert "OUT OF TOLERANCE" in exceeded.stdout
 
 
-def test_exported_csv_is_the_exact_trajectory_with_units() -> None:
-    done = conrod("export", "shear-press", "--format", "csv", "--steps-per-rev", "36")
-    rows = list(csv.reader(io.StringIO(done.stdout)))
-    assert rows[0][:4] == ["time [s]", "crank_angle [rad]", "A.x [m]", "A.y [m]"]
-    values = np.array(rows[1:], dtype=float)
-    assert len(values) == 37
-    exact = SCENES["shear-press"].reference(values[:, 0]).point("A")
+def test_exported_csv_is_the_exact_trajectory_with_units_and_of_a_pass_from_its_start_to_its_end() -> None:
+    done = conrod("export", str(FOUR_BAR), "--format", "csv", "--steps-per-rev", "360")
+    headings, *rows = csv.reader(io.StringIO(done.stdout))
+    assert headings[:4] == ["time [s]", "crank_angle [rad]", "A.x [m]", "A.y [m]"]
+    values = np.array(rows, dtype=float)
+    assert len(values) == 71
+    # Time 0 is that of crank angle 0, as in runs.
+    assert values[[0, -1], :2] == pytest.approx(np.radians([[-10.0 / 60.0, -10.0], [60.0 / 60.0, 60.0]]))
+    exact = read_scene(FOUR_BAR).reference(values[:, 0]).point("A")
     assert np.array_equal(values[:, 2:4], exact.position)
     assert np.array_equal(values[:, 8:10], exact.jerk)
 

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -66,16 +65,3 @@ def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -
             assert running.wait() == 130
         finally:
             running.kill()
-
-
-# -- tables and documents ----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("how", [np.savez, np.savez_compressed])
-def test_an_archive_that_is_damaged_is_refused(how: Callable[..., None], tmp_path: Path) -> None:
-    times = np.linspace(0.0, 1.0, 100)
-    how(tmp_path / "t.npz", time=times, C_x=times, C_y=times)
-    content = bytearray((tmp_path / "t.npz").read_bytes())
-    content[60:120] = bytes(byte ^ 0x55 for byte in content[60:120])
-    (tmp_path / "t.npz").write_bytes(content)
-    assert "it is no numpy archive" in refusal("validate", "t.npz", "--scene", "saw-40rpm", cwd=tmp_path)

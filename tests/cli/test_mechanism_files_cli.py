@@ -35,15 +35,6 @@ def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
     assert ends == {("slider-crank", engine, "completed") for engine in ("mujoco", "pymunk")}
 
 
-def test_a_pass_is_exported_from_its_start_to_its_end() -> None:
-    rows = conrod("export", str(FOUR_BAR), "--format", "csv", "--steps-per-rev", "360").stdout.splitlines()
-    ends = [dict(zip(rows[0].split(","), map(float, row.split(",")), strict=True)) for row in (rows[1], rows[-1])]
-    assert len(rows) == 1 + 71
-    assert [end["crank_angle [rad]"] for end in ends] == pytest.approx([-0.1745329, 1.0471976])
-    # Time 0 is that of crank angle 0, as in runs.
-    assert [end["time [s]"] for end in ends] == pytest.approx([-0.1745329 / 60.0, 1.0471976 / 60.0])
-
-
 # -- slips ------------------------------------------------------------------------------------------------------------
 
 
