@@ -124,12 +124,13 @@ def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
     edits = []
     for holder, rows in _weights(closures).items():
         kind, owners = ("joint", model.dof_jntid[rows].tolist()) if holder == "dof" else (holder, rows)
-        edits.append(Edit(f"{holder}_invweight0", factor, rows, [_called(model, kind, owner) for owner in owners]))
+        named = [name_or_number(model, kind, owner) for owner in owners]
+        edits.append(Edit(f"{holder}_invweight0", factor, rows, named))
     enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
     # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
     slowed = [one.index for one in closures if 0.0 < model.eq_solref[one.index, 0] < enough and not one.curved]
     if slowed:
-        edits.append(Edit("eq_solref", enough, slowed, [_called(model, "equality", index) for index in slowed]))
+        edits.append(Edit("eq_solref", enough, slowed, [name_or_number(model, "equality", index) for index in slowed]))
     options = {"integrator": mujoco.mjtIntegrator.mjINT_RK4, "solver": mujoco.mjtSolver.mjSOL_NEWTON}
     return (*edits, *(Edit(name, value) for name, value in options.items() if getattr(model.opt, name) != value))
 
@@ -155,12 +156,6 @@ def python_lines(recipe: Recipe, path: Path) -> str:
     head = ("import mujoco", "", f"model = mujoco.MjModel.{reader}({str(path)!r})")
     again = "# after mj_setConst, which makes these anew: again"
     return "\n".join([*head, again, *(edit.line for edit in recipe)]) + "\n"
-
-
-def _called(model: mujoco.MjModel, sort: str, index: int) -> str:
-    """An element with its kind: "body crank", or "body 3" where it has no name."""
-    name = name_or_number(model, sort, index)
-    return name if name == f"{sort} {index}" else f"{sort} {name}"
 
 
 # -- softness --------------------------------------------------------------------------------------------------------

@@ -14,7 +14,6 @@ import numpy as np
 
 from conrod.engines.engine import default_steps, run_of
 from conrod.engines.mujoco import MuJoCoSettings
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.tree import spanning_tree, tree_refusal
@@ -29,7 +28,7 @@ from conrod.mjcf.invariances.changes import (
     warm_start,
 )
 from conrod.mjcf.results import Invariance, Kept
-from conrod.mjcf.runs import SAMPLES, run, state_of
+from conrod.mjcf.runs import SAMPLES, about, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
 from conrod.scenes import Scene
@@ -41,7 +40,8 @@ THREADS = 4
 
 def bits(path: Path, seconds: float | None, keyframe: str | None, controls: Controls) -> str:
     """Digest of all states of a model's run; to be called in a process of its own."""
-    return _digest(load_model(path), *_start(load_model(path), seconds, keyframe, controls))
+    model = load_model(path)
+    return _digest(model, *_start(model, seconds, keyframe, controls)[:2])
 
 
 def study(
@@ -56,11 +56,11 @@ def study(
         InvalidInput: the file cannot be loaded, or its run breaks off at once.
     """
     model = load_model(path)
-    check_finite(model)
-    if not model.nv:
-        raise InvalidInput(f"{path}: nothing in it moves: it has no joint")
-    start, steps = _start(model, seconds, keyframe, controls)
-    with warnings_kept_quiet():
+    with about(path):
+        check_finite(model)
+        if not model.nv:
+            raise InvalidInput("nothing in it moves: it has no joint")
+        start, steps, words = _start(model, seconds, keyframe, controls)
         bench = _bench(model, start, steps)
         own = _digest(model, start, steps)
         with ThreadPoolExecutor(THREADS) as threads:
@@ -73,13 +73,17 @@ def study(
         ]
         found += [*settings_changed(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path)]
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
-    words = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
-    return f"{words}, from {start_words(model, data_at_start(model, keyframe, controls)[1])}{broke}", tuple(found)
+    run = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
+    return f"{run}, from {words}{broke}", tuple(found)
 
 
-def _start(model: mujoco.MjModel, seconds: float | None, keyframe: str | None, controls: Controls) -> tuple[Array, int]:
+def _start(
+    model: mujoco.MjModel, seconds: float | None, keyframe: str | None, controls: Controls
+) -> tuple[Array, int, str]:
+    """State, steps, and the start in words."""
+    data, index = data_at_start(model, keyframe, controls)
     steps = STEPS if seconds is None else max(1, round(seconds / model.opt.timestep))
-    return state_of(model, data_at_start(model, keyframe, controls)[0]), steps
+    return state_of(model, data), steps, start_words(model, index)
 
 
 def _digest(model: mujoco.MjModel, start: Array, steps: int) -> str:

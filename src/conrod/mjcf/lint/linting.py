@@ -11,7 +11,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, stepping
 from conrod.mjcf.lint.bench import Bench, Document
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity
-from conrod.mjcf.runs import about, data_at, state_of
+from conrod.mjcf.runs import about, state_of
 from conrod.own.models.loading import check_finite, data_at_start, start_words
 from conrod.own.models.request import Controls
 
@@ -59,14 +59,14 @@ def lint(
             raise unknown_choice("rule", name, RULES)
     document = Document(path)
     with about(path):
-        bench = prepared(document, keyframe, seconds, controls)
+        bench, run = prepared(document, keyframe, seconds, controls)
         findings, notes, steady = judged(bench, ignored)
         fixed = None if fix_folder is None else fix(steady, findings, fix_folder)
-        return Report(str(path), described(bench), findings, notes, fixed)
+        return Report(str(path), run, findings, notes, fixed)
 
 
-def prepared(document: Document, keyframe: str | None, seconds: float | None, controls: Controls) -> Bench:
-    """The model on the bench, as it was asked for."""
+def prepared(document: Document, keyframe: str | None, seconds: float | None, controls: Controls) -> tuple[Bench, str]:
+    """The model on the bench, as it was asked for, and its run in a sentence."""
     model = document.model
     check_finite(model)
     if not model.nv:
@@ -76,15 +76,9 @@ def prepared(document: Document, keyframe: str | None, seconds: float | None, co
     steps = DEFAULT_STEPS if seconds is None else max(2, math.ceil(seconds / step))
     if steps > MOST_STEPS:
         raise InvalidInput(f"{seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
-    return Bench(document, model, (), state_of(model, data), steps, index)
-
-
-def described(bench: Bench) -> str:
-    """The run in a sentence."""
-    controls = data_at(bench.model, bench.start).ctrl
-    kind = "an actuated" if controls.any() else "a free"
-    start = start_words(bench.model, bench.keyframe, controls)
-    return f"{kind} run of {bench.steps} steps of {bench.step:g} s from {start}"
+    kind, start = "an actuated" if data.ctrl.any() else "a free", start_words(model, index, data.ctrl)
+    bench = Bench(document, model, (), state_of(model, data), steps, index)
+    return bench, f"{kind} run of {steps} steps of {step:g} s from {start}"
 
 
 def judged(bench: Bench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], tuple[str, ...], Bench]:

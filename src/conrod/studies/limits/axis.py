@@ -34,15 +34,6 @@ def spaced(scale: Scale, first: float, last: float, count: int) -> tuple[float, 
     return tuple(dict.fromkeys([first, *inner, last]))
 
 
-def between(scale: Scale, good: float, bad: float) -> float | None:
-    """Return the value half-way; None where the two are within two per cent, or no whole number lies between."""
-    begin, end = measure_of(scale, good), measure_of(scale, bad)
-    if abs(end - begin) <= math.log1p(FINE):
-        return None
-    middle = _value(scale, 0.5 * (begin + end))
-    return None if middle in (good, bad) else middle
-
-
 def _value(scale: Scale, measure: float) -> float:
     match scale:
         case Scale.COUNT:
@@ -105,6 +96,12 @@ class Axis:
     def readable(self, setup: Setup, value: float) -> str:
         """Return the text of a value, powers of ten as figures have them: 1e6 for 1e+06."""
         return EXPONENT.sub(r"e\1\2", self.text(setup, value))
+
+    def between(self, good: float, bad: float) -> float | None:
+        """Return the value half-way; None where the two are within two per cent, or none that exists lies between."""
+        begin, end = measure_of(self.scale, good), measure_of(self.scale, bad)
+        middle = self.nearest(_value(self.scale, 0.5 * (begin + end)))
+        return None if abs(end - begin) <= math.log1p(FINE) or middle in (good, bad) else middle
 
     def spans(self, setup: Setup) -> Spans:
         """Return the ways to walk it."""

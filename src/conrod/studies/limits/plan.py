@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study, pursue
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, between, spaced
+from conrod.studies.limits.axis import Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import float_search
@@ -49,16 +49,9 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
         boundaries = tuple(boundary_of(list(probes.values()), level) for level in CRITERIA)
         # Halved where a boundary is not yet narrow enough.
         ends = [(b.last_good, b.first_bad) for b in boundaries]
-        middles = [_middle(axis, good, bad) for good, bad in ends if good is not None and bad is not None]
+        middles = [axis.between(good, bad) for good, bad in ends if good is not None and bad is not None]
         asked = [middle for middle in dict.fromkeys(middles) if middle is not None]
     return Walk(axis.name, *setup.who, "", tuple(probes.values()), boundaries)
-
-
-def _middle(axis: Axis, good: float, bad: float) -> float | None:
-    """Return the value that exists half-way between two; None where they are near enough, or none does."""
-    found = between(axis.scale, good, bad)
-    nearest = None if found is None else axis.nearest(found)
-    return None if nearest in (good, bad) else nearest
 
 
 def probe_of(axis: Axis, setup: Setup, value: float, measurement: Measurement) -> Probe:

@@ -17,13 +17,7 @@ from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import LEAST_STEPS, as_run, not_run
-from conrod.studies.limits.recorders import (
-    HELD,
-    ExactTorque,
-    Fingerprint,
-    Flights,
-    recorded,
-)
+from conrod.studies.limits.recorders import HELD, ExactTorque, Fingerprint, Flights, recorded
 from conrod.studies.limits.records import Extremes
 
 if TYPE_CHECKING:
@@ -136,13 +130,7 @@ class RunStatistics:
     def measurement(self, verdict: Verdict) -> Measurement:
         """Return the measurement of a run that ended so."""
         self._compare()
-        extremes = plain(self._extremes())
-        if verdict.outcome is not Outcome.COMPLETED:
-            return Measurement(verdict.outcome.slug, verdict.reason, extremes=extremes)
-        return Measurement(verdict.outcome.slug, **self._errors.found(), extremes=extremes)
-
-    def _extremes(self) -> Extremes:
-        return Extremes(
+        extremes = Extremes(
             samples=self._samples,
             finite=self._finite,
             warnings=self._warnings,
@@ -151,3 +139,5 @@ class RunStatistics:
             flights=tuple(flight for one in self._flights.values() if (flight := one.longest()) is not None),
             fingerprint=self._fingerprint.text(),
         )
+        found = self._errors.found() if verdict.outcome is Outcome.COMPLETED else {"reason": verdict.reason}
+        return Measurement(verdict.outcome.slug, extremes=plain(extremes), **found)
