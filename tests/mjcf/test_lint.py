@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import random
 import string
@@ -27,7 +26,6 @@ from conrod.mjcf.lint.linting import RULES, lint
 from conrod.mjcf.results import Kept
 from conrod.own.files import as_outputs_must_not_be, files_of_model
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.paired_timing import paired_cost
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank
 Look = Callable[..., Report]
@@ -298,19 +296,3 @@ def test_what_a_model_is_made_of_is_not_written_over(gripper: Path) -> None:
         files_to_write({"--fix": str(gripper.parent / "shapes" / "cube.obj")}, guarded)
     # Negative control: a file beside it may be written.
     assert files_to_write({"--fix": str(gripper.parent / "parts" / "found.json")}, guarded)
-
-
-@pytest.mark.parametrize(("ratio", "slower"), [(1, 1), (7, 1), (3, 10)])
-def test_a_paired_cost_is_the_ratio_of_the_work_also_where_the_machine_slows_down(ratio: int, slower: int) -> None:
-    worked, seen = list[int](), itertools.count()
-
-    def stepper(nanoseconds: int) -> Callable[[], Callable[[int], None]]:
-        return lambda: lambda steps: worked.append(steps * nanoseconds)
-
-    # From some block on everything takes longer.
-    cost = paired_cost(
-        stepper(1000 * ratio), stepper(1000), clock=lambda: sum(worked) * (1 if next(seen) < 40 else slower)
-    )
-    assert cost.ratio == pytest.approx(ratio)
-    if slower == 1:
-        assert (cost.low, cost.high, cost.seconds) == pytest.approx((ratio, ratio, 1e-6 * ratio))
