@@ -247,7 +247,7 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
         changed.eq_solref[:3, 0] = 0.1
         return changed
 
-    monkeypatch.setattr("conrod.mjcf.harden.edited", slow)
+    monkeypatch.setattr("conrod.mjcf.harden_recipe.edited", slow)
     study, forced = (harden_file(model, "swing", 0.05, force=force) for force in (False, True))
     (reason,) = study.refusals
     assert "its loops open more" in reason

@@ -16,16 +16,8 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf import harden_recipe as recipes
 from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
-from conrod.mjcf.harden_recipe import (
-    active_closures,
-    edited,
-    nothing_to_do,
-    python_lines,
-    recipe_for,
-    soft_on_purpose,
-    to_know,
-)
 from conrod.mjcf.results import HardenedModel, Variant
 from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
@@ -72,21 +64,21 @@ def harden_file(
     model = load_model(path.absolute())
     with about(path):
         check_finite(model)
-        (steps, every), closures = steps_of(model, seconds), active_closures(model)
-        notes = to_know(model, closures)
+        (steps, every), closures = steps_of(model, seconds), recipes.active_closures(model)
+        notes = recipes.to_know(model, closures)
         found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
-        if reason := nothing_to_do(model, closures):
+        if reason := recipes.nothing_to_do(model, closures):
             return replace(found, refusals=(reason,))
-        soft = soft_on_purpose(model, closures)
+        soft = recipes.soft_on_purpose(model, closures)
         if soft and not force:
             return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-        recipe, (state, start) = recipe_for(model, closures), start_of(model, keyframe, controls)
-        hard = edited(model, recipe)
+        recipe, (state, start) = recipes.recipe_for(model, closures), start_of(model, keyframe, controls)
+        hard = recipes.edited(model, recipe)
         found = replace(
             found,
             loops=tuple(f"{one.kind} {one.name}" for one in closures),
             factor=recipe[0].value,
-            lines=python_lines(recipe, path.absolute()),
+            lines=recipes.python_lines(recipe, path.absolute()),
             **start,
             **compared(model, hard, state, steps, every, [one.index for one in closures]),
         )

@@ -67,6 +67,11 @@ def _ratio(value: float, bound: float) -> float:
     return 0.0 if value == 0.0 else value / bound if bound > 0.0 else math.inf
 
 
+def every(bench: Bench, path: Path) -> Iterator[Invariance]:
+    """All changes of the model of a file."""
+    yield from (*settings_changed(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path))
+
+
 # -- settings of the solver --------------------------------------------------------------------------------------------
 
 

@@ -19,14 +19,7 @@ from conrod.engines.mujoco.model import Build, compiled
 from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mjcf.invariances.changes import (
-    SETTINGS,
-    Bench,
-    reversed_declaration,
-    settings_changed,
-    similarities,
-    warm_start,
-)
+from conrod.mjcf.invariances import changes
 from conrod.mjcf.results import Invariance, Kept
 from conrod.mjcf.runs import SAMPLES, about, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
@@ -71,7 +64,7 @@ def study(
             Invariance(change, "bits", Kept.BITS if len(digests) == 1 else Kept.BROKEN)
             for change, digests in same.items()
         ]
-        found += [*settings_changed(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path)]
+        found += changes.every(bench, path)
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
     run = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
     return f"{run}, from {words}{broke}", tuple(found)
@@ -90,7 +83,7 @@ def _digest(model: mujoco.MjModel, start: Array, steps: int) -> str:
     return hashlib.sha256(run(model, start, steps).states.tobytes()).hexdigest()
 
 
-def _bench(model: mujoco.MjModel, start: Array, steps: int) -> Bench:
+def _bench(model: mujoco.MjModel, start: Array, steps: int) -> changes.Bench:
     """A model with some states of its run.
 
     Raises:
@@ -102,7 +95,7 @@ def _bench(model: mujoco.MjModel, start: Array, steps: int) -> Bench:
     if not len(states):
         raise InvalidInput("its run breaks off at the start")
     interval = model.opt.timestep * max(1, -(-steps // SAMPLES)) * every
-    return Bench.of(model, interval * np.arange(len(states)), states, bool(made.broke))
+    return changes.Bench.of(model, interval * np.arange(len(states)), states, bool(made.broke))
 
 
 # -- scenes: a model for each order in which joints may be declared ---------------------------------------------------
@@ -115,9 +108,9 @@ ANGLES = 4  # of the crank, at which states are compared
 
 def declared_otherwise(scene: Scene) -> tuple[Invariance, ...]:
     """The invariances to settings of the solver over the orders of declaration, the worst model for each."""
-    found: dict[str, list[Invariance]] = {change: [] for change in SETTINGS}
+    found: dict[str, list[Invariance]] = {change: [] for change in changes.SETTINGS}
     for case, bench in _benches(scene):
-        for one in settings_changed(bench):
+        for one in changes.settings_changed(bench):
             found[one.change].append(replace(one, case=case))
     return tuple(_worst(ones) for ones in found.values() if ones)
 
@@ -128,7 +121,7 @@ def _worst(ones: list[Invariance]) -> Invariance:
     return replace(worst, broken=len(broken), cases=len(ones))
 
 
-def _benches(scene: Scene) -> Iterator[tuple[str, Bench]]:
+def _benches(scene: Scene) -> Iterator[tuple[str, changes.Bench]]:
     """Models of different text, with states on the exact motion at constant crank speed."""
     kinematics, mechanism = scene.kinematics, scene.kinematics.mechanism
     settings = MuJoCoSettings.tuned(scene, default_steps(scene))
@@ -154,7 +147,7 @@ def _benches(scene: Scene) -> Iterator[tuple[str, Bench]]:
         states = np.array([_state(made.model, *one) for one in zip(coordinates, rates, strict=True)])
         yield (
             f"joints declared {', '.join(joint.name for joint in joints)}",
-            Bench.of(made.model, (angles - begin) / scene.speed, states),
+            changes.Bench.of(made.model, (angles - begin) / scene.speed, states),
         )
 
 

@@ -14,17 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import (
-    OUTCOME_MARKS,
-    Layout,
-    legend_rows,
-    on_grid,
-    on_log_grid,
-    preset_handles,
-    preset_style,
-    preset_title,
-    whole_decades,
-)
+from conrod.report.charts import canvas
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
@@ -40,9 +30,9 @@ def places_on(axis: Axis, values: Iterable[float]) -> Array:
     """Places (N,) of values along an axis: themselves, of nearness what is left to one."""
     places = np.array(list(values), dtype=float)
     if axis.scale is Scale.LISTED:
-        return on_grid(places, float(np.ptp(places)))
+        return canvas.on_grid(places, float(np.ptp(places)))
     logs = np.log10(1.0 - places if axis.scale is Scale.NEARNESS else places)
-    return np.asarray(10.0 ** on_grid(logs, float(np.ptp(logs))))
+    return np.asarray(10.0 ** canvas.on_grid(logs, float(np.ptp(logs))))
 
 
 def label_of(axis: Axis) -> str:
@@ -73,7 +63,7 @@ def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, A
     """Return arguments of `Axes.plot` for the mark of a way of ending; red where nothing shows it."""
     return {
         "linestyle": "none",
-        "marker": OUTCOME_MARKS.get(outcome, "."),
+        "marker": canvas.OUTCOME_MARKS.get(outcome, "."),
         "markersize": size,
         "markeredgewidth": 0.9,
         "color": UNDETECTED_COLOUR if undetected else "#222222",
@@ -82,7 +72,7 @@ def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, A
 
 def outcome_handles(outcomes: set[str]) -> list[Line2D]:
     """Return legend entries of ways of ending, in the order of the list of outcomes."""
-    known = [one.slug for one in Outcome if one.slug in outcomes and one.slug in OUTCOME_MARKS]
+    known = [one.slug for one in Outcome if one.slug in outcomes and one.slug in canvas.OUTCOME_MARKS]
     return [Line2D([], [], label=one, **mark_style(one, undetected=False, size=5.0)) for one in known]
 
 
@@ -117,9 +107,9 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks)
     strip = ABOVE + LANE * len(lanes) if lanes else 0.0
-    head = TOP + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS) + strip
+    head = TOP + LEGEND_ROW * canvas.legend_rows(handles, LEGEND_COLUMNS) + strip
     height = head + len(panels) * PANEL + (len(panels) - 1) * GAP + BOTTOM
-    layout = Layout(WIDTH, height)
+    layout = canvas.Layout(WIDTH, height)
     for k, panel in enumerate(panels):
         axes = layout.axes(LEFT, height - head - (k + 1) * PANEL - k * GAP, WIDTH - LEFT - RIGHT, PANEL)
         _draw_panel(axes, axis, walks, panel)
@@ -139,12 +129,12 @@ def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
 
 
 def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: Panel) -> None:
-    whole_decades(axes, [on_log_grid(np.array(_values(walks, panel)))])
+    canvas.whole_decades(axes, [canvas.on_log_grid(np.array(_values(walks, panel)))])
     for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for walk in walks:
         # A curve is broken where a run has no value: nothing is known there.
-        _plot(axes, axis, walk.probes, panel, preset_style(walk.engine, walk.preset) | _bare(axis))
+        _plot(axes, axis, walk.probes, panel, canvas.preset_style(walk.engine, walk.preset) | _bare(axis))
         _plot(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, RING)
     ends = [places_on(axis, (walk.probes[0].value, walk.probes[-1].value)) for walk in walks]
     begin, end = float(np.min(ends)), float(np.max(ends))
@@ -163,7 +153,7 @@ def _bare(axis: Axis) -> dict[str, Any]:
 def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
     heights = np.array([panel[0](probe) for probe in probes], dtype=float)
     if not np.isnan(heights).all():
-        axes.plot(places_on(axis, (probe.value for probe in probes)), on_log_grid(heights), **style)
+        axes.plot(places_on(axis, (probe.value for probe in probes)), canvas.on_log_grid(heights), **style)
 
 
 def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
@@ -175,12 +165,13 @@ def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[
             places = places_on(axis, (p.value for p in failed if (p.outcome, p.undetected) == end))
             style = mark_style(*end) | {"transform": axes.get_xaxis_transform(), "clip_on": False}
             axes.plot(places, np.full(len(places), up), **style)
-        axes.annotate(preset_title(*key), (-0.005, up), xycoords="axes fraction", ha="right", va="center", fontsize=6.0)
+        where: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "center"}
+        axes.annotate(canvas.preset_title(*key), (-0.005, up), fontsize=6.0, **where)
 
 
 def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
-    handles = preset_handles(names, **_bare(AXES[walks[0].axis]))
+    handles = canvas.preset_handles(names, **_bare(AXES[walks[0].axis]))
     probes = [probe for walk in walks for probe in walk.probes]
     if any(probe.undetected for probe in probes):
         handles.append(Line2D([], [], label="red: undetected", **RING))

@@ -11,28 +11,9 @@ from dataclasses import replace
 
 from conrod.engines.engine import with_fields
 from conrod.mechanism.units import check_number
+from conrod.studies.limits import changed_machines as machines
 from conrod.studies.limits.axis import Axis, Scale, Spans
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.changed_machines import (
-    LEAST_EXCESS,
-    MM,
-    ONE_CIRCLE,
-    at_float_speed,
-    dead_angles,
-    declared,
-    flank_excess,
-    near_change_point,
-    no_change_point,
-    no_flank,
-    no_float,
-    no_mass_ratio,
-    no_such_cam,
-    orders,
-    rescaled,
-    with_flank,
-    with_mass_ratio,
-    with_nose,
-)
 
 STEP = 0.6e-3  # [s]; divides the revolutions of 1 rpm and of 50000 rpm, into a hundred thousand and into two
 STEPS_AT_ONE_RPM = 60.0 / STEP
@@ -58,7 +39,7 @@ def _counted(noun: str) -> Callable[[Setup, float], str]:
 
 def _at_own_iterations(setup: Setup, ratio: float) -> LimitCase:
     """Return the run with a mass ratio, and the iterations that the preset's rule gives the machine as it is."""
-    case = setup.run_of(with_mass_ratio(setup, ratio))
+    case = setup.run_of(machines.with_mass_ratio(setup, ratio))
     return replace(case, settings=with_fields(case.settings, iterations=setup.settings().as_dict()["iterations"]))
 
 
@@ -120,12 +101,16 @@ def _unregularised(setup: Setup) -> str | None:
 def _starts(setup: Setup) -> tuple[float, ...]:
     """Return every five degrees, and the dead centres, where the output turns back."""
     even = [float(angle) for angle in range(0, 360, SPACING)]
-    dead = [a for a in dead_angles(setup.scene) if min(abs(a - other) for other in even) > SAME]
+    dead = [a for a in machines.dead_angles(setup.scene) if min(abs(a - other) for other in even) > SAME]
     return tuple(sorted([*even, *dead]))
 
 
+def _excess(setup: Setup, value: float) -> str:
+    return f"{value:.3g} mm over the least" if value > machines.ONE_CIRCLE else "the least: one circle"
+
+
 def _order(setup: Setup, number: float) -> str:
-    order = declared(setup, number)
+    order = machines.declared(setup, number)
     return "; ".join(", ".join(one.name for one in kind) for kind in (order.bodies, order.joints))
 
 
@@ -154,19 +139,19 @@ ROWS = (
     ),
     Axis(
         "mass-ratio", "Mass of the slider over that of the rod", "mass of slider : rod", Scale.LOG,
-        lambda setup, value: setup.run_of(with_mass_ratio(setup, value)),
-        1.0, 1e6, (1e-6, 1e6), no_mass_ratio, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+        lambda setup, value: setup.run_of(machines.with_mass_ratio(setup, value)),
+        1.0, 1e6, (1e-6, 1e6), machines.no_mass_ratio, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
         "mass-ratio-at-iterations", "Mass ratio at the iterations of the machine as it is", "mass of slider : rod",
         Scale.LOG, _at_own_iterations, 1.0, 1e6, (1e-6, 1e6),
-        lambda setup: no_mass_ratio(setup) or setup.not_varied(), ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+        lambda setup: machines.no_mass_ratio(setup) or setup.not_varied(), ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
         "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
         Scale.NEARNESS,
-        lambda s, value: s.run_of(near_change_point(s, value), s.steps_per_revolution or NEARNESS_STEPS),
-        0.1, 1.0 - 1e-9, (0.01, 1.0 - 1e-9), no_change_point,
+        lambda s, value: s.run_of(machines.near_change_point(s, value), s.steps_per_revolution or NEARNESS_STEPS),
+        0.1, 1.0 - 1e-9, (0.01, 1.0 - 1e-9), machines.no_change_point,
         text=lambda setup, value: f"{value:.3g}" if value < 0.99 else f"1 - {1.0 - value:.3g}",
     ),
     Axis(
@@ -190,7 +175,7 @@ ROWS = (
     ),
     Axis(
         "length-unit", "Unit of length", "numbers of all lengths over those in metres", Scale.LOG,
-        lambda setup, value: setup.run_of(setup.variant(**rescaled(setup.scene, value))),
+        lambda setup, value: setup.run_of(setup.variant(**machines.rescaled(setup.scene, value))),
         1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)),
         text=lambda setup, value: f"x {value:.4g}",
     ),
@@ -207,26 +192,26 @@ ROWS = (
     ),
     Axis(
         "declaration", "Order of declaration", "number of the permutation", Scale.LISTED,
-        lambda setup, value: setup.run(declared=declared(setup, value)),
-        values=lambda setup: orders(setup, MOST_ORDERS), text=_order,
+        lambda setup, value: setup.run(declared=machines.declared(setup, value)),
+        values=lambda setup: machines.orders(setup, MOST_ORDERS), text=_order,
     ),
     Axis(
         "float", "Speed against preload", "crank speed over the float speed", Scale.LOG,
-        lambda setup, value: setup.run_of(at_float_speed(setup, value)),
-        0.2, 5.0, (0.01, 100.0), no_float, text=lambda setup, value: f"{value:.4g} x the float speed",
+        lambda setup, value: setup.run_of(machines.at_float_speed(setup, value)),
+        0.2, 5.0, (0.01, 100.0), machines.no_float, text=lambda setup, value: f"{value:.4g} x the float speed",
     ),
     Axis(
         "flank-radius", "Flank radius towards its minimum", "flank radius over the least one [mm]", Scale.LOG,
-        lambda setup, value: setup.run_of(with_flank(setup, value)),
-        45.5, LEAST_EXCESS, (LEAST_EXCESS, 1000.0), no_flank,
-        ends=lambda setup: ((flank_excess(setup), LEAST_EXCESS),),
-        text=lambda setup, value: f"{value:.3g} mm over the least" if value > ONE_CIRCLE else "the least: one circle",
+        lambda setup, value: setup.run_of(machines.with_flank(setup, value)),
+        45.5, machines.LEAST_EXCESS, (machines.LEAST_EXCESS, 1000.0), machines.no_flank,
+        ends=lambda setup: ((machines.flank_excess(setup), machines.LEAST_EXCESS),),
+        text=_excess,
     ),
     Axis(
         "nose-radius", "Nose radius towards zero", "nose radius [mm]", Scale.LOG,
-        lambda setup, value: setup.run_of(with_nose(setup, value)),
-        29.0, 0.01, (0.001, 1e6), no_such_cam,
-        ends=lambda setup: ((setup.scene.parameters["nose_radius"] / MM, 0.01),),
+        lambda setup, value: setup.run_of(machines.with_nose(setup, value)),
+        29.0, 0.01, (0.001, 1e6), machines.no_such_cam,
+        ends=lambda setup: ((setup.scene.parameters["nose_radius"] / machines.MM, 0.01),),
         text=lambda setup, value: f"{value:.3g} mm",
     ),
 )  # fmt: skip
