@@ -13,7 +13,7 @@ from pymunk._chipmunk_cffi import lib
 from benchmarks.row import Row
 from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
-from conrod.engines.pymunk.dynamics import point_tracks, staggered
+from conrod.engines.pymunk.dynamics import point_tracks, staggered, turns_at
 from conrod.engines.pymunk.engine import ENGINE
 from conrod.engines.pymunk.space import Build, build
 from conrod.engines.pymunk.stepping import advance, repeat
@@ -53,21 +53,15 @@ def stepped(made: Build, steps: int) -> None:
 
 def driven(made: Build, steps: int) -> None:
     """The same steps with the crank's angle written before each, as a run does; nothing recorded."""
-    repeat(made.space, made.crank, made.pushed, SETTINGS.timestep, turns_of(times_of(steps)[:-1]).tolist())
+    repeat(made, SETTINGS.timestep, turns_at(SAW, times_of(steps)[:-1]))
 
 
 def recorded(made: Build, steps: int) -> Mapping[str, PointTracks]:
     """What `run` does up to the tracks of all observed points."""
     times = times_of(steps)
-    centres, rates = advance(made, SETTINGS, turns_of(times))
+    centres, rates = advance(made, SETTINGS.timestep, turns_at(SAW, times[:-1]))
     at = staggered(made.mechanism, SETTINGS.timestep, times, centres, rates)
     return point_tracks(made.mechanism, at, centres, rates)
-
-
-def turns_of(times: Array) -> Array:
-    """Turns of the crank body [rad] at times [s]."""
-    driver = SAW.kinematics.mechanism.driver
-    return driver.start + driver.sense * SAW.speed * times
 
 
 def rows(repeats: int) -> list[Row]:

@@ -44,8 +44,8 @@ def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str)
 def test_pymunks_recorded_side_and_its_driven_loop_end_in_the_same_bits() -> None:
     made = pymunk_recording.started()
     pymunk_recording.driven(made, STEPS)
-    turns = pymunk_recording.turns_of(pymunk_recording.times_of(STEPS))
-    centres, rates = advance(pymunk_recording.started(), pymunk_recording.SETTINGS, turns)
+    turns = pymunk_recording.turns_at(pymunk_recording.SAW, pymunk_recording.times_of(STEPS))
+    centres, rates = advance(pymunk_recording.started(), pymunk_recording.SETTINGS.timestep, turns[:-1])
     for i, body in enumerate(made.bodies):
         assert (*body.position, body.angle) == tuple(centres[-1, 3 * i : 3 * i + 3])
         assert (*body.velocity, body.angular_velocity) == tuple(rates[-1, 3 * i : 3 * i + 3])

@@ -172,7 +172,7 @@ def poses_and_rates(engine: str, machine: Any, settings: Any, advance: Any) -> t
     """States of the bodies, as a recorded run has them."""
     if engine == "mujoco":
         return build(machine, settings).forward(advance.data.qpos[None], advance.data.qvel[None])
-    told = np.array([[*b.position, b.angle, *b.velocity, b.angular_velocity] for b in advance.space.bodies])
+    told = np.array([[*b.position, b.angle, *b.velocity, b.angular_velocity] for b in advance.made.bodies])
     return body_states(machine.kinematics.mechanism, told[None, :, :3].reshape(1, -1), told[:, 3:].reshape(1, -1))
 
 
@@ -183,7 +183,9 @@ def states(engine: str, loop: Any) -> list[float]:
     if engine == "mujoco":
         return [*loop.data.qpos, *loop.data.qvel]
     return [
-        x for body in loop.space.bodies for x in (*body.position, body.angle, *body.velocity, body.angular_velocity)
+        x
+        for body in loop.made.space.bodies
+        for x in (*body.position, body.angle, *body.velocity, body.angular_velocity)
     ]
 
 

@@ -73,7 +73,7 @@ FAULTS: dict[str, tuple[Any, str, Callable[[Any], Any]]] = {
     ),
     "pymunk, long steps": (
         *(pymunk, "advance"),
-        lambda right: lambda made, s, *rest: right(made, replace(s, timestep=(1.0 + WRONG) * s.timestep), *rest),
+        lambda right: lambda made, timestep, *rest: right(made, (1.0 + WRONG) * timestep, *rest),
     ),
     "pymunk, late stamps": (
         *(pymunk, "staggered"),

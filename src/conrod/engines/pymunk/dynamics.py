@@ -20,7 +20,7 @@ from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes, pushes_of
 from conrod.engines.pymunk.space import VERSION, Build, build, build_free
-from conrod.engines.pymunk.stepping import advance, advance_free, state
+from conrod.engines.pymunk.stepping import advance, state
 from conrod.engines.running import Recorded, pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
@@ -130,21 +130,27 @@ def run(
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = started(machine, settings, start_angle)
-    driver, pushes = made.mechanism.driver, pushes_of(made, settings)
-    known: tuple[Array, Array] = state(made)
+    pushes, known = pushes_of(made, settings), state(made)
 
     def record(_: int, times: Array) -> Recorded:
         nonlocal known
         # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
         # of a whole turn, put right at once, would be seen in the acceleration.
-        turns = driver.start + driver.sense * machine.speed * times
-        centres, rates = advance(made, settings, turns, known, (pushes.give, times) if pushes else None)
-        at = staggered(made.mechanism, settings.timestep, times, centres, rates)
-        known = centres[-KEPT:], rates[-KEPT:]
-        at_all = made.mechanism, at, centres, rates
-        return Recorded(body_tracks(*at_all), point_tracks(*at_all))
+        begins = times[len(known[0]) - 1 : -1]
+        turns = turns_at(machine, begins)
+        loading = (pushes.give, begins) if pushes else None
+        found = advance(made, settings.timestep, turns, known, loading, settings.rounded_state)
+        known = found[0][-KEPT:], found[1][-KEPT:]
+        at = staggered(made.mechanism, settings.timestep, times, *found)
+        return Recorded(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
 
     return pieces(machine, settings, VERSION, revolutions, start_angle, steps, record, KEPT)
+
+
+def turns_at(machine: Machine, times: Array) -> Array:
+    """Turns of the crank body (T,) [rad] at times (T,) [s]."""
+    driver = machine.kinematics.mechanism.driver
+    return np.asarray(driver.start + driver.sense * machine.speed * times, dtype=float)
 
 
 def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
@@ -186,20 +192,20 @@ def free_run(
     made = build_free(mechanism, settings, poses)
     made.place(poses, rates)
     h, in_step = settings.timestep, not mechanism.cam_contacts
-    places, speeds = ([values.copy()] for values in state(made))
     pushes = Pushes(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None
-    before = _half_step(made, h, pushes) if in_step else speeds[0][0]
-    length, done = max(1, PIECE // every) * every, 0
-    while done < steps:
-        count = min(length, steps - done)
-        loading = None if pushes is None else (pushes.give, np.asarray(h * np.arange(done, done + count), dtype=float))
-        after = advance_free(made, h, count, loading)
-        earlier = np.vstack([before[None], after[1][:-1]])
-        # A record is due after step k, counted from 1, where it divides.
-        due = slice(every - 1, None, every)
-        places.append(after[0][due])
-        speeds.append(0.5 * (earlier[due] + after[1][due]) if in_step else after[1][due])
-        before, done = after[1][-1], done + count
+    if in_step:
+        _half_step(made, h, pushes)
+    known = state(made)
+    places, speeds = ([values] for values in known)
+    length = max(1, PIECE // every) * every
+    for done in range(0, steps, length):
+        begins = np.asarray(h * np.arange(done, min(done + length, steps)), dtype=float)
+        centres, rates_at = advance(made, h, begins, known, (pushes.give, begins) if pushes else None)
+        known = centres[-1:], rates_at[-1:]
+        # A sample is due after step k, counted from 1, where it divides.
+        places.append(centres[every::every])
+        means = 0.5 * (rates_at[:-1] + rates_at[1:]) if in_step else rates_at[1:]
+        speeds.append(means[every - 1 :: every])
     with np.errstate(all="ignore"):
         reported_poses, reported_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
         reported_poses[0], reported_rates[0] = poses, rates
@@ -207,8 +213,8 @@ def free_run(
     return FreeRun.judged(mechanism, times, (reported_poses, reported_rates))
 
 
-def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:
-    """Bring the velocities to h / 2, with the bodies where they are; returns the velocities (3 n,)."""
+def _half_step(made: Build, h: float, pushes: Pushes | None) -> None:
+    """Bring the velocities to h / 2, with the bodies where they are."""
     if pushes is None:
         for body, force in made.pushed:
             body.force = force
@@ -218,4 +224,3 @@ def _half_step(made: Build, h: float, pushes: Pushes | None) -> Array:
         body.position -= 0.5 * h * body.velocity
         body.angle -= 0.5 * h * body.angular_velocity
     made.space.step(0.5 * h)
-    return np.asarray(state(made)[1][0])

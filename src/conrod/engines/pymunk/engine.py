@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pymunk
@@ -14,9 +13,10 @@ from conrod.engines.engine import STOCK, Engine, Machine, run_of
 from conrod.engines.numerics import StraightAhead, approached, body_states, close_gap
 from conrod.engines.pymunk import PRESETS, PymunkSettings, dynamics, forces, grid, law, space
 from conrod.engines.pymunk.dynamics import started as start_of
+from conrod.engines.pymunk.dynamics import turns_at
 from conrod.engines.pymunk.law import shape_error
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.space import Build, Pushed, build
+from conrod.engines.pymunk.space import Build, build
 from conrod.engines.pymunk.stepping import repeat, state
 from conrod.engines.releases import Releases, read_releases
 from conrod.exact.motion import Array
@@ -159,59 +159,24 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
 # -- steps with nothing recorded, which is what pymunk itself costs ----------------------------------------------------
 
 
-def reference_loop() -> BareRun:
-    """The slider-crank that timings are ratios to, with pymunk's defaults."""
-    return started(REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
-
-
-@dataclass
 class BareRun:
-    """A space with a driven crank; calling it advances it by so many steps.
+    """A machine in the exact state of its start; calling it advances it by so many steps, counted as in a run."""
 
-    Attributes:
-        turn: of the crank body at the start [rad].
-        spin: its speed [rad/s].
-        give: gives all bodies their forces for the step that begins so long [s] after the start; None without loads.
-        steps: taken so far; the crank's turn is counted from it, as in a recorded run.
-    """
-
-    space: pymunk.Space
-    crank: pymunk.Body
-    pushed: Pushed
-    timestep: float
-    turn: float
-    spin: float
-    give: Callable[[float], object] | None = None
-    steps: int = 0
+    def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
+        angle, _ = run_of(machine, 1, 1.0)
+        self.made, self._begin, self._steps = start_of(machine, settings, angle), angle / machine.speed, 0
+        self._machine, self._timestep, self._pushes = machine, settings.timestep, pushes_of(self.made, settings)
 
     def __call__(self, steps: int) -> None:
-        times = self.timestep * np.arange(self.steps, self.steps + steps)
-        turns = (self.turn + self.spin * times).tolist()
-        if self.give is None:
-            repeat(self.space, self.crank, self.pushed, self.timestep, turns)
-        else:
-            for turn, time in zip(turns, times.tolist(), strict=True):
-                self.crank.angle = turn
-                self.give(time)
-                self.space.step(self.timestep)
-        self.steps += steps
+        times = self._begin + self._timestep * np.arange(self._steps, self._steps + steps)
+        loading = (self._pushes.give, times) if self._pushes else None
+        repeat(self.made, self._timestep, turns_at(self._machine, times), loading)
+        self._steps += steps
 
 
-def started(machine: Machine, settings: PymunkSettings) -> BareRun:
-    """A machine in the exact state of its start."""
-    angle, _ = run_of(machine, 1, 1.0)
-    made = start_of(machine, settings, angle)
-    driver, begun = made.mechanism.driver, angle / machine.speed
-    pushes = pushes_of(made, settings)
-    return BareRun(
-        made.space,
-        made.crank,
-        made.pushed,
-        timestep=settings.timestep,
-        turn=made.mechanism.crank_turn(angle),
-        spin=driver.sense * machine.speed,
-        give=(lambda since: pushes.give(begun + since)) if pushes else None,
-    )
+def reference_loop() -> BareRun:
+    """The slider-crank that timings are ratios to, with pymunk's defaults."""
+    return BareRun(REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -229,7 +194,7 @@ class Pymunk(Engine[PymunkSettings]):
     expected_error = staticmethod(law.expected_error)
     forces = staticmethod(forces.forces)
     free_run = staticmethod(dynamics.free_run)
-    stepper = staticmethod(started)
+    stepper = BareRun
     reference_loop = staticmethod(reference_loop)
     paste = staticmethod(grid.paste)
     stabilised = staticmethod(grid.stabilised)

@@ -24,7 +24,7 @@ import numpy as np
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import body_states
 from conrod.engines.pymunk import PymunkSettings
-from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started
+from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started, turns_at
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.space import refusal
 from conrod.engines.pymunk.stepping import advance
@@ -49,13 +49,14 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     made = started(machine, settings, start_angle)
     steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
     times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
-    turns = made.mechanism.driver.start + made.mechanism.driver.sense * machine.speed * times
-    pushes, given = pushes_of(made, settings), np.zeros((steps + 1, 3 * len(made.bodies)))
+    begins, pushes, given = times[:-1], pushes_of(made, settings), np.zeros((steps + 1, 3 * len(made.bodies)))
+    turns = turns_at(machine, begins)
     if pushes is None:
-        centres, rates = advance(made, settings, turns)
+        centres, rates = advance(made, h, turns, rounded=settings.rounded_state)
     else:
         pushed: list[list[float]] = []
-        centres, rates = advance(made, settings, turns, None, (lambda t: pushed.append(pushes.give(t)), times))
+        loading = (lambda t: pushed.append(pushes.give(t)), begins)
+        centres, rates = advance(made, h, turns, loading=loading, rounded=settings.rounded_state)
         given[1:] = pushed
     with np.errstate(all="ignore"):
         at = staggered(made.mechanism, h, times, centres, rates)

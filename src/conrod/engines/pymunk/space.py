@@ -34,6 +34,7 @@ class Build:
     # Constant forces have to be given again before every step, which clears them.
     pushed: Pushed
     names: dict[pymunk.Constraint, str]  # the joint that each constraint is of
+    driven: bool  # whether the crank is a kinematic body, whose turn is written
 
     @property
     def crank(self) -> pymunk.Body:
@@ -115,7 +116,7 @@ def _built(mechanism: Mechanism, settings: PymunkSettings, start: Array, driven:
     bodies = tuple(_body(mechanism, link.name, driven) for link in mechanism.bodies)
     space.add(*bodies)
     pushed = tuple((bodies[mechanism.body_index[name]], push) for name, push in mechanism.pushes.items())
-    made = Build(mechanism, space, bodies, pushed, {})
+    made = Build(mechanism, space, bodies, pushed, {}, driven)
     made.place(start, np.zeros_like(start))
     for joint in mechanism.joints:
         if not driven or joint.name != mechanism.driver.joint:

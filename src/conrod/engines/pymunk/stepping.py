@@ -7,15 +7,13 @@ same bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pymunk
 from pymunk._chipmunk_cffi import ffi, lib
 
-from conrod.engines.pymunk import PymunkSettings
-from conrod.engines.pymunk.space import Build, Pushed
+from conrod.engines.pymunk.space import Build
 from conrod.exact.motion import Array, cache_blocks
 
 # In a cpBody position, velocity, force, angle and angular velocity follow two function pointers, four numbers of mass
@@ -26,145 +24,107 @@ CENTRE, RATE = (0, 1, ANGLE), (2, 3, 7)  # position with angle, velocity with an
 BLOCK = 4096  # steps whose copies are kept together, so that they stay in the cache
 
 Give = Callable[[float], object]  # gives all bodies their forces for the step that begins at a time [s]
+States = tuple[Array, Array]  # centres of gravity with turns, and their rates; (T, 3 n) each
 
 
-def state(made: Build) -> tuple[Array, Array]:
-    """Centres of gravity with turns, and their rates, as they are now; each (1, 3 n)."""
-    centres: Array = np.empty((1, 3 * len(made.bodies)))
-    rates: Array = np.empty_like(centres)
+def state(made: Build) -> States:
+    """The states as they are now, T = 1."""
+    centres, rates = np.empty((2, 1, 3 * len(made.bodies)))
     _record(made.bodies, centres[0], rates[0])
     return centres, rates
 
 
 def advance(
     made: Build,
-    settings: PymunkSettings,
+    timestep: float,
     turns: Array,
-    known: tuple[Array, Array] | None = None,
+    known: States | None = None,
     loading: tuple[Give, Array] | None = None,
-) -> tuple[Array, Array]:
-    """Step through the given crank turns.
+    rounded: bool = False,
+) -> States:
+    """Take a step from each of T turns of the crank.
 
     Args:
-        turns: (T,) [rad], of the crank body at each sample, which is the start of the step that follows it.
-        known: the first samples, where the space is at the last of them; None where it is at the first one.
-        loading: forces beside constant ones, with the times (T,) [s] of the samples.
+        turns: (T,) [rad], of a driven crank's body where each step begins; of a free one their number alone counts.
+        known: the last samples before, the space's own among them; None for that one.
+        loading: forces beside constant ones, with the times (T,) [s] at which the steps begin.
+        rounded: whether the states go to single precision after each step.
 
     Returns:
-        Centres of gravity with turns, and their rates, at all samples; each (T, 3 n).
+        The known samples, then those after the steps.
     """
     begun = state(made) if known is None else known
-    first = len(begun[0])
-    turned, begins = turns[first - 1 : -1], None if loading is None else (loading[0], loading[1][first - 1 : -1])
-    if settings.rounded_state:
-        turned = turned.astype(np.float32).astype(float)
-    centres, rates = np.empty((2, len(turns), 3 * len(made.bodies)))
+    first, count = len(begun[0]), len(turns)
+    centres, rates = np.empty((2, first + count, 3 * len(made.bodies)))
     centres[:first], rates[:first] = begun
-    loop = _Loop(made, settings.timestep, begins, rounded=settings.rounded_state)
+    after = centres[first:], rates[first:]
+    public = count if loading or rounded or not memory_is_known() else min(count, _checked(made))
     with np.errstate(over="ignore"):  # what is too large becomes infinite, which the outcome tells
-        loop.through(turned, centres[first:], rates[first:])
+        begins = turns.astype(np.float32).astype(float) if rounded else turns
+        for n, _ in enumerate(_by_properties(made, timestep, begins[:public], loading)):
+            if rounded:
+                _round(made.bodies)
+            _record(made.bodies, after[0][n], after[1][n])
+    memory = [memory_of(body) for body in made.bodies]
+    centre, rate = ([WIDTH * k + column for k in range(len(memory)) for column in of] for of in (CENTRE, RATE))
+    for steps in cache_blocks(count - public, BLOCK):
+        rows = slice(public + steps.start, public + steps.stop)
+        turned = turns[rows].tolist()
+        states = np.frombuffer(_copies(made, timestep, turned, memory)).reshape(len(turned), WIDTH * len(memory))
+        # Without a mode, `take` would first fill an array of its own.
+        np.take(states, centre, axis=1, out=after[0][rows], mode="clip")
+        np.take(states, rate, axis=1, out=after[1][rows], mode="clip")
     return centres, rates
 
 
-def advance_free(
-    made: Build, timestep: float, steps: int, loading: tuple[Give, Array] | None = None
-) -> tuple[Array, Array]:
-    """Take so many steps with nothing driven.
-
-    Args:
-        loading: forces beside constant ones, with the times (steps,) [s] at which the steps begin.
-
-    Returns:
-        Centres of gravity with turns, and their rates, after each step; each (steps, 3 n).
-    """
-    centres, rates = np.empty((2, steps, 3 * len(made.bodies)))
-    _Loop(made, timestep, loading, driven=False).through(np.zeros(steps), centres, rates)
-    return centres, rates
-
-
-def repeat(space: pymunk.Space, crank: pymunk.Body, pushed: Pushed, timestep: float, turns: list[float]) -> None:
-    """As `advance`, one step for each turn, with nothing recorded."""
-    # A new space takes its first step by the public call: it checks the bodies' masses, which the private one does not.
-    public = int(space.current_time_step == 0.0)
-    for turn in turns[:public]:
-        crank.angle = turn
-        for body, force in pushed:
-            body.force = force
-        space.step(timestep)
+def repeat(made: Build, timestep: float, turns: Array, loading: tuple[Give, Array] | None = None) -> None:
+    """As `advance`, of a driven crank, with nothing recorded."""
+    public = len(turns) if loading else _checked(made)
+    for _ in _by_properties(made, timestep, turns[:public], loading):
+        pass
     set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
-    own, driven, forces = space._space, crank._body, [(body._body, force) for body, force in pushed]
-    for turn in turns[public:]:
+    own, driven, forces = made.space._space, made.crank._body, [(body._body, force) for body, force in made.pushed]
+    for turn in turns[public:].tolist():
         set_angle(driven, turn)
         for one, force in forces:
             set_force(one, force)
         take_step(own, timestep)
 
 
-@dataclass(frozen=True)
-class _Loop:
-    """Steps of a space, of which every one is recorded.
+def _checked(made: Build) -> int:
+    """1 where the space is new: it takes its first step by the public call, which checks the bodies' masses."""
+    return int(made.space.current_time_step == 0.0)
 
-    Attributes:
-        loading: forces beside constant ones, with the times at which the steps begin.
-        driven: whether the crank's angle is written before each step.
-        rounded: to single precision, after each step.
-    """
 
-    made: Build
-    timestep: float
-    loading: tuple[Give, Array] | None = None
-    driven: bool = True
-    rounded: bool = False
+def _by_properties(made: Build, timestep: float, turns: Array, loading: tuple[Give, Array] | None) -> Iterator[None]:
+    """Take steps by pymunk's public interface, one at a time."""
+    for n, turn in enumerate(turns.tolist()):
+        if made.driven:
+            made.crank.angle = turn
+        for body, force in made.pushed:
+            body.force = force
+        if loading is not None:
+            loading[0](float(loading[1][n]))
+        made.space.step(timestep)
+        yield
 
-    def through(self, turns: Array, centres: Array, rates: Array) -> None:
-        """Take a step from each crank turn, and fill in the samples after them."""
-        if self.loading is not None or self.rounded or not memory_is_known():
-            self._by_properties(turns, centres, rates)
-            return
-        # A new space takes its first step by the public call, which checks the bodies' masses.
-        begun = int(self.made.space.current_time_step == 0.0)
-        self._by_properties(turns[:begun], centres, rates)
-        memory = [memory_of(body) for body in self.made.bodies]
-        centre, rate = ([WIDTH * k + column for k in range(len(memory)) for column in of] for of in (CENTRE, RATE))
-        for steps in cache_blocks(len(centres) - begun, BLOCK):
-            rows = slice(begun + steps.start, begun + steps.stop)
-            turned = turns[rows].tolist()
-            states = np.frombuffer(self._copy(turned, memory)).reshape(len(turned), WIDTH * len(memory))
-            # Without a mode, `take` would first fill an array of its own.
-            np.take(states, centre, axis=1, out=centres[rows], mode="clip")
-            np.take(states, rate, axis=1, out=rates[rows], mode="clip")
 
-    def _by_properties(self, turns: Array, centres: Array, rates: Array) -> None:
-        made = self.made
-        for n, turn in enumerate(turns.tolist()):
-            if self.driven:
-                made.crank.angle = turn
-            if self.loading is None:
-                for body, force in made.pushed:
-                    body.force = force
-            else:
-                self.loading[0](float(self.loading[1][n]))
-            made.space.step(self.timestep)
-            if self.rounded:
-                _round(made.bodies)
-            _record(made.bodies, centres[n], rates[n])
-
-    def _copy(self, turns: list[float], memory: list[memoryview]) -> bytearray:
-        """The bodies' memory after each step, one copy after the other."""
-        # Where nothing is driven a number that belongs to no body is written.
-        crank = memory_of(self.made.crank) if self.driven else memoryview(bytearray(8 * WIDTH))
-        angle, timestep, space = crank.cast("d")[ANGLE : ANGLE + 1], self.timestep, self.made.space._space
-        pushed = [(body._body, force) for body, force in self.made.pushed]
-        set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
-        copies = bytearray()
-        for turn in turns:
-            # What else follows from the angle, a step works out anew as soon as it has moved the bodies, its first act.
-            angle[0] = turn
-            for body, force in pushed:
-                set_force(body, force)
-            take_step(space, timestep)
-            copies += join(memory)
-        return copies
+def _copies(made: Build, timestep: float, turns: list[float], memory: list[memoryview]) -> bytearray:
+    """The bodies' memory after each step, one copy after the other."""
+    # Where nothing is driven a number that belongs to no body is written.
+    crank = memory_of(made.crank) if made.driven else memoryview(bytearray(8 * WIDTH))
+    angle, space = crank.cast("d")[ANGLE : ANGLE + 1], made.space._space
+    pushed = [(body._body, force) for body, force in made.pushed]
+    set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
+    copies = bytearray()
+    for turn in turns:
+        # What else follows from the angle, a step works out anew as soon as it has moved the bodies, its first act.
+        angle[0] = turn
+        for body, force in pushed:
+            set_force(body, force)
+        take_step(space, timestep)
+        copies += join(memory)
+    return copies
 
 
 def _round(bodies: tuple[pymunk.Body, ...]) -> None:
