@@ -174,13 +174,14 @@ KEPT = 2  # samples before a stretch of a run, from which its velocities and acc
 
 
 class Stepper:
-    """A machine in the exact state of a crank angle [rad]; calling it advances it by so many steps.
+    """A machine in the exact state of its start, or a crank angle [rad]; calling it advances it by so many steps.
 
     The engine sums speed x step, in single precision; counted steps keep the crank where it belongs. Its angle is
     written without whole turns, which would take digits from it, unless a slide holds another link's turn to it.
     """
 
-    def __init__(self, machine: Machine, settings: Box2DSettings, angle: float) -> None:
+    def __init__(self, machine: Machine, settings: Box2DSettings, angle: float | None = None) -> None:
+        angle = run_of(machine, 1, 1.0)[0] if angle is None else angle
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
         self.made = build(machine.kinematics.mechanism, settings, poses[0], slopes[0] * machine.speed)
         mechanism = self.made.mechanism
@@ -258,6 +259,22 @@ def tracks(machine: Machine, mechanism: Mechanism, h: float, times: Array, centr
     return Recorded(bodies, points)
 
 
+def run(
+    machine: Machine, settings: Box2DSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+) -> Iterator[Piece]:
+    """A run at constant crank speed in pieces of so many steps."""
+    stepper, known = Stepper(machine, settings, start_angle), list[Array]()
+    states = stepper.states()
+
+    def record(_: int, times: Array) -> Recorded:
+        known[:] = known[-KEPT:]
+        known.extend(islice(states, len(times) - len(known)))
+        read = np.array(known).swapaxes(0, 1)
+        return tracks(machine, stepper.made.mechanism, settings.timestep, times, *read)
+
+    return pieces(machine, settings, LIBRARY_VERSION, revolutions, start_angle, steps, record, KEPT)
+
+
 class Box2DEngine(Engine[Box2DSettings]):
     """Box2D by way of its `b2World`, in single precision: impulses for velocities, then an iteration of positions."""
 
@@ -265,32 +282,12 @@ class Box2DEngine(Engine[Box2DSettings]):
     version = LIBRARY_VERSION
     presets = PRESETS
     refusal = staticmethod(refusal)
-
-    def run(
-        self,
-        machine: Machine,
-        settings: Box2DSettings,
-        revolutions: float,
-        start_angle: float = 0.0,
-        steps: int = PIECE,
-    ) -> Iterator[Piece]:
-        stepper, known = Stepper(machine, settings, start_angle), list[Array]()
-        states = stepper.states()
-
-        def record(_: int, times: Array) -> Recorded:
-            known[:] = known[-KEPT:]
-            known.extend(islice(states, len(times) - len(known)))
-            read = np.array(known).swapaxes(0, 1)
-            return tracks(machine, stepper.made.mechanism, settings.timestep, times, *read)
-
-        return pieces(machine, settings, self.version, revolutions, start_angle, steps, record, KEPT)
-
-    def stepper(self, machine: Machine, settings: Box2DSettings) -> Stepper:
-        return Stepper(machine, settings, run_of(machine, 1, 1.0)[0])
+    run = staticmethod(run)
+    stepper = Stepper
 
     def reference_loop(self) -> Stepper:
         """The slider-crank at its start, 1000 steps a turn."""
-        return Stepper(REFERENCE, Box2DSettings.stock(REFERENCE, 1000), 0.0)
+        return Stepper(REFERENCE, Box2DSettings.stock(REFERENCE, 1000))
 
 
 ENGINE = Box2DEngine()

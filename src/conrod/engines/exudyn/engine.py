@@ -145,7 +145,7 @@ TOLERANCE = 1e-13  # of Newton's iteration; where it stalls on rounding before, 
 
 
 class Stepper:
-    """A machine in the exact state of a crank angle [rad]; calling it advances it by so many steps.
+    """A machine in the exact state of its start, or a crank angle [rad]; calling it advances it by so many steps.
 
     What is left of a call of the solver, accelerations included, begins the next one. Its time begins at 0 each time:
     with the crank's rate held constant, nothing depends on it.
@@ -154,7 +154,8 @@ class Stepper:
         failure: why the solver goes no further; empty while it does.
     """
 
-    def __init__(self, machine: Machine, settings: ExudynSettings, angle: float) -> None:
+    def __init__(self, machine: Machine, settings: ExudynSettings, angle: float | None = None) -> None:
+        angle = run_of(machine, 1, 1.0)[0] if angle is None else angle
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
         mechanism, speed = machine.kinematics.mechanism, machine.speed
         self.failure, self._step = "", settings.timestep
@@ -261,6 +262,28 @@ def closing_rates(jacobian: Array, mechanism: Mechanism, speed: float) -> Array:
     return np.asarray(np.linalg.lstsq(constraints, asked)[0])
 
 
+def run(
+    machine: Machine, settings: ExudynSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+) -> Iterator[Piece]:
+    """A run at constant crank speed in pieces of so many steps."""
+    kinematics, stepper = machine.kinematics, Stepper(machine, settings, start_angle)
+    states = stepper.states(round(settings.steps_per_revolution * revolutions))
+
+    def ended(judged: Verdict) -> Verdict:
+        failed = judged.outcome is Outcome.DIVERGED and stepper.failure
+        return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
+
+    def record(first: int, times: Array) -> Recorded:
+        read = np.array(list(islice(states, len(times)))).swapaxes(0, 1)
+        bodies = crank_states(kinematics.mechanism, times, *read)
+        # Exudyn too has it from the step index.
+        clock = settings.timestep * np.arange(first, first + len(times), dtype=float)
+        tracks = BodyTracks(bodies, bodies, bodies)
+        return Recorded(tracks, points_of(kinematics, bodies), clock, ended=ended)
+
+    return pieces(machine, settings, exudyn.__version__, revolutions, start_angle, steps, record)
+
+
 class Exudyn(Engine[ExudynSettings]):
     """Exudyn by way of its `MainSystem` of planar bodies, with hard constraints and implicit integrators."""
 
@@ -269,38 +292,12 @@ class Exudyn(Engine[ExudynSettings]):
     presets = PRESETS
     refusal = staticmethod(refusal)
     solve_kinematics = staticmethod(solve_kinematics)
-
-    def run(
-        self,
-        machine: Machine,
-        settings: ExudynSettings,
-        revolutions: float,
-        start_angle: float = 0.0,
-        steps: int = PIECE,
-    ) -> Iterator[Piece]:
-        kinematics, stepper = machine.kinematics, Stepper(machine, settings, start_angle)
-        states = stepper.states(round(settings.steps_per_revolution * revolutions))
-
-        def ended(judged: Verdict) -> Verdict:
-            failed = judged.outcome is Outcome.DIVERGED and stepper.failure
-            return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
-
-        def record(first: int, times: Array) -> Recorded:
-            read = np.array(list(islice(states, len(times)))).swapaxes(0, 1)
-            bodies = crank_states(kinematics.mechanism, times, *read)
-            # Exudyn too has it from the step index.
-            clock = settings.timestep * np.arange(first, first + len(times), dtype=float)
-            tracks = BodyTracks(bodies, bodies, bodies)
-            return Recorded(tracks, points_of(kinematics, bodies), clock, ended=ended)
-
-        return pieces(machine, settings, self.version, revolutions, start_angle, steps, record)
-
-    def stepper(self, machine: Machine, settings: ExudynSettings) -> Stepper:
-        return Stepper(machine, settings, run_of(machine, 1, 1.0)[0])
+    run = staticmethod(run)
+    stepper = Stepper
 
     def reference_loop(self) -> Stepper:
         """The slider-crank at its start, 1000 steps a turn."""
-        return Stepper(REFERENCE, ExudynSettings.stock(REFERENCE, 1000), 0.0)
+        return Stepper(REFERENCE, ExudynSettings.stock(REFERENCE, 1000))
 
 
 ENGINE = Exudyn()

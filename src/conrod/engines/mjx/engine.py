@@ -83,12 +83,8 @@ def kept(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[An
     return data, states, sensors
 
 
-class Recorder:
-    """A machine that is stepped from a state of its model, as MuJoCo's recorder does it.
-
-    Attributes:
-        warnings: of the engine; it has none.
-    """
+class Recorder(dynamics.Recorder):
+    """A machine that is stepped from a state of its model; the engine has no warnings."""
 
     warnings: Mapping[str, int] = {}
 
@@ -148,7 +144,10 @@ def _compiled(model: Any, data: Any, double: bool) -> Callable[[int], None]:
 DIFFERENCE = 1e-5  # [rad], over which rates are differenced: of order two, so to 1e-10
 # The largest rate of a gap that opens: h dJ/dt v after a step of two to a time constant, 2/e of that without steps.
 STEPPED = math.e / 2.0
-LAW = "predicted: gaps of closures that lack dJ/dt v, and Euler's velocity, half a step old; 5 % more"
+LAW = (
+    "predicted: gaps of closures that lack dJ/dt v, and Euler's velocity, half a step old; "
+    "5 % and ten times the error itself more"
+)
 
 
 def expected_error(machine: Machine, settings: MJXSettings, start_angle: float = 0.0) -> ExpectedError:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -87,7 +86,7 @@ class Recorder:
         mujoco.mj_getState(self._model, self._data, self._state, STATE)
 
     @property
-    def warnings(self) -> dict[str, int]:
+    def warnings(self) -> Mapping[str, int]:
         """Warnings of the engine since the start, and how often each came."""
         return warnings_of(self._data)
 
@@ -133,15 +132,6 @@ def warnings_kept_quiet() -> Iterator[None]:
 # -- runs at constant speed --------------------------------------------------------------------------------------------
 
 
-class Recording(Protocol):
-    """A machine that is stepped and recorded, as `Recorder` does it."""
-
-    @property
-    def warnings(self) -> Mapping[str, int]: ...
-
-    def next(self, samples: int) -> tuple[Array, Array]: ...
-
-
 def run(
     machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
 ) -> Iterator[Piece]:
@@ -154,7 +144,7 @@ def run(
 
 def recorded(
     made: Build,
-    recorder: Recording,
+    recorder: Recorder,
     machine: Machine,
     settings: MuJoCoSettings,
     revolutions: float,

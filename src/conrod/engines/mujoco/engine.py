@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -20,12 +18,12 @@ from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
+from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
 from conrod.engines.numerics import StraightAhead, approached, close_gap
 from conrod.engines.releases import Releases, read_releases
 from conrod.engines.tracks import ForceTracks, no_forces
-from conrod.engines.tree import Tree, tree_of, tree_refusal
+from conrod.engines.tree import tree_of, tree_refusal
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
 
@@ -108,37 +106,22 @@ def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> No
 # -- steps with nothing recorded, which is what MuJoCo itself costs ----------------------------------------------------
 
 
-def reference_loop() -> BareRun:
-    """The slider-crank that timings are ratios to, with a flywheel of 10 kg m^2 and MuJoCo's own solver tolerance."""
-    defaults = MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0)
-    return started(REFERENCE, defaults)
-
-
-@dataclass(frozen=True)
 class BareRun:
-    """A model with its state; calling it advances the state by so many steps, in one call of the engine.
+    """A machine in the exact state of its start, compiled without sensors; calling it advances it by so many steps."""
 
-    Attributes:
-        tree: of a machine under loads, whose laws act; None where there are none.
-    """
-
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    tree: Tree | None = None
+    def __init__(self, machine: Machine, settings: MuJoCoSettings) -> None:
+        self._made = build(machine, settings, sensors=False)
+        self.model, self.data = self._made.model, mujoco.MjData(self._made.model)
+        self.data.qpos[:], self.data.qvel[:] = self._made.start_state(machine, run_of(machine, 1, 1.0)[0])
 
     def __call__(self, steps: int) -> None:
-        acting = nullcontext() if self.tree is None else laws_acting(self.model, self.tree)
-        with warnings_kept_quiet(), acting:
+        with warnings_kept_quiet(), laws_acting(self.model, self._made.tree):
             mujoco.mj_step(self.model, self.data, nstep=steps)
 
 
-def started(machine: Machine, settings: MuJoCoSettings) -> BareRun:
-    """A machine in the exact state of its start, compiled without sensors."""
-    made = build(machine, settings, sensors=False)
-    data = mujoco.MjData(made.model)
-    data.qpos[:], data.qvel[:] = made.start_state(machine, run_of(machine, 1, 1.0)[0])
-    tree = made.tree if made.tree.mechanism.loads else None
-    return BareRun(made.model, data, tree)
+def reference_loop() -> BareRun:
+    """The slider-crank that timings are ratios to, with a flywheel of 10 kg m^2 and MuJoCo's own solver tolerance."""
+    return BareRun(REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -153,7 +136,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
-    stepper = staticmethod(started)
+    stepper = BareRun
     reference_loop = staticmethod(reference_loop)
     grid = staticmethod(rules)
     free_run = staticmethod(free_run)
@@ -167,7 +150,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     def releases(self) -> Releases:
         return read_releases("conrod.engines.mujoco")
 
-    def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
+    def model(self, name: str, machine: Any, settings: MuJoCoSettings) -> str:
         return standalone_mjcf(name, machine, settings=settings)
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, MuJoCoSettings]:

@@ -168,7 +168,7 @@ class BareRun:
         self._machine, self._timestep, self._pushes = machine, settings.timestep, pushes_of(self.made, settings)
 
     def __call__(self, steps: int) -> None:
-        times = self._begin + self._timestep * np.arange(self._steps, self._steps + steps)
+        times = self._begin + self._timestep * np.arange(self._steps, self._steps + steps, dtype=float)
         loading = (self._pushes.give, times) if self._pushes else None
         repeat(self.made, self._timestep, turns_at(self._machine, times), loading)
         self._steps += steps
