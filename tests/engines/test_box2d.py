@@ -80,19 +80,6 @@ def test_accelerations_are_differences_of_order_two_until_rounding_grows_with_th
     assert finest > 3.0 * fine
 
 
-def test_a_velocity_belongs_to_the_instant_a_step_before_it_is_read(box2d: Any) -> None:
-    bodies = ran(SAW, PRESETS["tuned"](SAW, 100)).trajectory.bodies
-    assert bodies is not None
-    late = bodies.position.instants.times[1:] - bodies.velocity.instants.times
-    np.testing.assert_allclose(late, PRESETS["tuned"](SAW, 100).timestep, rtol=1e-9)
-    right, wrong = (
-        np.abs(bodies.velocity.rates / SAW.speed - SAW.kinematics.derivatives(SAW.speed * at, 1)[1]).max()
-        for at in (bodies.velocity.instants.times, bodies.position.instants.times[1:])
-    )
-    assert right < 1e-5
-    assert wrong > 1e-2
-
-
 def test_stock_is_of_order_two_in_positions() -> None:
     errors = np.array([worst(SAW, "stock", n) for n in (200, 400, 800)])
     orders = -np.polyfit(np.log([200, 400, 800]), np.log(errors), 1)[0]

@@ -14,7 +14,8 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from catalogue import CAM, CAMS, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
+from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
+from kinematic_mode import kinematic_errors
 
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.engines import ENGINES, engine_named
@@ -23,7 +24,7 @@ from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.motion import Array
 from conrod.runs.convergence import observed_order
 from conrod.runs.outcome import joint_gaps
-from conrod.scenes import CamFollower, Saw, Scene, ShearPress, catalogue_scene
+from conrod.scenes import Saw, Scene, ShearPress, catalogue_scene
 
 QUANTITIES = ("position", "velocity", "acceleration")
 TURN = 2.0 * math.pi
@@ -57,25 +58,11 @@ KINEMATIC = {"mujoco": 1e-13, "pymunk": 1e-12}
 ANGLES = np.linspace(0.0, TURN, 72, endpoint=False)
 
 
-def kinematic_errors(scene: Scene, machine: Scene, engine: str) -> tuple[float, float]:
-    """Largest position and velocity error of `machine`, solved by the engine, against `scene`."""
-    solved = engine_named(engine).solve_kinematics(machine, ANGLES)
-    exact = scene.motion(ANGLES, scene.speed)
-    position = velocity = 0.0
-    for name, (x, v) in solved.points.items():
-        truth, length = exact.point(name), scene.lengths[name]
-        position = max(position, float(np.linalg.norm(x - truth.position, axis=1).max()) / length)
-        if v is not None:
-            off = float(np.linalg.norm(v - truth.velocity, axis=1).max())
-            velocity = max(velocity, off / (length * abs(scene.speed)))
-    return position, velocity
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", LINKAGES)
 def test_the_engines_own_joints_give_the_exact_pose(name: str, engine: str) -> None:
     scene = LINKAGES[name]
-    position, velocity = kinematic_errors(scene, scene, engine)
+    position, velocity = kinematic_errors(engine, scene, ANGLES)
     assert position <= KINEMATIC[engine]
     assert velocity <= 1e-9
     poses = engine_named(engine).solve_kinematics(scene, ANGLES).poses
@@ -85,43 +72,22 @@ def test_the_engines_own_joints_give_the_exact_pose(name: str, engine: str) -> N
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
 def test_kinematic_mode_catches_a_rod_a_ten_thousandth_too_long(scene: Any, engine: str) -> None:
-    position, velocity = kinematic_errors(scene, replace(scene, rod=1.0001 * scene.rod), engine)
+    position, velocity = kinematic_errors(engine, scene, ANGLES, replace(scene, rod=1.0001 * scene.rod))
     assert position > 1e6 * KINEMATIC[engine]
     assert velocity > 1e-6
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(
-    "name", ["cam-36-118", *(pytest.param(n, marks=pytest.mark.slow) for n in ("cam-36-72.5", "cam-76-128"))]
-)
-def test_the_cams_collision_shape_is_as_exact_as_it_says(name: str, engine: str) -> None:
-    cam = CAMS[name]
-    solved = engine_named(engine).solve_kinematics(cam, ANGLES)
-    assert solved.shape_error is not None
-    off = np.abs(solved.points["roller"][0] - cam.motion(ANGLES, 1.0).point("roller").position).max()
-    assert off <= solved.shape_error
-    # The statement is worth something: a cam turned by 0.01 degrees is not within it.
-    turned = cam.motion(ANGLES + math.radians(0.01), 1.0).point("roller").position
-    assert np.abs(solved.points["roller"][0] - turned).max() > solved.shape_error
 
 
 # -- MuJoCo, hardened ------------------------------------------------------------------------------------------------
 
 HARDENED_PATH = (125, 250, 500, 1000)
-
-
-@pytest.mark.parametrize("name", LINKAGES)
-def test_hardened_mujoco_reaches_its_bars_at_500_steps(name: str) -> None:
-    found = measured(LINKAGES[name], "mujoco", "hardened", 500)
-    assert found.worst("position") <= 1.5e-9
-    assert found.worst("velocity") <= 1e-8
-    assert found.worst("acceleration") <= 2e-8
+BARS = {"position": 1.5e-9, "velocity": 1e-8, "acceleration": 2e-8}  # at 500 steps
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 @pytest.mark.parametrize("name", LINKAGES)
-def test_hardened_mujoco_is_of_order_four(name: str, quantity: str) -> None:
+def test_hardened_mujoco_is_of_order_four_and_reaches_its_bars(name: str, quantity: str) -> None:
     scene = LINKAGES[name]
+    assert measured(scene, "mujoco", "hardened", 500).worst(quantity) <= BARS[quantity]
     assert fitted_order(scene, "mujoco", "hardened", HARDENED_PATH, quantity) == pytest.approx(4.0, abs=0.15)
     errors = [measured(scene, "mujoco", "hardened", n).worst(quantity) for n in HARDENED_PATH]
     assert observed_order(HARDENED_PATH, errors).claimed == pytest.approx(4.0, abs=0.15)
@@ -225,11 +191,6 @@ def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
 CONTACT_PATH = (3927, 7854, 15708)
 
 
-def lift_error(cam: CamFollower, trajectory: Trajectory) -> float:
-    """Largest error of the lift over the full lift."""
-    return compare(trajectory, cam).worst("position")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_is_of_order_two(engine: str) -> None:
@@ -261,9 +222,7 @@ def test_the_nearer_a_follower_is_to_floating_the_more_steps_it_falls(factor: fl
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_reaches_its_bar_at_full_steps(engine: str) -> None:
-    cam = CAM
-    assert isinstance(cam, CamFollower)
-    assert lift_error(cam, ran(cam, engine, "tuned", 62832)) <= 1e-5
+    assert measured(CAM, engine, "tuned", 62832).worst("position") <= 1e-5
 
 
 # -- the MJCF files --------------------------------------------------------------------------------------------------
@@ -330,24 +289,15 @@ def test_a_standalone_model_follows_the_exact_motion_for_a_turn(standalone: tupl
 # -- masses and gravity, of which the exact motion of a driven linkage knows nothing -----------------------------------
 
 
-def changes(scene: Any, settings: MuJoCoSettings) -> list[float]:
-    """Factors by which a light slider, and gravity switched, change the position error; the settings stay."""
-    others = (scene.with_parameters(slider_mass=0.1 * scene.slider_mass), settings), (scene, without(settings))
+@pytest.mark.parametrize(
+    ("scene", "preset", "steps", "least", "most"),
+    [(SAW, "hardened", 200, 0.99, 1.01), (PRESS, "hardened", 200, 0.99, 1.01), (PRESS, "stock", 400, 0.0, 0.7)],
+)
+def test_hardened_mujoco_depends_on_neither_and_stock_on_both(
+    scene: Any, preset: str, steps: int, least: float, most: float
+) -> None:
+    settings = engine_named("mujoco").presets[preset](scene, steps)
+    weightless, lighter = replace(settings, gravity=False), scene.with_parameters(slider_mass=0.1 * scene.slider_mass)
     before = compare(run(scene, settings), scene).worst("position")
-    return [compare(run(machine, used), machine).worst("position") / before for machine, used in others]
-
-
-def without(settings: MuJoCoSettings) -> MuJoCoSettings:
-    return replace(settings, gravity=not settings.gravity)
-
-
-@pytest.mark.parametrize("scene", [SAW, PRESS], ids=["saw", "press"])
-def test_hardened_mujoco_depends_on_neither(scene: Any) -> None:
-    assert changes(scene, MuJoCoSettings.hardened(scene, 200)) == pytest.approx([1.0, 1.0], rel=0.01)
-
-
-def test_stock_mujoco_depends_on_both() -> None:
-    # Negative control: the softness is there, and it is seen.
-    lighter, weightless = changes(PRESS, MuJoCoSettings.stock(PRESS, 400))
-    assert lighter < 0.7
-    assert weightless < 0.1
+    for machine, used in ((lighter, settings), (scene, weightless)):
+        assert least < compare(run(machine, used), machine).worst("position") / before < most

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from catalogue import EVERY_SCENE, LINKAGES, PRESS, SAW
+from kinematic_mode import kinematic_errors
 
 from conrod import Outcome
 from conrod.engines import engine_named
@@ -130,28 +131,20 @@ def test_a_run_is_the_same_each_time_and_in_any_pieces(preset: str, exudyn: Any)
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
-def kinematic_errors(exudyn: Any, scene: Any, machine: Any) -> tuple[float, float]:
-    """Largest position and velocity error of `machine`, solved by the engine, against `scene`."""
-    solved, exact = exudyn.solve_kinematics(machine, ANGLES), scene.motion(ANGLES, scene.speed)
-    off = [
-        (np.abs(x - exact.point(name).position).max(), np.abs(v - exact.point(name).velocity).max() / abs(scene.speed))
-        for name, (x, v) in solved.points.items()
-    ]
-    return tuple(float(max(column)) / min(scene.lengths.values()) for column in zip(*off, strict=True))  # type: ignore[return-value]
-
-
 @pytest.mark.parametrize("name", [*LINKAGES, "saw-reversed", "crank-shaper", "inverted-slider-crank", "whitworth"])
-def test_its_joints_give_the_exact_pose_and_rates(name: str, exudyn: Any) -> None:
+@pytest.mark.usefixtures("exudyn")
+def test_its_joints_give_the_exact_pose_and_rates(name: str) -> None:
     scene: Any = EVERY_SCENE.get(name) or scene_named(name)
-    position, velocity = kinematic_errors(exudyn, scene, scene)
+    position, velocity = kinematic_errors("exudyn", scene, ANGLES)
     assert position <= 1e-12
     assert velocity <= 1e-9
 
 
 @pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
-def test_a_rod_a_millionth_too_long_is_seen(scene: Any, exudyn: Any) -> None:
+@pytest.mark.usefixtures("exudyn")
+def test_a_rod_a_millionth_too_long_is_seen(scene: Any) -> None:
     wrong = replace(scene, rod=scene.rod * (1.0 + 1e-6))
-    position, velocity = kinematic_errors(exudyn, scene, wrong)
+    position, velocity = kinematic_errors("exudyn", scene, ANGLES, wrong)
     assert position > 1e-7
     assert velocity > 1e-8
     settings = PRESETS["stock"](scene, 125)

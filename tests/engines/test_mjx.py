@@ -8,18 +8,14 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from catalogue import CAM, EVERY_SCENE, SAW
 
-from benchmarks.healthy import variant
 from conrod import Outcome
 from conrod.engines import engine_named
 from conrod.engines.engine import SINGLE, with_fields
 from conrod.engines.mjx import PRESETS
-from conrod.engines.mujoco import exchanged_inertia
-from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces
 from conrod.scenes import scene_named
@@ -56,55 +52,6 @@ class TestConformance(EngineConformance):
 
 
 # -- its constraints ---------------------------------------------------------------------------------------------------
-
-CLOSURES = ("connect", "weld", "joint", "tendon", "contact")
-PENDULUMS = """
-<body pos="0 0 {k}"><joint name="{name}.a" axis="0 0 1"/><inertial pos=".5 0 0" mass="1" diaginertia=".1 .1 .1"/>
-  <site name="{name}.a" pos="1 0 0"/><geom type="sphere" size="{size}" pos="1 0 0"/></body>
-<body pos="0 1 {k}"><joint name="{name}.b" axis="0 0 1"/><inertial pos=".5 0 0" mass="2" diaginertia=".1 .1 .1"/>
-  <site name="{name}.b" pos="1 -1 0"/><geom type="sphere" size="{size}" pos="1 0 0"/></body>"""
-
-
-def pairs_of_pendulums() -> mujoco.MjModel:
-    """For each kind of closure two pendulums side by side that it ties together; those of the contact touch."""
-    sizes = {name: 0.51 if name == "contact" else 0.1 for name in CLOSURES}
-    bodies = "".join(PENDULUMS.format(name=name, k=2 * k, size=sizes[name]) for k, name in enumerate(CLOSURES))
-    return mujoco.MjModel.from_xml_string(f"""
-        <mujoco><option gravity="0 -9.81 0"/><default><geom mass="0" condim="1"/></default>
-        <worldbody>{bodies}</worldbody>
-        <tendon><fixed name="t"><joint joint="tendon.a" coef="1"/><joint joint="tendon.b" coef="-1"/></fixed></tendon>
-        <equality>
-          <connect site1="connect.a" site2="connect.b"/><weld site1="weld.a" site2="weld.b"/>
-          <joint joint1="joint.a" joint2="joint.b"/><tendon tendon1="t"/>
-        </equality></mujoco>""")
-
-
-def accelerations(rate: float) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Of each pair, turning at a rate [rad/s], by MuJoCo and by MJX in double precision [rad/s^2]."""
-    import jax
-    from mujoco import mjx
-
-    model = pairs_of_pendulums()
-    data = mujoco.MjData(model)
-    data.qvel[:] = rate
-    mujoco.mj_forward(model, data)
-    with jax.enable_x64(True):
-        found = np.asarray(jax.jit(mjx.forward)(mjx.put_model(model), mjx.put_data(model, data)).qacc)
-    of = {name: [int(model.joint(f"{name}.{end}").dofadr[0]) for end in "ab"] for name in CLOSURES}
-    return tuple({name: values[rows] for name, rows in of.items()} for values in (data.qacc, found))  # type: ignore[return-value]
-
-
-@needs_mjx
-@pytest.mark.slow
-def test_closures_that_are_curved_lack_a_term_in_motion_and_no_others_do() -> None:
-    for rate in (0.0, 3.0):
-        by_mujoco, by_mjx = accelerations(rate)
-        for name in CLOSURES:
-            off = np.abs(by_mjx[name] - by_mujoco[name]).max() / np.abs(by_mujoco[name]).max()
-            if rate and name in ("connect", "weld"):
-                assert off > 0.02, name
-            else:
-                assert off < 1e-12, name
 
 
 @needs_mjx
@@ -151,27 +98,6 @@ def test_its_law_holds_and_is_near(name: str) -> None:
         assert largest_errors(scene, 1000, replace(scene, rod=scene.rod * 1.001))[0][0] > 2.0 * bound
 
 
-@needs_mjx
-@pytest.mark.parametrize(("machine", "more"), [(variant(scene_named("double-rocker"), 14)[0], True), (SAW, False)])
-def test_its_flywheel_varies_with_all_that_turns(machine: Any, more: bool) -> None:
-    settings = PRESETS["tuned"](machine, 414)
-    by_points = exchanged_inertia(machine) / settings.armature
-    assert (engine_named("mjx").expected_error(machine, settings).ripple > by_points) == more
-
-
-@needs_mjx
-@pytest.mark.slow
-def test_single_precision_costs_accelerations_more_the_shorter_the_step() -> None:
-    def noise(steps: int) -> float:
-        single, double = (
-            ran("mjx", preset, steps).points["C"].acceleration.values for preset in ("tuned-single", "tuned")
-        )
-        return float(np.abs(single - double).max())
-
-    assert noise(1000) > 2.0 * noise(500) > 4.0 * noise(250)
-    assert error("tuned-single", 500) == pytest.approx(error("tuned", 500), rel=0.01)
-
-
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
@@ -190,25 +116,6 @@ def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: di
     engine, settings = engine_named("mjx"), PRESETS["tuned"](scene, 1000)
     assert engine.refusal(SAW, PRESETS["tuned"](SAW, 1000)) is None
     assert re.search(reason, str(engine.refusal(scene, with_fields(settings, **fields))))
-
-
-# -- timing, and an extra ----------------------------------------------------------------------------------------------
-
-
-@needs_mjx
-@pytest.mark.slow
-def test_what_is_timed_is_compiled_before_and_takes_the_steps_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    from conrod.engines.mjx import engine as rollout
-
-    taken, advance = list[int](), rollout.advance
-    monkeypatch.setattr(rollout, "advance", lambda model, data, n: (taken.append(n), advance(model, data, n))[1])
-    stepper = engine_named("mjx").stepper(FAST_SAW, PRESETS["tuned"](FAST_SAW, 250))
-    assert taken == [0]
-    compiled = advance._cache_size()
-    stepper(50)
-    assert taken == [0, 50]
-    assert advance._cache_size() == compiled
-    engine_named("mjx").reference_loop()(10)
 
 
 # -- a batch: machines of other sizes in one call ----------------------------------------------------------------------

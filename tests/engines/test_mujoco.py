@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -50,18 +49,8 @@ def with_one(machine: str, name: str) -> MuJoCoSettings:
     return (one.removed if one.minimal else one.added)(minimal_of(machine))
 
 
-def fully_dressed(machine: str, but: Sequence[str] = ()) -> MuJoCoSettings:
-    """All that the minimal model lacks."""
-    extra = [one for one in ingredients_of(machine).values() if not one.minimal and one.name not in but]
-    settings = minimal_of(machine)
-    for one in extra:
-        settings = one.added(settings)
-    return settings
-
-
 EVERY = [(machine, name) for machine in MACHINES for name in ingredients_of(machine)]
-EXTRA = [(machine, name) for machine, name in EVERY if not ingredients_of(machine)[name].minimal]
-LINKAGE_EXTRA = [(machine, name) for machine, name in EXTRA if machine != "cam"]
+LINKAGE_EXTRA = [(one, name) for one, name in EVERY if one != "cam" and not ingredients_of(one)[name].minimal]
 
 
 def compiled(scene: Any, settings: MuJoCoSettings) -> bytes:
@@ -142,15 +131,6 @@ def test_all_but_the_harmful_leave_the_motion_alone(machine: str, name: str) -> 
     assert changed < EQUAL
 
 
-@pytest.mark.parametrize("machine", ["press", "saw"])
-def test_the_dressed_model_moves_as_the_minimal_one_unless_a_harmful_ingredient_is_in_it(machine: str) -> None:
-    worn = fully_dressed(machine, but=HARMFUL)
-    assert {"redundant-closures", "sensors-64", "sparse-jacobian"} < set(worn.dressing)
-    assert piece(machine, worn).trajectory.outcome is Outcome.COMPLETED
-    assert change(machine, worn) < EQUAL
-    assert change(machine, fully_dressed(machine)) > 100.0 * EQUAL
-
-
 @pytest.mark.parametrize("name", ["closure", "hardening", "rk4", "flywheel", "iteration"])
 @pytest.mark.parametrize("machine", ["press", "saw"])
 def test_without_what_the_minimal_model_consists_of_the_motion_is_another(machine: str, name: str) -> None:
@@ -222,16 +202,6 @@ def test_damping_of_the_driven_rule_loses_the_branch_at_change_points(monkeypatc
     monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_DAMPING", 1.0)
     motion = exact(0, 2)
     assert np.abs(swing(chain(2), motion, "tuned").poses - motion.poses).max() > 1.0
-
-
-def test_a_pendulum_is_of_order_four_at_least() -> None:
-    """Without a loop nothing but RK4 itself is left; it was found to be 4.8."""
-    pendulum = replace(chain(1), bodies=chain(1).bodies[:1], joints=chain(1).joints[:1])
-    pendulum = replace(pendulum, poses={"rocker0": (0.0, 0.0, 0.5 * np.pi)}, name="pendulum")
-    motion = ForwardDynamics(pendulum).motion(TIMES[:FIRST], {"rocker0": -1.0})
-    errors = [error(swing(pendulum, motion, step=step), motion) for step in (0.02, 0.01, 0.005)]
-    orders = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert np.all(orders > 3.5), orders
 
 
 def test_loads_act_at_every_stage() -> None:

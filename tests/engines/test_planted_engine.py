@@ -22,7 +22,6 @@ from conrod.engines import (
     OPTIONAL,
     _brought,
     engine_named,
-    engine_names,
     engine_packages,
     installed_extras,
     line_style,
@@ -197,12 +196,6 @@ def columns(text: str) -> dict[str, tuple[str, ...]]:
 
 
 # -- the registry ------------------------------------------------------------------------------------------------------
-
-
-def test_without_it_its_name_is_unknown() -> None:
-    assert NAME not in engine_names()
-    with pytest.raises(InvalidInput, match=r"unknown engine 'planted': choose from box2d, exudyn, mjx, mujoco, pymunk"):
-        engine_named(NAME)
 
 
 @pytest.mark.parametrize(
