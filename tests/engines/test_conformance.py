@@ -49,15 +49,14 @@ def edited(tracks: PointTracks, quantity: str, edit: Callable[[Array], Array]) -
 
 
 class Mistaken(LawfulEngine):
-    """The planted engine with a mistake in a quantity of all points, or elsewhere by a subclass."""
+    """The planted engine with a mistake in a quantity of all points."""
 
-    quantity, edit = "position", staticmethod(lambda values: values)
+    def __init__(self, quantity: str, edit: Callable[[Array], Array]) -> None:
+        super().__init__()
+        self.quantity, self.edit = quantity, edit
 
-    def run(
-        self, machine: Machine, settings: PlantedSettings, revolutions: float, start_angle: float = 0.0,
-        steps: int = PIECE,
-    ) -> Iterator[Piece]:  # fmt: skip
-        for piece in super().run(machine, settings, revolutions, start_angle, steps):
+    def run(self, *arguments: Any, **others: Any) -> Iterator[Piece]:
+        for piece in super().run(*arguments, **others):
             found = piece.trajectory.points.items()
             points = {name: edited(tracks, self.quantity, self.edit) for name, tracks in found}
             yield replace(piece, trajectory=replace(piece.trajectory, points=points))
@@ -68,33 +67,12 @@ def half_a_step_early(values: Array) -> Array:
     return 0.5 * (values + before)
 
 
-class HalfAStepEarly(Mistaken):
-    quantity, edit = "velocity", staticmethod(half_a_step_early)
-
-
-class AccelerationEarly(Mistaken):
-    quantity, edit = "acceleration", staticmethod(half_a_step_early)
-
-
-class Millimetres(Mistaken):
-    edit = staticmethod(lambda values: 1e3 * values)
-
-
-class Mirrored(Mistaken):
-    edit = staticmethod(lambda values: values * np.array([1.0, -1.0]))
-
-
-class Random(Mistaken):
-    edit = staticmethod(lambda values: values + 1e-12 * np.random.default_rng().standard_normal(values.shape))
-
-
-class ByPieces(Mistaken):
-    edit = staticmethod(lambda values: values + 1e-12 * len(values))
+def noisy(values: Array) -> Array:
+    return values + 1e-12 * np.random.default_rng().standard_normal(values.shape)
 
 
 class StartsElsewhere(LawfulEngine):
-    def run(self, machine: Machine, settings: PlantedSettings, revolutions: float, start_angle: float = 0.0,
-            steps: int = PIECE) -> Iterator[Piece]:  # fmt: skip
+    def run(self, machine: Machine, settings: Any, revolutions: float, _: float = 0.0, steps: int = PIECE) -> Any:
         return super().run(machine, settings, revolutions, 0.0, steps)
 
 
@@ -123,30 +101,31 @@ class NoVersion(LawfulEngine):
     version = ""
 
 
-MISTAKES: dict[str, tuple[Any, str]] = {
-    "a velocity stamped half a step late": (HalfAStepEarly(), "test_no_quantity_lags_its_stamp"),
-    "an acceleration stamped half a step late": (AccelerationEarly(), "test_no_quantity_lags_its_stamp"),
-    "all stamped a step late": (LawfulEngine(late=1), "test_each_sample_carries_its_instant"),
-    "millimetres": (Millimetres(), "test_it_turns_the_way_it_is_driven_in_metres"),
-    "the other sense": (Mirrored(), "test_it_turns_the_way_it_is_driven_in_metres"),
-    "other bits each time": (Random(), "test_the_same_run_has_the_same_bits_in_any_pieces"),
-    "other bits in other pieces": (ByPieces(), "test_the_same_run_has_the_same_bits_in_any_pieces"),
-    "another start": (StartsElsewhere(), "test_it_starts_exact_where_it_is_told_to"),
-    "an exception": (Raises(), "test_a_run_that_fails_is_data"),
-    "a refusal without reason": (NoReason(), "test_what_it_cannot_do_it_refuses_with_a_reason"),
-    "wrong places": (WrongPlaces(), "test_its_own_constraints_place_the_machine"),
-    "no version": (NoVersion(), "test_it_has_a_name_a_version_and_presets_with_a_rule"),
+MISTAKES: dict[str, tuple[Any, ...]] = {
+    "test_no_quantity_lags_its_stamp": (
+        Mistaken("velocity", half_a_step_early),
+        Mistaken("acceleration", half_a_step_early),
+    ),
+    "test_each_sample_carries_its_instant": (LawfulEngine(late=1),),
+    "test_it_turns_the_way_it_is_driven_in_metres": (
+        Mistaken("position", lambda values: 1e3 * values),
+        Mistaken("position", lambda values: values * np.array([1.0, -1.0])),
+    ),
+    "test_the_same_run_has_the_same_bits_in_any_pieces": (
+        Mistaken("position", noisy),
+        Mistaken("position", lambda values: values + 1e-12 * len(values)),
+    ),
+    "test_it_starts_exact_where_it_is_told_to": (StartsElsewhere(),),
+    "test_a_run_that_fails_is_data": (Raises(),),
+    "test_what_it_cannot_do_it_refuses_with_a_reason": (NoReason(),),
+    "test_its_own_constraints_place_the_machine": (WrongPlaces(),),
+    "test_it_has_a_name_a_version_and_presets_with_a_rule": (NoVersion(),),
 }
 
 
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_breaks_the_claim_on_it(mistake: str) -> None:
-    engine, claim = MISTAKES[mistake]
-    suite = type("Suite", (PlantedSuite,), {"engine": engine})()
-    with pytest.raises((AssertionError, FloatingPointError)):
-        getattr(suite, claim)()
-
-
-def test_every_claim_has_its_mistake() -> None:
-    claims = {name for name in vars(EngineConformance) if name.startswith("test_")}
-    assert claims == {claim for _, claim in MISTAKES.values()}
+@pytest.mark.parametrize("claim", [name for name in vars(EngineConformance) if name.startswith("test_")])
+def test_a_mistake_breaks_the_claim_on_it(claim: str) -> None:
+    for engine in MISTAKES[claim]:
+        suite = type("Suite", (PlantedSuite,), {"engine": engine})()
+        with pytest.raises((AssertionError, FloatingPointError)):
+            getattr(suite, claim)()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -15,8 +14,8 @@ from conrod.engines import engine_named
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import started
 from conrod.engines.tracks import ForceTracks
+from conrod.exact import GenericReference
 from conrod.exact.dynamics.inverse import JointForces, State, joint_forces
-from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.loads import (
     Displacement,
     Distance,
@@ -30,7 +29,7 @@ from conrod.mechanism.loads import (
     Turn,
     Viscous,
 )
-from conrod.mechanism.mechanism import Mechanism, Prismatic
+from conrod.mechanism.mechanism import Prismatic
 from conrod.scenes import scene_named
 
 START = 0.3
@@ -49,19 +48,9 @@ LOADS = (
 )
 
 
-@dataclass(frozen=True)
-class Machine:
-    mechanism: Mechanism
-    speed: float
-
-    @cached_property
-    def kinematics(self) -> Kinematics:
-        return Kinematics(self.mechanism)
-
-
-def machine(name: str, **changes: Any) -> Machine:
+def machine(name: str, **changes: Any) -> GenericReference:
     scene = scene_named(name)
-    return Machine(replace(scene.mechanism(), **changes), scene.speed)
+    return GenericReference(replace(scene.mechanism(), **changes), scene.speed)
 
 
 def told(engine: str, model: Any, steps: int, turns: float = 1.0, **settings: Any) -> ForceTracks:
@@ -76,14 +65,14 @@ def exact(model: Any, tracks: ForceTracks) -> JointForces:
     return joint_forces(model.kinematics, State(at.angle, at.rate, at.acceleration, at.times))
 
 
-def errors(tracks: ForceTracks, judge: Machine) -> tuple[float, float]:
+def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
     """Largest errors of drive torque and reactions, over the exact peak of each quantity."""
     assert not tracks.unsupported
     assert tracks.drive_torque is not None
     right_forces = exact(judge, tracks)
     torque = np.abs(tracks.drive_torque - right_forces.drive_torque).max() / np.abs(right_forces.drive_torque).max()
     worst = 0.0
-    for joint in judge.mechanism.joints:
+    for joint in judge.described.joints:
         own_part, right = tracks.joints[joint.name], right_forces.components[joint.name]
         assert list(own_part) == list(right)
         # Both components of a pin are judged by its largest force; a slide's moment may be 0 throughout.
@@ -126,16 +115,13 @@ def test_loads_are_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
 
 
 def test_loads_are_carried_at_their_instants_by_a_crank_whose_middle_is_off_its_shaft_too() -> None:
-    plain = machine("saw-500rpm")
-    bodies = tuple(
-        replace(body, centre_of_gravity=(0.03, -0.02)) if body.name == "crank" else body
-        for body in plain.mechanism.bodies
-    )
-    loaded = replace(plain, mechanism=replace(plain.mechanism, bodies=bodies, loads=LOADS))
+    mechanism = scene_named("saw-500rpm").mechanism()
+    crank = replace(mechanism.body("crank"), centre_of_gravity=(0.03, -0.02))
+    bodies = (crank, *(body for body in mechanism.bodies if body.name != "crank"))
+    loaded, without = (machine("saw-500rpm", bodies=bodies, loads=loads) for loads in (LOADS, ()))
     found = np.array([errors(told("pymunk", loaded, steps), loaded) for steps in (250, 500, 1000)])
     assert found[-1].max() < 1e-4
     assert np.log2(found[0] / found[1]).min() > 1.8
-    without = replace(loaded, mechanism=replace(loaded.mechanism, loads=()))
     assert errors(told("pymunk", without, 250), loaded)[0] > 0.1
 
 
@@ -203,4 +189,4 @@ def test_what_is_not_told_has_its_reason(engine: str, name: str, change: dict[st
     assert tracks.drive_torque is None
     assert not tracks.joints
     assert reason in tracks.unsupported["drive torque"]
-    assert set(tracks.unsupported) == {"drive torque", *(joint.name for joint in model.mechanism.joints)}
+    assert set(tracks.unsupported) == {"drive torque", *(joint.name for joint in model.described.joints)}

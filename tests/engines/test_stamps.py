@@ -16,7 +16,10 @@ from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import body_states
 from conrod.engines.pymunk.dynamics import point_tracks, staggered
+from conrod.engines.running import whole_run
+from conrod.exact import GenericReference
 from conrod.exact.motion import Array
+from conrod.mechanism.loads import Load, TimePulse, Turn
 from conrod.runs.comparison import compare
 from conrod.runs.outcome import Verdict, judge
 from conrod.runs.trajectory import Piece, concatenate_pieces
@@ -200,3 +203,24 @@ def test_links_are_where_their_centres_of_gravity_put_them() -> None:
         back = body_states(scene.kinematics.mechanism, *centred(scene, poses, rates))
         for found, expected in zip(back, (poses, rates), strict=True):
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+# -- loads that are programs in time act at their times, wherever a run begins -----------------------------------------
+
+
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "stock"), ("pymunk", "tuned")])
+def test_a_pulse_acts_at_its_time_and_not_at_that_time_of_the_run(engine: str, preset: str) -> None:
+    scene, made, start = scene_named("saw-500rpm"), engine_named(engine), 2.0
+    begin = start / scene.speed
+
+    def moved(*pulses: TimePulse) -> Array:
+        """Poses and rates in a quarter of a turn, under pulses on the rod."""
+        loads = tuple(Load(f"pulse-{k}", Turn("ground", "rod"), pulse) for k, pulse in enumerate(pulses))
+        machine = GenericReference(replace(scene.mechanism(), loads=loads), scene.speed)
+        bodies = whole_run(made, machine, made.presets[preset](scene, 200), 0.25, start).bodies
+        assert bodies is not None
+        return np.hstack([bodies.position.poses, bodies.position.rates])
+
+    # Over before the run begins; had the clock begun with the run it would act in all of it.
+    assert np.array_equal(moved(TimePulse(3e3, 0.0, 0.9 * begin)), moved())
+    assert not np.array_equal(moved(TimePulse(3e3, begin, 2.0 * begin)), moved())
