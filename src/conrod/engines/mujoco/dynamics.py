@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -144,7 +145,7 @@ def run(
 
 def recorded(
     made: Build,
-    recorder: Recorder,
+    recorder: Any,
     machine: Machine,
     settings: MuJoCoSettings,
     revolutions: float,
@@ -152,7 +153,7 @@ def recorded(
     steps: int,
     version: str,
 ) -> Iterator[Piece]:
-    """The run of a recorder that has just been started; it may be another engine's, of some version."""
+    """The run of what has `next` and `warnings`, as a `Recorder` that was just started; of an engine of some version."""
     clock, end = -settings.timestep, None  # up to the sample before
 
     def record(first: int, times: Array) -> Recorded:
