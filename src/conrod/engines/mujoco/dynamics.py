@@ -153,7 +153,7 @@ def recorded(
     steps: int,
     version: str,
 ) -> Iterator[Piece]:
-    """The run of what has `next` and `warnings`, as a `Recorder` that was just started; of an engine of some version."""
+    """The run of what has `next` and `warnings` as a `Recorder` has, just started; it may be another engine's."""
     clock, end = -settings.timestep, None  # up to the sample before
 
     def record(first: int, times: Array) -> Recorded:
