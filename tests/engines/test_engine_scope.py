@@ -7,34 +7,36 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kinematic_mode import kinematic_errors
-from linkages import inverted_slider_crank
 
 from conrod.engines import numerics as approach
 from conrod.engines.pymunk import engine as pymunk_kinematic
 from conrod.engines.pymunk import space
 from conrod.exact import GenericReference
-from conrod.mechanism.mechanism import ObservedPoint, Prismatic
+from conrod.mechanism.mechanism import Prismatic, to_world
 from conrod.scenes import catalogue_scene
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
 def offset_slide(turned: bool = False) -> GenericReference:
-    """A crank's block slides beside a lever's middle line; centres of gravity lie away from both line and points.
+    """A crank's block, its frame turned by 0.4 rad, slides beside a link's middle line; nothing lies on that line.
 
     Args:
         turned: whether the guide is on the block.
     """
-    plain = inverted_slider_crank(0.07, 0.25, 0.02)
-    centres = {"block": (0.002, -0.004), "slotted": (0.22, 0.01)}
-    bodies = tuple(replace(body, centre_of_gravity=centres.get(body.name, (0.0, 0.0))) for body in plain.bodies)
-    ways = {
-        False: Prismatic("slot", "slotted", "block", (0.02, 0.02), (0.0, 0.0), 0.0),
-        True: Prismatic("slot", "block", "slotted", (0.003, 0.0), (0.1, 0.02), 0.0),
-    }
-    observed = (ObservedPoint("T", "slotted", (0.45, 0.0)),)
-    joints = (*plain.joints[:-1], ways[turned])
-    return GenericReference(replace(plain, bodies=bodies, joints=joints, observed=observed), 10.0)
+    plain, turn = catalogue_scene("inverted-slider-crank").mechanism(), 0.4
+    centres = {"crank": (0.0, 0.0), "block": (0.002, -0.004), "link": (0.22, 0.01)}
+    on_block = to_world((0.0, 0.0, -turn), (0.003, 0.02))
+    slide = Prismatic("slide", "link", "block", (0.05, 0.02), on_block, 0.0, turn)
+    if turned:
+        slide = Prismatic("slide", "block", "link", on_block, (0.05, 0.02), -turn, -turn)
+    described = replace(
+        plain,
+        bodies=tuple(replace(body, centre_of_gravity=centres[body.name]) for body in plain.bodies),
+        joints=tuple(slide if joint.name == "slide" else joint for joint in plain.joints),
+        poses={**plain.poses, "block": (*plain.poses["block"][:2], turn)},
+    )
+    return GenericReference(described, 10.0)
 
 
 # -- slides ----------------------------------------------------------------------------------------------------------
