@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 from conrod.own.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
 from conrod.own.tables.errors import ERRORS, Exact
-from conrod.own.tables.estimation import TURN, ahead, anywhere, late, nearest_to
+from conrod.own.tables.estimation import TURN, ahead, shift_of
 
 # The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
 LENGTHS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
@@ -20,6 +22,9 @@ ANGLES = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / T
 SPEEDS = {("deg/s", "rad/s"): 180.0 / math.pi, ("rpm", "rad/s"): 30.0 / math.pi}
 # Stamps that differ by less than this share are one and the same.
 SAME_STAMP = 0.02
+FINE = 1e-13  # relative, of a stamp and of what it leaves
+BEYOND = 1e6  # times L, where the linkage does not go
+HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
 # Fewer numbers for each unknown are fitted by almost anything.
 NUMBERS_EACH = 3
 # A cause reproduces a difference where no more than this share of it is left once the cause is undone; of a difference
@@ -127,22 +132,26 @@ def _slips(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]
 
 def _frame(table: Exact) -> Iterator[Hypothesis]:
     """Another origin, and another origin with axes that are turned: the mean, and the closed solution in the plane."""
-    points = table.points("total")
-    off = {point: table.difference("position", point) for point in points}
+    axes = {point: list(table.axes("position", point)) for point in table.points("position")}
     if not _determined(table, 2):
         return
-    along = [
-        [off[p][:, list(axes).index(k)] for p in points if k in (axes := table.axes("position", p))] for k in (0, 1)
-    ]
-    x, y = (float(np.mean(np.concatenate(parts))) if parts else 0.0 for parts in along)
-    yield _reframed(table, x + 1j * y, 0.0)
-    every = [axes for name in ERRORS for point in points if (axes := table.axes(name, point))]
-    if any(len(axes) == 1 for axes in every) or not _determined(table, 3):
+
+    def mean(values: Mapping[str, Array]) -> complex:
+        """Mean over all rows and points of what each has (T,), by its length."""
+        weights = [table.scene.lengths[point] ** -2 for point in values]
+        return complex(np.average([own.mean() for own in values.values()], weights=weights)) if values else 0j
+
+    off = {point: table.difference("position", point) for point in axes}
+    x, y = (mean({p: off[p][:, own.index(k)] for p, own in axes.items() if k in own}).real for k in (0, 1))
+    yield _reframed(table, complex(x, y), 0.0)
+    every = [table.axes(name, point) for name in ERRORS for point in table.points(name)]
+    if any(len(own) == 1 for own in every) or not _determined(table, 3):
         return
-    found = np.concatenate([table.values[f"{p}.x"] + 1j * table.values[f"{p}.y"] for p in points])
-    exact = found - np.concatenate([off[p] @ [1.0, 1.0j] for p in points])
-    turn = float(np.angle(np.sum(np.conj(exact - exact.mean()) * (found - found.mean()))))
-    yield _reframed(table, complex(found.mean() - np.exp(1j * turn) * exact.mean()), turn)
+    found = {p: table.values[f"{p}.x"] + 1j * table.values[f"{p}.y"] for p in axes}
+    exact = {p: found[p] - off[p] @ [1.0, 1.0j] for p in axes}
+    middle, centre = mean(exact), mean(found)
+    turn = float(np.angle(mean({p: np.conj(exact[p] - middle) * (found[p] - centre) for p in axes})))
+    yield _reframed(table, centre - complex(np.exp(1j * turn)) * middle, turn)
 
 
 def _reframed(table: Exact, offset: complex, turn: float) -> Hypothesis:
@@ -172,32 +181,44 @@ def _times(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
     # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
     turns = scene.kinematics.mechanism.driver.span is None and _determined(table, 1)
     if turns and CRANK_ANGLE in table.values and "position" in wrong:
-        by, *_ = anywhere(table, "position", ahead)
-        shifts.append(by)
+        by, *_ = shift_of(table, "position")
+        shifts.append(by / scene.speed)
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
         yield "crank zero", text, ahead(table, by), ERRORS
     if turns and "total" in wrong:
-        by, *_ = anywhere(table, "total", late)
-        shifts.append(by)
-        off = f"(or the crank is {math.degrees(abs(by)):.4g} deg off)"
+        clock = shift_of(table, "total")[0] / scene.speed
+        shifts.append(clock)
+        off = f"(or the crank is {math.degrees(abs(clock * scene.speed)):.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        yield "time offset", f"each row belongs {_steps(by, table)} than its time says {off}", late(table, by), ERRORS
+        text = f"each row belongs {_steps(clock, table)} than its time says {off}"
+        yield "time offset", text, table.later(clock), ERRORS
     for name in ("velocity", "acceleration"):
-        if name not in wrong:
-            continue
-        by, _, left = nearest_to(table, name, late, 0.0)
-        before = float(np.sum(table.misses(name) ** 2))
-        known = any(abs(by - shift) <= SAME_STAMP * abs(by) for shift in shifts)
-        if left < before and abs(by) < 0.99 * math.pi and not known:
-            yield (
-                f"{name} stamp",
-                f"each {name} belongs {_steps(by, table)} than its row says",
-                late(table, by),
-                (name,),
-            )
+        stamp = _stamp_of(name, table) if name in wrong else None
+        if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):
+            text = f"each {name} belongs {_steps(stamp, table)} than its row says"
+            yield f"{name} stamp", text, table.later(stamp), (name,)
 
 
-def _steps(turn: float, table: Exact) -> str:
-    by = turn / table.scene.speed
+def _stamp_of(name: str, table: Exact) -> float | None:
+    """Time by which the values of a quantity belong later than their rows say [s], by least squares.
+
+    Returns:
+        None where no shift within half a turn makes the difference smaller.
+    """
+    period, still = table.scene.period, table.misses(name).ravel()
+
+    def errors(by: Array) -> Array:
+        try:
+            return table.later(float(by[0]) * period).misses(name).ravel()
+        except InvalidInput:  # the linkage does not come to where the crank would then be
+            return np.full_like(still, BEYOND)
+
+    bounds = (-HALF_TURN, HALF_TURN)
+    found = least_squares(errors, [0.0], jac="3-point", bounds=bounds, xtol=FINE, ftol=FINE, gtol=FINE)
+    within = abs(found.x[0]) < 0.99 * HALF_TURN
+    return float(found.x[0]) * period if within and found.cost < 0.5 * float(still @ still) else None
+
+
+def _steps(by: float, table: Exact) -> str:
     step = float(np.median(np.diff(table.times)))
     return f"{abs(by):.4g} s ({abs(by) / step:.3g} of a step) {'later' if by > 0 else 'earlier'}"

@@ -46,10 +46,12 @@ class Exact:
     Attributes:
         values: what the table says, SI: an array (T,) by quantity, of those in `columns.quantities` that it has; times
             increase.
+        turn: by which the crank is taken to be further on, (T,) or for all rows [rad].
     """
 
     values: Mapping[str, Array]
     scene: Scene
+    turn: float | Array = 0.0
 
     def changed(self, change: Callable[[Array], Array], *names: str) -> Exact:
         """The table with changed columns, of those names that it has."""
@@ -82,12 +84,13 @@ class Exact:
     @property
     def nominal_angle(self) -> Array:
         """Crank angle at the nominal time (T,) [rad]."""
-        return np.asarray(self.scene.speed * self.times)
+        return np.asarray(self.scene.speed * self.times + self.turn)
 
     @property
     def angle(self) -> Array:
         """Crank angle by the table's own account (T,) [rad]; where it has none, the nominal one."""
-        return self.values.get(CRANK_ANGLE, self.nominal_angle)
+        own = self.values.get(CRANK_ANGLE)
+        return self.nominal_angle if own is None else own + self.turn
 
     @property
     def phase(self) -> float | None:
@@ -136,6 +139,12 @@ class Exact:
     def misses(self, name: str) -> Array:
         """Table minus exact, normalised, of all components of all points (T, c)."""
         return np.column_stack([self.difference(name, p) / self.norm(name, p) for p in self.points(name)])
+
+    def slopes(self, name: str) -> Array:
+        """Derivatives of those of positions by the crank angle (T, c)."""
+        motion = self.scene.motion(self.nominal_angle if name == "total" else self.angle, 1.0)
+        axes = {p: list(self.axes(name, p)) for p in self.points(name)}
+        return -np.column_stack([motion.point(p).velocity[:, axes[p]] / self.norm(name, p) for p in axes])
 
     @cached_property
     def sizes(self) -> dict[str, dict[str, Array]]:

@@ -6,16 +6,14 @@ All of them shift the crank angle: the shift is looked for around the turn, and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.exact.motion import Array
 from conrod.own.tables.columns import CRANK_ANGLE, TIME
 from conrod.own.tables.errors import Exact
 
@@ -26,7 +24,6 @@ MOST_ROWS, SCAN_ROWS = 50_000, 300
 STARTS = 120  # in a turn
 PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope
 STILL = 1e-7  # a slope below this share of L leaves a shift undetermined
-BEYOND = 1e6  # times L, where the linkage does not go
 
 
 @dataclass(frozen=True)
@@ -82,9 +79,9 @@ def _estimates(table: Exact, asked: Sequence[str]) -> Iterator[Estimate]:
     """The crank's own zero first, then the clock."""
     has_places, clock = table.points("position"), "time" if "time" in asked else "phase"
     if "phase" in asked and has_places and CRANK_ANGLE in table.values:
-        yield Estimate("zero", *anywhere(table, "position", ahead))
+        yield Estimate("zero", *shift_of(table, "position"))
     if has_places:
-        shift, error, left = anywhere(table, "total", late)
+        shift, error, left = shift_of(table, "total")
     else:
         off = np.unwrap(table.angle) - table.nominal_angle
         spread = float(np.sum((off - off.mean()) ** 2))
@@ -107,53 +104,33 @@ def aligned(table: Exact, estimates: Sequence[Estimate]) -> Exact:
 
 # -- shifts of the crank -----------------------------------------------------------------------------------------------
 
-# What moves a table by crank angles [rad], a number or (T,).
-Moved: TypeAlias = Callable[[Exact, float | Array], Exact]
 
-
-def ahead(table: Exact, by: float | Array) -> Exact:
+def ahead(table: Exact, by: float) -> Exact:
     """The table with its own crank angle so much further on [rad]."""
-    return table.changed(lambda angle: angle + by, CRANK_ANGLE)
+    return table.changed(partial(np.add, by), CRANK_ANGLE)
 
 
-def late(table: Exact, by: float | Array) -> Exact:
-    """The table with all its rows so much later, in crank angle at the scene's speed [rad]."""
-    return table.later(by / table.scene.speed)
-
-
-def anywhere(table: Exact, name: str, moved: Moved) -> tuple[float, float, float]:
-    """The smallest shift that brings the exact motion nearest to that of a table, looked for around the turn.
+def shift_of(table: Exact, name: str) -> tuple[float, float, float]:
+    """The smallest shift of the crank that brings the exact places nearest to those of a table.
 
     Args:
-        name: of the errors that are to be small.
+        name: `total` at the nominal time, `position` at the table's own crank angle.
 
     Returns:
-        The shift and its standard error [rad], infinite where nothing depends on it, and the rms error that is left.
+        The shift and its standard error [rad], infinite where nothing depends on it, and the rms error that is left,
+        divided by L.
     """
     few, turns = table.thinned(SCAN_ROWS), np.arange(STARTS) * (TURN / STARTS)
-    tiled = replace(few, values={column: np.tile(values, STARTS) for column, values in few.values.items()})
-    tried = moved(tiled, np.repeat(turns, len(few.times))).misses(name).reshape(STARTS, -1)
-    shift, slope, left = nearest_to(table, name, moved, float(turns[np.argmin(np.sum(tried**2, axis=1))]))
-    count = len(table.times) * tried.shape[1] // len(few.times)
+    tiled = {column: np.tile(values, STARTS) for column, values in few.values.items()}
+    tried = replace(few, values=tiled, turn=np.repeat(turns, len(few.times))).misses(name).reshape(STARTS, -1)
+    found = least_squares(
+        lambda by: replace(table, turn=by[0]).misses(name).ravel(),
+        [turns[np.argmin(np.sum(tried**2, axis=1))]],
+        jac=lambda by: replace(table, turn=by[0]).slopes(name).reshape(-1, 1),
+        method="lm", xtol=PRECISION, ftol=PRECISION, gtol=PRECISION,
+    )  # fmt: skip
+    count, slope, squares = len(found.fun), float(np.linalg.norm(found.jac)), 2.0 * float(found.cost)
     # Of independent errors of one size: the square root of s^2 / (J^T J), s^2 = r^T r / (N - 1).
-    error = math.inf if slope <= STILL * math.sqrt(count) else math.sqrt(left / (count - 1)) / slope
-    return math.remainder(shift, TURN), error, math.sqrt(left / (len(table.points(name)) * len(table.times)))
-
-
-def nearest_to(table: Exact, name: str, moved: Moved, start: float) -> tuple[float, float, float]:
-    """The shift [rad] within half a turn of a first one that leaves the smallest sum of squares of normalised errors.
-
-    Returns:
-        The shift, the slope of the errors (as the root of the sum of squares), and the sum that is left.
-    """
-    beyond = np.full(table.misses(name).size, BEYOND)
-
-    def errors(by: Array) -> Array:
-        try:
-            return moved(table, float(by[0])).misses(name).ravel()
-        except InvalidInput:  # the linkage does not come to where the crank would then be
-            return beyond
-
-    bounds = (start - 0.5 * TURN, start + 0.5 * TURN)
-    found = least_squares(errors, [start], jac="3-point", bounds=bounds, xtol=PRECISION, ftol=PRECISION, gtol=PRECISION)
-    return float(found.x[0]), float(np.linalg.norm(found.jac)), 2.0 * float(found.cost)
+    error = math.inf if slope <= STILL * math.sqrt(count) else math.sqrt(squares / (count - 1)) / slope
+    left = math.sqrt(squares / (len(table.points(name)) * len(table.times)))
+    return math.remainder(float(found.x[0]), TURN), error, left
