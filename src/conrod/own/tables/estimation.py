@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.exact.motion import Array
 from conrod.own.tables.columns import CRANK_ANGLE, TIME
 from conrod.own.tables.errors import Exact
 
@@ -23,6 +24,8 @@ TURN = 2.0 * math.pi
 MOST_ROWS, SCAN_ROWS = 50_000, 300
 STARTS = 120  # in a turn
 PRECISION = 4.0 * float(np.finfo(float).eps)  # relative, of the sum of squares, of a step and of the slope
+# Further Gauss-Newton steps, as a sum of squares says no more of a shift than the root of its own last digit.
+STEPS = 3
 STILL = 1e-7  # a slope below this share of L leaves a shift undetermined
 
 
@@ -123,14 +126,22 @@ def shift_of(table: Exact, name: str) -> tuple[float, float, float]:
     few, turns = table.thinned(SCAN_ROWS), np.arange(STARTS) * (TURN / STARTS)
     tiled = {column: np.tile(values, STARTS) for column, values in few.values.items()}
     tried = replace(few, values=tiled, turn=np.repeat(turns, len(few.times))).misses(name).reshape(STARTS, -1)
-    found = least_squares(
-        lambda by: replace(table, turn=by[0]).misses(name).ravel(),
-        [turns[np.argmin(np.sum(tried**2, axis=1))]],
-        jac=lambda by: replace(table, turn=by[0]).slopes(name).reshape(-1, 1),
-        method="lm", xtol=PRECISION, ftol=PRECISION, gtol=PRECISION,
-    )  # fmt: skip
+
+    def errors(by: Array) -> Array:
+        return replace(table, turn=float(by[0])).misses(name).ravel()
+
+    def slopes(by: Array) -> Array:
+        return replace(table, turn=float(by[0])).slopes(name).reshape(-1, 1)
+
+    start = turns[[np.argmin(np.sum(tried**2, axis=1))]]
+    found = least_squares(errors, start, jac=slopes, method="lm", xtol=PRECISION, ftol=PRECISION, gtol=PRECISION)
     count, slope, squares = len(found.fun), float(np.linalg.norm(found.jac)), 2.0 * float(found.cost)
+    if slope <= STILL * math.sqrt(count):
+        return math.remainder(float(found.x[0]), TURN), math.inf, math.sqrt(squares / count)
+    by = found.x
+    for _ in range(STEPS):
+        by = by - slopes(by).T @ errors(by) / slope**2
     # Of independent errors of one size: the square root of s^2 / (J^T J), s^2 = r^T r / (N - 1).
-    error = math.inf if slope <= STILL * math.sqrt(count) else math.sqrt(squares / (count - 1)) / slope
+    error = math.sqrt(squares / (count - 1)) / slope
     left = math.sqrt(squares / (len(table.points(name)) * len(table.times)))
-    return math.remainder(float(found.x[0]), TURN), error, left
+    return math.remainder(float(by[0]), TURN), error, left
