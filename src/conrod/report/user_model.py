@@ -206,7 +206,7 @@ def drive(study: ModelStudy) -> Iterator[str]:
     if own is None:
         yield "not driven: it is too far off the machine for its runs to say anything"
         return
-    yield "the crank is driven by an armature set in the compiled model, with the solver's tolerance at 0"
+    yield "the crank is driven by a flywheel in the compiled model, whose place and rate are written at every step"
     yield from (f"{preset}: {reason}" for preset, reason in study.refused.items())
     if left_out := [name for name in identity.off_by if name not in study.points]:
         yield f"compared without {', '.join(left_out)}, which is not where it should be"

@@ -218,18 +218,11 @@ def welded_at(model: mujoco.MjModel, seed: int) -> tuple[mujoco.MjModel, mujoco.
 
 @pytest.mark.parametrize("closure", WELDS)
 @pytest.mark.parametrize("seed", SEEDS[:3])
-def test_a_weld_is_closed_where_mujocos_is_and_opens_with_it(closure: str, seed: int) -> None:
+def test_a_weld_is_closed_where_mujocos_is_and_opens_as_its_jacobian_says(closure: str, seed: int) -> None:
     model, data, coordinates = welded_at(random_tree(seed, equality=closure), seed)
     tree = read(model)
     assert np.abs(data.efc_pos).max() < 1e-14 * 10.0
     assert np.abs(residuals(poses(tree, coordinates), 0)).max() < 1e-13
     mine = jacobian(poses(tree, coordinates), 1)[0]
     assert mine == pytest.approx(differences(tree, coordinates), abs=1e-7)
-    theirs = constraint_jacobian(model, data)
-    assert mine[:3] == pytest.approx(theirs[:3], abs=1e-13)
-    # MuJoCo weighs turns by half of the torquescale, a length, and sees them from another frame.
-    both = np.concatenate([mine[3:], theirs[3:]])
-    assert np.linalg.matrix_rank(both, tol=1e-9) == np.linalg.matrix_rank(mine[3:], tol=1e-9)
-    scale = np.linalg.norm(mine[3:]) / np.linalg.norm(theirs[3:])
-    values = [np.linalg.svd(rows, compute_uv=False) for rows in (mine[3:], theirs[3:])]
-    assert values[0] == pytest.approx(scale * values[1], rel=1e-10, abs=1e-12)
+    assert mine[:3] == pytest.approx(constraint_jacobian(model, data)[:3], abs=1e-13)

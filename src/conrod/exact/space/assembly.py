@@ -64,6 +64,8 @@ class Assembly:
         self.reach = np.concatenate([[], *(lengths(tree, joint, COORDINATES) for joint in tree.joints)])[:, None]
         self.sweep = np.concatenate([[], *(lengths(tree, joint, RATES) for joint in tree.joints)])
         self.weights = 1.0 / self.sweep[self.free]
+        # Of a long step: turns in rad, lengths in m, or in extents of a machine, or a unit, that is larger.
+        self.stride = np.minimum(self.sweep / tree.extent, 1.0)[:, None]
 
     # -- poses -----------------------------------------------------------------------------------------------------
 
@@ -84,20 +86,21 @@ class Assembly:
         for _ in range(NEWTON_STEPS):
             found = poses(self.tree, here)
             left, matrix = residuals(found, 0)[0, :, 0], self.scaled(found)
+            if not (np.all(np.isfinite(left)) and np.all(np.isfinite(matrix))):
+                break
             step = np.zeros((self.tree.freedom, 1))
             if matrix.size:
                 step[self.free, 0] = -self.weights * np.linalg.lstsq(matrix, left, rcond=RANK_TOLERANCE)[0]
             here = moved(self.tree, here, step)
-            if not np.all(np.isfinite(here)):
-                break
             size = float(np.abs(step).max(initial=0.0))
             if size <= CLOSED * (1.0 + np.abs(here).max()) or 0.5 * before < size < FINE:
                 gap = float(np.abs(residuals(poses(self.tree, here), 0)).max(initial=0.0))
                 if gap <= MISFIT * self.tree.extent:
                     return here, gap
                 break
-            if size > 0.5:  # a step this long is no correction any more
-                here = moved(self.tree, here, step * (0.5 / size - 1.0))
+            length = float(np.abs(self.stride * step).max(initial=0.0))
+            if length > 0.5:  # a step this long is no correction any more
+                here = moved(self.tree, here, step * (0.5 / length - 1.0))
             before = size
         raise InvalidInput(f"its loops do not close {self.where(time)}: {self.open_closure(here)}")
 

@@ -121,6 +121,7 @@ def distance(model: mujoco.MjModel, data: mujoco.MjData, geoms: tuple[int, int])
 # -- from a file -------------------------------------------------------------------------------------------------------
 
 
+@np.errstate(all="ignore")  # of numbers that are nearly none, which are refused
 def prepare(path: Path, question: Question) -> Turning:
     """Load a model, find what was asked for and assemble it from the pose that is asked for, or its first that closes.
 
@@ -143,9 +144,9 @@ def prepare(path: Path, question: Question) -> Turning:
         try:
             start = machine.closed(tree.start[:, None], 0.0)[0]
             break
-        except InvalidInput:
-            if pose is poses[-1]:
-                raise
+        except InvalidInput as error:
+            if pose is poses[-1]:  # the model's unit of length is not known yet
+                raise InvalidInput(str(error).partition(" stays open")[0]) from None
     machine.knots = [machine.knot(start, 0.0)]
     made = Turning(model, machine, crank, points, start, mobility(machine))
     _check_freedom(made, question)
