@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -362,16 +361,3 @@ def test_what_begins_gently_behind_a_dwell_is_not_missed() -> None:
     """Steps that had grown in the dwell passed over it, and left 1.4e-11 of the energy."""
     kinematics, speed = kinematics_of("cam-3-4-5")
     assert moved(kinematics.mechanism, np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
-
-
-@pytest.mark.slow
-def test_a_roller_passes_from_arc_to_arc_of_its_cam() -> None:
-    """The curvature jumps there: pieces end, and the energy is kept."""
-    kinematics, speed = kinematics_of("cam-follower")
-    forward = ForwardDynamics(kinematics.mechanism)
-    motion = forward.motion(np.linspace(0.0, 1.1 * abs(2.0 * math.pi / speed), 23), {kinematics.mechanism.crank: speed})
-    assert motion.drift < 1e-12
-    forward.line.configurations.reach(20.0)  # all of the turn
-    pieces = [*forward.line.configurations.behind[::-1], *forward.line.configurations.ahead]
-    jumps = [np.abs(b.curvatures[0] - a.curvatures[-1]).max() for a, b in pairwise(pieces)]
-    assert sum(jump > 1e-3 for jump in jumps) >= 4

@@ -207,17 +207,6 @@ def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
     assert "\n" not in str(refused.value)
 
 
-def test_what_is_left_out_closes_the_cam() -> None:
-    whole = [RISES, {"law": "dwell", "over": 1.0}, FALLS, {"law": "dwell", "over": TURN - 5.0}]
-    short = [RISES, {"law": "dwell", "over": 1.0}, {"law": "3-4-5", "over": 2.0}, {"law": "dwell"}]
-    one, other = (scene_of(changed("cam-3-4-5", segments=some)) for some in (whole, short))
-    angle = np.linspace(0.0, TURN, 50)
-    first, second = (scene.motion(angle, 1.0).point("roller").jerk for scene in (one, other))
-    np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-14)
-    lower = one.with_parameters(**{"joints.contact.profile.base_radius": 0.08})
-    assert lower.motion([0.0], 1.0).point("roller").position[0, 1] == pytest.approx(0.089, abs=1e-15)
-
-
 # -- engines ---------------------------------------------------------------------------------------------------------
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -104,6 +103,7 @@ UNUSABLE = [
     ("start.crank", {"turn": 0}, "start.crank: leave it out: driver.start tells its turn"),
     ("start.rod", {}, "start.rod: where it is at crank angle 0 does not follow"),
     ("observed.B", "ground.O12", "a point of the ground does not move"),
+    ("observed.rod", "rod.G", "observed.rod: a body has this name"),
     ("output", None, "there is no 'output'"),
     ("title", "a\u0007b", "cannot be printed"),
     ("name", "../saw", "cannot be a name"),
@@ -114,26 +114,6 @@ UNUSABLE = [
 @pytest.mark.parametrize(("place", "value", "expected"), UNUSABLE, ids=[f"{p}-{e[:30]}" for p, _, e in UNUSABLE])
 def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expected: str) -> None:
     assert expected in refusal(changed(SLIDER_CRANK, place, value))
-
-
-def renamed(old: str, new: str) -> dict[str, Any]:
-    """The slider-crank with another name for something."""
-    text = json.dumps(tables()).replace(f'"{old}"', f'"{new}"').replace(f'"{old}.', f'"{new}.')
-    return dict(json.loads(text))
-
-
-@pytest.mark.parametrize(
-    ("given", "expected"),
-    [
-        (renamed("rod", "world"), "bodies.world: MuJoCo has this name for the ground"),
-        (renamed("crank-pin", "crank"), "joints.crank: models have this name for the driven joint"),
-        (changed(SLIDER_CRANK, "observed.rod", "rod.G"), "observed.rod: a body has this name"),
-    ],
-)
-def test_names_that_models_have_two_uses_for_are_refused(given: dict[str, Any], expected: str) -> None:
-    assert expected in refusal(given)
-    assert scene_of(renamed("rod", "worlds"))
-    assert scene_of(renamed("shaft", "crank"))
 
 
 def test_an_input_that_cannot_turn_is_told_how_far_it_reaches() -> None:

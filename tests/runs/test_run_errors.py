@@ -43,14 +43,6 @@ def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(cou
     assert running.size == size_of(values)
 
 
-def test_added_up_piece_by_piece_it_would_not_be() -> None:
-    counts = range(20_000, 20_040)
-    whole = [float(np.sum(NOISE[:count] ** 2)) for count in counts]
-    by_piece = [sum(float(np.sum(NOISE[k : min(k + 1000, n)] ** 2)) for k in range(0, n, 1000)) for n in counts]
-    assert whole != by_piece
-    assert whole == pytest.approx(by_piece, rel=1e-13)
-
-
 def test_what_is_no_number_is_not_passed_over() -> None:
     running = RunningSize()
     for values in ([1.0, np.nan], [2.0, 3.0]):
