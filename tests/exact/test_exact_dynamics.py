@@ -15,11 +15,14 @@ from free_machines import chain
 from linkages import four_bar
 from linkages import slider_crank as slider_crank_from
 from scipy.special import ellipj, ellipk
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from conrod.errors import InvalidInput
+from conrod.exact.dynamics import configurations
 from conrod.exact.dynamics.configurations import Configurations
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import TORQUE, State, joint_forces, sensitivities
+from conrod.exact.dynamics.pieces import Samples
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import (
@@ -361,3 +364,22 @@ def test_what_begins_gently_behind_a_dwell_is_not_missed() -> None:
     """Steps that had grown in the dwell passed over it, and left 1.4e-11 of the energy."""
     kinematics, speed = kinematics_of("cam-3-4-5")
     assert moved(kinematics.mechanism, np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
+
+
+def blas_threads() -> set[int]:
+    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+
+def test_the_curve_of_a_motion_is_worked_out_by_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, sampled = [], configurations.sampled
+
+    def watched(*arguments: object) -> Samples | None:
+        seen.append(blas_threads())
+        return sampled(*arguments)  # type: ignore[arg-type]  # as they are
+
+    monkeypatch.setattr(configurations, "sampled", watched)
+    with threadpool_limits(2, user_api="blas"):
+        Configurations(chain(1)).reach(0.1)
+        assert blas_threads() == {2}
+    assert seen
+    assert all(threads == {1} for threads in seen)

@@ -123,7 +123,6 @@ from conrod.scenes import SCENES
 from conrod.studies.frame.run import RunCase
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.study import ValidationCase
-{first}
 scene, (kind, engine, steps, turns) = SCENES["saw-500rpm"], sys.argv[1:]
 preset = engine_named(engine).presets["tuned"]
 if kind == "sweep":
@@ -135,9 +134,9 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 
 
-def peak(kind: str, engine: str, steps: int, turns: int, first: str = "") -> float:
+def peak(kind: str, engine: str, steps: int, turns: int) -> float:
     """Largest memory [MB] of a process that makes one run."""
-    asked = [sys.executable, "-c", PEAK.format(first=first), kind, engine, str(steps), str(turns)]
+    asked = [sys.executable, "-c", PEAK, kind, engine, str(steps), str(turns)]
     return float(subprocess.run(asked, check=True, capture_output=True, text=True).stdout)
 
 
