@@ -19,19 +19,8 @@ from conrod.report.writer import environment
 from conrod.runs.plain import plain
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical
-from conrod.studies.frame.baseline import (
-    FACTORS,
-    ORDER,
-    Baseline,
-    Held,
-    Line,
-    Number,
-    banded,
-    check_same,
-    compared,
-    read,
-    write,
-)
+from conrod.studies.frame import baseline
+from conrod.studies.frame.baseline import ORDER, Baseline, Held, Line, Number
 from conrod.studies.frame.case import QUANTITIES, key_of
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.resolve_arguments import TOLERANCES
@@ -107,11 +96,11 @@ class Holding:
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
         digest = key_of(canonical(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
         now = Baseline(of, digest, {"conrod": version("conrod"), **environment()}, {})
-        before = read(file) if os.path.lexists(file) else None
+        before = baseline.read(file) if os.path.lexists(file) else None
         if before is None or asked.accept:
             check_writable_folder(file.parent)
         else:
-            check_same(file, before, now)
+            baseline.check_same(file, before, now)
         return cls(file, asked.accept, scenes, before, now)
 
     def held(self, judge: Judge, asked: Request, found: Sequence[Any]) -> Held:
@@ -122,13 +111,14 @@ class Holding:
         """
         now, drift = replace(self.now, results=_lines_of(found)), None
         if self.before is not None and self.before.hash == now.hash:
-            drift = compared(self.file, self.before, now)
+            drift = baseline.compared(self.file, self.before, now)
         if drift is not None and (not self.accept or drift == Held(self.file)):
             return replace(drift, accepted=self.accept)
         others = [
             {name: one.with_parameters(speed=one.speed * factor) for name, one in self.scenes.items()}
-            for factor in FACTORS
+            for factor in baseline.FACTORS
         ]
         like = {AS_GIVEN: OWN} if OWN in now.results else {}
-        write(self.file, banded(now, [_lines_of(one) for one in judge(replace(asked, qualify=False), others)], like))
+        again = [_lines_of(one) for one in judge(replace(asked, qualify=False), others)]
+        baseline.write(self.file, baseline.banded(now, again, like))
         return replace(drift or Held(self.file), written=True, accepted=self.accept)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 
 from conrod.exact.kinematics import Kinematics
@@ -18,7 +18,11 @@ from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
 
-# -- a scene -----------------------------------------------------------------------------------------------------------
+# Below this share of the largest value a digit is rounding, different from machine to machine.
+ROUNDING = 1e-9
+MM = 1e3
+SCHEMA = 3  # of the JSON
+ENDS = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
 
 
 def catalogue() -> Iterator[Part]:
@@ -67,9 +71,6 @@ def scene_found(name: str, scene: Scene) -> Iterator[Part]:
     yield from (*lines, f"observed points: {points}", f"references: {references}")
 
 
-# -- its linkage -------------------------------------------------------------------------------------------------------
-
-
 def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Part]:
     """The quantities of a linkage over a turn, or its driver's span."""
     yield from ("", f"crank: {reach_words(turn.crank_range)}")
@@ -93,18 +94,6 @@ def _apart(*tables: Table) -> Iterator[Part]:
         yield from ("", shown)
 
 
-# -- the classic quantities of a linkage, as tables --------------------------------------------------------------------
-
-# Below this share of the largest value a digit is rounding, different from machine to machine.
-ROUNDING = 1e-9
-MM = 1e3
-SCHEMA = 3  # of the JSON
-ENDS = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
-
-
-# -- of a turn -------------------------------------------------------------------------------------------------------
-
-
 def reach_words(reach: CrankRange) -> str:
     """Range of the crank in words."""
     if reach.full:
@@ -122,13 +111,9 @@ def outputs_table(turn: TurnQuantities) -> Table:
 
 
 def _output_row(output: Output) -> tuple[str, ...]:
-    if output.stroke is None:
-        stroke = f"goes on, {_way(output.gain, output.unit)} a turn"
-    else:
-        stroke = _way(output.stroke, output.unit)
-    there_and_back = ""
-    if output.forward is not None and output.backward is not None:
-        there_and_back = f"{degrees(output.forward)}, {degrees(output.backward)}"
+    on = f"goes on, {_way(output.gain, output.unit)} a turn"
+    stroke = on if output.stroke is None else _way(output.stroke, output.unit)
+    there_and_back = ", ".join(degrees(way) for way in (output.forward, output.backward) if way is not None)
     ratio = "" if output.time_ratio is None else f"{output.time_ratio:.6g}"
     ends = [dict.fromkeys((degrees(centre.angle), degrees(centre.until))) for centre in output.dead_centres]
     centres = ", ".join(" to ".join(end) for end in ends)
@@ -151,19 +136,13 @@ def transmission_table(turn: TurnQuantities) -> Table:
     return table(head, rows, title=title)
 
 
-# -- at a crank angle ------------------------------------------------------------------------------------------------
-
-
 def links_table(instant: InstantQuantities) -> Table:
     """Poses, rates and angular accelerations of the moving links."""
     turning, changing = [link.rate[2] for link in instant.links], [link.acceleration[2] for link in instant.links]
-    rows = [
-        (
-            *(link.link, *(_length(value) for value in link.pose[:2]), degrees(link.pose[2])),
-            *(_clean(link.rate[2], turning), _clean(link.acceleration[2], changing)),
-        )
-        for link in instant.links
-    ]
+    rows = []
+    for link in instant.links:
+        moved = _clean(link.rate[2], turning), _clean(link.acceleration[2], changing)
+        rows.append((link.link, *_millimetres(link.pose[:2]), degrees(link.pose[2]), *moved))
     right = ("x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]")
     return table(("link", *right), rows, right, "links")
 
@@ -174,24 +153,19 @@ def points_table(instant: InstantQuantities) -> Table:
     for name, point in instant.points.points.items():
         vectors = [moved[0].tolist() for moved in (point.velocity, point.acceleration)]
         components = (_clean(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
-        rows.append((name, *(_length(value) for value in point.position[0].tolist()), *components))
+        rows.append((name, *_millimetres(point.position[0]), *components))
     moved = ("velocity x [m/s]", "velocity y [m/s]", "acceleration x [m/s²]", "acceleration y [m/s²]")
     right = ("x [mm]", "y [mm]", *moved)
     return table(("point", *right), rows, right, "points")
 
 
-# -- words -----------------------------------------------------------------------------------------------------------
-
-
 def degrees(angle: float) -> str:
     """An angle [rad] in degrees, to a ten thousandth, without zeros that carry nothing."""
-    text = f"{math.degrees(angle):.4f}".rstrip("0").rstrip(".")
-    return "0" if text == "-0" else text
+    return f"{math.degrees(angle):z.4f}".rstrip("0").rstrip(".")
 
 
-def _length(value: float) -> str:
-    text = f"{MM * value:.3f}"
-    return text[1:] if text.strip("-0.") == "" and text.startswith("-") else text
+def _millimetres(lengths: Iterable[float]) -> list[str]:
+    return [f"{MM * length:z.3f}" for length in lengths]
 
 
 def _clean(value: float, beside: list[float]) -> str:
@@ -199,9 +173,6 @@ def _clean(value: float, beside: list[float]) -> str:
     if abs(value) <= ROUNDING * max(abs(other) for other in beside):
         return "0"
     return numbers.quantity(value, 6)
-
-
-# -- JSON --------------------------------------------------------------------------------------------------------------
 
 
 def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: InstantQuantities | None) -> str:

@@ -12,7 +12,7 @@ from conrod.cli.options import refuse_others
 from conrod.cli.validate_request import Judging, Request
 from conrod.errors import InvalidInput, named_values
 from conrod.exact.space.laws import FORMS
-from conrod.mechanism.units import check_number, in_prose, parse_quantity
+from conrod.mechanism.units import check_number
 from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
@@ -21,6 +21,7 @@ from conrod.report.table import Verbatim
 from conrod.report.terminal import Part, said, under
 from conrod.scenes.space import MACHINES, SPATIAL
 from conrod.studies.execution.local import FILE_TIMEOUT, confined
+from conrod.studies.frame.resolve_arguments import parse_tolerance
 
 TAKEN = (
     *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
@@ -95,20 +96,8 @@ def question_of(asked: Request) -> Question:
     if not drives and asked.scene is not None and asked.scene in MACHINES:
         drives = dict(MACHINES[asked.scene]().drives)
     points = tuple(place.removeprefix("site:").removeprefix("body:") for place in asked.points)
-    allowed = tolerance_of(asked.tolerance)
+    allowed = {} if asked.tolerance is None else parse_tolerance(asked.tolerance, QUANTITIES)
     return Question(drives, asked.keyframe, controls_of(asked.controls), asked.seconds, points, allowed, asked.scene)
-
-
-def tolerance_of(text: str | None) -> dict[str, float]:
-    """Allowed errors by quantity [SI] of a text like position=0.1mm,velocity=1e-3."""
-    if text is None:
-        return {}
-    form = "a quantity and a size: position=0.1mm"
-    found = dict[str, float]()
-    for name, size in named_values(text.split(","), "--tolerance", form, "quantity", QUANTITIES).items():
-        found[name] = parse_quantity(f"--tolerance {name}", size, QUANTITIES[name])
-        check_number(f"--tolerance {name}", found[name], 1e-15, 1e6, in_prose(QUANTITIES[name]))
-    return found
 
 
 def loops_found(studies: Sequence[LoopStudy]) -> Iterator[Part]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
-from conrod.mechanism.units import check_count, check_number, parse_quantity
+from conrod.mechanism.units import check_count, check_number, in_prose, parse_quantity
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 from conrod.studies.validation.plan import Plan
@@ -202,17 +202,17 @@ def _check_samples(name: str, steps: int, revolutions: int, most: int = MOST_SAM
         raise InvalidInput(f"{name}: {asked} are too many: there may be {most}")
 
 
-def parse_tolerance(text: str, known: Sequence[str] = TOLERANCES) -> dict[str, float]:
-    """Tolerances from `position=1e-4,velocity=1e-3`; normalised errors.
+def parse_tolerance(text: str, known: Sequence[str] | Mapping[str, str] = TOLERANCES) -> dict[str, float]:
+    """Tolerances from `position=1e-4,velocity=1e-3`; normalised errors, or in units.
 
     Args:
-        known: what may be judged.
+        known: what may be judged, with units where there are any.
 
     Raises:
         InvalidInput: an unknown quantity, or a value that is not a positive number.
     """
-    tolerances = {}
-    for name, value in named_values(text.split(","), "--tolerance", kind="quantity", known=known).items():
-        tolerances[name] = parse_quantity(name, value, "")
-        check_number(f"tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE)
+    tolerances, units = {}, known if isinstance(known, Mapping) else dict.fromkeys(known, "")
+    for name, value in named_values(text.split(","), "--tolerance", kind="quantity", known=units).items():
+        tolerances[name] = parse_quantity(f"--tolerance {name}", value, units[name])
+        check_number(f"--tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE, in_prose(units[name]))
     return tolerances
