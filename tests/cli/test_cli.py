@@ -54,9 +54,6 @@ def test_exported_csv_is_the_exact_trajectory_with_units_and_of_a_pass_from_its_
     assert np.array_equal(values[:, 8:10], exact.jerk)
 
 
-# -- what is written, and what is left alone -------------------------------------------------------------------------
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_path: Path) -> None:
     # Negative control of the refusals above; also of a report behind a link.

@@ -65,13 +65,6 @@ def test_every_kind_of_machine_is_shown_and_exported(name: str, tmp_path: Path) 
     assert [answered(line, name, tmp_path) for line in FAST] == [0, 0]
 
 
-@pytest.mark.parametrize(("steps", "end"), [(40, 1), (5, 2)])
-def test_a_pass_with_room_for_few_steps_is_measured_or_refused(steps: int, end: int, tmp_path: Path) -> None:
-    # At an eighth of 40 steps per revolution, where the refinement begins, none fits into the pass.
-    line = f"validate {{}} --steps-per-rev {steps} --engine pymunk --preset tuned"
-    assert answered(line, "double-rocker", tmp_path) == end
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", dict.fromkeys(NAMES))
 def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:

@@ -107,16 +107,12 @@ def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
 
 
 @at_once
-@pytest.mark.parametrize(("fault", "words"), [
-    ("rod", "none of the common causes reproduces the difference"),
-    ("late", "likely cause: each row belongs 6e-05 s (0.5 of a step) earlier than its time says"),
-])  # fmt: skip
-def test_a_planted_error_is_out_of_tolerance(fault: str, words: str, tmp_path: Path, library: Path) -> None:
-    saw(tmp_path, library, fault)
+def test_a_planted_error_is_out_of_tolerance(tmp_path: Path, library: Path) -> None:
+    saw(tmp_path, library, "late")
     done = conrod(*VALIDATE, "--column", "C.x=slider.r[1]", *JUDGED, cwd=tmp_path)
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout
-    assert words in done.stdout
+    assert "each row belongs 6e-05 s (0.5 of a step) earlier than its time says" in done.stdout
 
 
 @pytest.mark.parametrize(("fault", "words"), [

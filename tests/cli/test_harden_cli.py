@@ -48,7 +48,6 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     assert model.body("left-rod").invweight0[0] < 1e-7 * stock.body("left-rod").invweight0[0]
 
     document = json.loads(Path("hard.json").read_text())
-    assert document["schema"] == 3
     assert "content" not in document
     assert [variant["name"] for variant in document["variants"]] == ["as it is", "hardened"]
     assert document["variants"][0]["openings"][0] > 100 * document["variants"][1]["openings"][0]

@@ -35,9 +35,6 @@ def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
     assert ends == {("slider-crank", engine, "completed") for engine in ("mujoco", "pymunk")}
 
 
-# -- slips ------------------------------------------------------------------------------------------------------------
-
-
 SLIPS = {
     "a name that is taken": (with_first('name = "slider-crank"', 'name = "saw-40rpm"'), "is taken by another scene"),
     "a name of no file": (with_first('name = "slider-crank"', 'name = "a/b"'), "cannot be a name"),
@@ -59,9 +56,6 @@ def test_a_slip_is_told_in_one_line(slip: str, tmp_path: Path) -> None:
     line = refusal("show", str(path))
     assert line.startswith(f"conrod: {path}: ")
     assert told in line
-
-
-# -- show ------------------------------------------------------------------------------------------------------------
 
 
 def test_show_tells_description_and_assumptions_and_takes_no_text_for_markup(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ MISTAKES = {
     "validate --tolerance jerk=1": ("'jerk'", "acceleration"),
     "validate --steps-per-rev 10000000 --revolutions 3": ("samples", "20000000"),
     "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
+    "validate double-rocker --steps-per-rev 5 --engine pymunk --preset tuned": ("are 0 of the pass: at least 3",),
     "recommend saw-500rpm --position 0": ("--position",),
     "validate saw-40rpm --cell-memory nanGB": ("--cell-memory",),
     "validate saw-40rpm --json l.sqlite --ledger l.sqlite": ("it is the same file as the ledger",),

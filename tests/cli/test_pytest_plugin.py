@@ -56,22 +56,19 @@ def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
 
 
 SLIPS = {
-    "engin='mujoco'": "conrod: unknown keyword 'engin': did you mean 'engine'?",
-    "engine='mujco'": "conrod: unknown engine 'mujco': did you mean 'mujoco'?",
-    "crank='crank'": "conrod: --crank does not go with a scene",
+    "'saw-500rpm', engin='mujoco'": "conrod: unknown keyword 'engin': did you mean 'engine'?",
+    "'saw-500rpm', crank='crank'": "conrod: --crank does not go with a scene",
+    "3, 'saw-500rpm'": "conrod: a int cannot be judged: give a scene",
 }
 
 
 def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None:
-    tests = [f"def test_{k}(conrod_check):\n    conrod_check('saw-500rpm', {slip})\n" for k, slip in enumerate(SLIPS)]
-    tests.append("def test_subject(conrod_check):\n    conrod_check(3, 'saw-500rpm')\n")
+    tests = [f"def test_{k}(conrod_check):\n    conrod_check({slip})\n" for k, slip in enumerate(SLIPS)]
     pytester.makepyfile("\n".join(tests))
     done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q")
     done.assert_outcomes(failed=len(tests))
-    said = [line for line in done.outlines if line.startswith("conrod: ")]
-    assert len(said) == len(tests)
-    for line, message in zip(said, [*SLIPS.values(), "conrod: a int cannot be judged: give a scene"], strict=True):
-        assert line.startswith(message)
+    told = [line for line in done.outlines if line.startswith("conrod: ")]
+    assert all(line.startswith(message) for line, message in zip(told, SLIPS.values(), strict=True))
     assert not (pytester.path / "conrod-baselines").exists()
 
 

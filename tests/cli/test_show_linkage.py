@@ -25,9 +25,6 @@ def told(*arguments: str, folder: Path) -> dict[str, Any]:
     return document
 
 
-# -- a turn ---------------------------------------------------------------------------------------------------------
-
-
 def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) -> None:
     (angle,) = told("cam-follower", folder=tmp_path)["turn"]["transmission"]
     scene = SCENES["cam-follower"]
@@ -41,9 +38,6 @@ def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) ->
     # Negative control: without the base circle the same formula gives another angle.
     wrong = np.arctan2(moved.velocity[:, 1], moved.position[:, 1] - moved.position[0, 1] + 0.03)
     assert abs(float(np.abs(wrong).max()) - exact) > 0.01
-
-
-# -- at a crank angle -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("degrees", ["130", "-75.5"])

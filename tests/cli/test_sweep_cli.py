@@ -43,9 +43,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-# -- recommend -------------------------------------------------------------------------------------------------------
-
-
 def test_a_recommendation_was_confirmed_and_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
     text = (folder / "first.txt").read_text()
     for words in ("of 0.001 allowed", "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed +10%"):
@@ -97,9 +94,6 @@ def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path)
     assert "nearest: " in done.stdout
 
 
-# -- results ---------------------------------------------------------------------------------------------------------
-
-
 def test_results_are_a_tidy_table(folder: Path) -> None:
     rows = list(csv.DictReader(io.StringIO(conrod("results", cwd=folder).stdout)))
     assert {row["scene"] for row in rows} == {"saw-500rpm"}
@@ -110,9 +104,6 @@ def test_results_are_a_tidy_table(folder: Path) -> None:
     assert conrod("results", "--json", "a.json", cwd=folder).returncode == 0
     objects = json.loads((folder / "a.json").read_text())
     assert [row["position_max"] for row in rows] == [str(row["position_max"] or "") for row in objects]
-
-
-# -- sweep -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])

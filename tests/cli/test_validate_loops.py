@@ -55,7 +55,6 @@ MODELS = {
     "ten million steps": (BAR.replace('timestep="0.001"', 'timestep="1e-7"'), DRIVE,
                           "1 s are 1e+07 of its time steps of 1e-07 s: from 2 to 1,000,000 can be run"),
     "a control out of range": (four_bar(more=MOTOR), (*DRIVE, "--ctrl", "motor=3"), "MuJoCo clamps it"),
-    "seconds 0": (BAR, (*DRIVE, "--seconds", "0"), "--seconds = 0 s is out of range"),
     "another quantity": (BAR, (*DRIVE, "--tolerance", "pos=1mm"), "unknown quantity 'pos': did you mean 'position'?"),
     "a unit of another kind": (BAR, (*DRIVE, "--tolerance", "velocity=1mm"), "'mm' is not a unit of m/s"),
     "an option of scenes": (BAR, (*DRIVE, "--revolutions", "2"), "--revolutions does not go with --drive"),
