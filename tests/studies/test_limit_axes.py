@@ -20,7 +20,7 @@ from conrod.scenes import CamFollower, Saw, Scene
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase
 from conrod.studies.limits.axes import AXES, STEP
-from conrod.studies.limits.axis import Axis, Scale, spaced
+from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import rescaled
 from conrod.studies.limits.records import Level, level_of
@@ -36,10 +36,6 @@ CASES = [
 
 def case_of(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened") -> Setup:
     return Setup(scene.kind, scene, engine, preset)
-
-
-def ends(axis: Axis, case: Setup) -> set[float]:
-    return {end for span in axis.spans(case) for end in span}
 
 
 def changed(cell: LimitCase, case: Setup) -> set[str]:
@@ -60,13 +56,10 @@ def test_both_ends_of_every_axis_can_be_built_or_it_is_known_why_not(name: str) 
     assert None in refusals.values()
     for case, refusal in refusals.items():
         if refusal is not None:
-            assert "\n" not in refusal
             assert case.scene.kind in refusal or case.engine in refusal
             continue
-        assert all(first != last for first, last in axis.spans(case))
-        for value in ends(axis, case):
+        for value in (end for span in axis.spans(case) for end in span):
             cell = axis.case(case, value)
-            assert cell.settings.engine == case.engine
             assert axis.text(case, value)
             assert cell.key == axis.case(case, value).key
             assert axis.scale is Scale.LISTED or axis.allowed[0] <= value <= axis.allowed[1]
@@ -91,7 +84,7 @@ def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
     case = replace(usual, steps_per_revolution=usual.steps)
     # Presets follow the machine: the flywheel of the drive its masses and its travel.
     follows = {"armature"} if name in ("mass-ratio", "mass-ratio-at-iterations", "nearness") else set()
-    seen = set.union(*(changed(axis.case(case, value), case) for value in ends(axis, case)))
+    seen = set.union(*(changed(axis.case(case, end), case) for span in axis.spans(case) for end in span))
     assert ALONE[name] <= seen <= ALONE[name] | follows
 
 
@@ -99,17 +92,11 @@ def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
 
 
 def test_every_speed_that_exists_has_whole_steps_of_one_length() -> None:
-    axis, case = AXES["speed"], case_of()
-    for value in spaced(Scale.LOG, 1.0, 50000.0, 9):
+    axis, case = AXES["speed"], Setup("saw", Saw(speed=-4.0), "mujoco", "tuned")
+    for value, steps in ((1.0, 100_000), (77.0, 1299), (50000.0, 2)):
         cell = axis.case(case, value)
-        assert cell.settings.timestep == pytest.approx(STEP, rel=1e-12)
-        rpm = cell.scene.speed / (2.0 * math.pi) * 60.0
-        assert axis.nearest(value) == pytest.approx(rpm, rel=1e-12)
-        assert axis.nearest(rpm) == pytest.approx(rpm, rel=1e-12)
-    assert axis.case(case, 1.0).settings.steps_per_revolution == 100_000
-    assert axis.case(case, 50000.0).settings.steps_per_revolution == 2
-    backward = Setup("saw", Saw(speed=-4.0), "mujoco", "tuned")
-    assert axis.case(backward, 100.0).scene.speed < 0.0
+        assert (cell.settings.steps_per_revolution, cell.settings.timestep) == (steps, pytest.approx(STEP, rel=1e-12))
+        assert axis.nearest(value) == pytest.approx(-cell.scene.speed / (2.0 * math.pi) * 60.0, rel=1e-12)
 
 
 def test_stabilisation_is_walked_both_ways_from_the_presets_own() -> None:
