@@ -178,6 +178,9 @@ def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[i
     return positions, rates
 
 
+JOINTS = ("joint", "freejoint")
+
+
 def both_orders(path: Path) -> tuple[mujoco.MjModel, mujoco.MjModel]:
     """The model as MuJoCo writes it, and with what each body has and its constraints in reverse order.
 
@@ -189,15 +192,16 @@ def both_orders(path: Path) -> tuple[mujoco.MjModel, mujoco.MjModel]:
     if path.suffix.lower() == ".mjb":
         raise ValueError("there is no file to take apart")
     spec = mujoco.MjSpec.from_file(str(path))
-    for number, joint in enumerate(spec.joints):
-        joint.name = joint.name or f"conrod-{number}"
     with contextlib.chdir(path.resolve().parent):
         spec.compile()
         root = ElementTree.fromstring(spec.to_xml())
+        for number, joint in enumerate(e for body in root.iterfind("worldbody") for e in body.iter()):
+            if joint.tag in JOINTS:
+                joint.attrib.setdefault("name", f"conrod-{number}")
         named = mujoco.MjModel.from_xml_string(ElementTree.tostring(root))
         for section in root.iter():
             if section.tag in ("equality", "worldbody", "body"):
                 # A body's own joints are one after the other: their order is part of the machine.
-                moving = [child for child in section if child.tag not in ("joint", "freejoint")]
+                moving = [child for child in section if child.tag not in JOINTS]
                 section[:] = [child for child in section if child not in moving] + moving[::-1]
         return named, mujoco.MjModel.from_xml_string(ElementTree.tostring(root))
