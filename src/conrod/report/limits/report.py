@@ -25,6 +25,7 @@ from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 INPUTS = ("value", "last_good", "first_bad", "good_again", "x", "y", "speed", "held", "flown")
 DIGITS = dict.fromkeys(INPUTS)
 
+FEWEST = 2  # values that need no figure
 Walks = Sequence[Walk]
 
 
@@ -32,8 +33,9 @@ Walks = Sequence[Walk]
 
 
 def axis_figure(axis: str, walks: Walks) -> Figure | None:
-    """Return the errors along an axis; None where no run has any."""
-    if all(probe.position is None for walk in walks for probe in walk.probes):
+    """Return the errors along an axis; None where no run has any, or of two values, which the table has."""
+    no_errors = all(probe.position is None for walk in walks for probe in walk.probes)
+    if no_errors or max(len(walk.probes) for walk in walks) <= FEWEST:
         return None
     return Figure(f"{walks[0].scene}-{axis}", f"{AXES[axis].title}: errors", partial(error_chart, walks))
 

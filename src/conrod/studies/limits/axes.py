@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from conrod.engines.engine import with_fields
 from conrod.mechanism.units import check_number
+from conrod.runs.trajectory import Settings
 from conrod.studies.limits import changed_machines as machines
 from conrod.studies.limits.axis import Axis, Scale, Spans
 from conrod.studies.limits.case import LimitCase, Setup
@@ -40,7 +41,19 @@ def _counted(noun: str) -> Callable[[Setup, float], str]:
 def _at_own_iterations(setup: Setup, ratio: float) -> LimitCase:
     """Return the run with a mass ratio, and the iterations that the preset's rule gives the machine as it is."""
     case = setup.run_of(machines.with_mass_ratio(setup, ratio))
-    return replace(case, settings=with_fields(case.settings, iterations=setup.settings().as_dict()["iterations"]))
+    return replace(case, settings=with_fields(case.settings, iterations=_iterations(setup.settings())))
+
+
+def _iterations(settings: Settings) -> int:
+    return int(settings.as_dict()["iterations"])
+
+
+def _same_at_own_iterations(setup: Setup) -> str | None:
+    if reason := machines.no_mass_ratio(setup) or setup.not_varied():
+        return reason
+    counts = {_iterations(setup.settings(machines.with_mass_ratio(setup, ratio))) for ratio in (1.0, 1e3)}
+    same = f"with iterations of {setup.engine} that follow no masses it is the same as mass-ratio"
+    return same if len(counts) == 1 else None
 
 
 def _short(setup: Setup, value: float) -> str:
@@ -145,7 +158,7 @@ ROWS = (
     Axis(
         "mass-ratio-at-iterations", "Mass ratio at the iterations of the machine as it is", "mass of slider : rod",
         Scale.LOG, _at_own_iterations, 1.0, 1e6, (1e-6, 1e6),
-        lambda setup: machines.no_mass_ratio(setup) or setup.not_varied(), ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+        _same_at_own_iterations, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
         "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
