@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.dispatch import Watcher, run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
@@ -60,10 +60,10 @@ class Known(Exception):
     """It is known which runs are left: what follows is the runs, and what they showed."""
 
 
-class _Stopwatch:
+class _Stopwatch(Watcher):
     """A watcher that ends a resume when it has started."""
 
-    def started(self, total: int, already_finished: int, seconds: float = 0.0) -> None:
+    def started(self, total: int, already_finished: int) -> None:
         raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
 
     def unreadable(self, count: int) -> None:

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from conrod.cli import say
 from conrod.cli.options import RunOptions
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.dispatch import run_cases, time_cases
+from conrod.studies.execution.dispatch import Watcher, run_cases, time_cases
 from conrod.studies.execution.local import RepeatingExecutor
 from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger
@@ -104,7 +104,7 @@ class Runner:
             return time_cases(cells, self.ledger, cell_timeout=self.options.timeout, fresh=fresh, watcher=bar)
 
 
-class ProgressBar(Progress):
+class ProgressBar(Progress, Watcher):
     """Progress of cases on standard error: a bar where that is a terminal, otherwise a line at either end.
 
     A watcher of `run_cases`, also called again and again, each time with what the answers so far ask for, and of
@@ -129,7 +129,6 @@ class ProgressBar(Progress):
             self._say(f"{text}, of which {', '.join(others)}" if others else text)
 
     def started(self, total: int, already_finished: int) -> None:
-        """There are so many more different cases, of which so many are in the ledger."""
         (task,), new = self.tasks, total - already_finished
         if self.disable:
             more = "more " if task.started else ""
@@ -138,11 +137,9 @@ class ProgressBar(Progress):
         self.update(task.id, total=(task.total or 0) + new)
 
     def unreadable(self, count: int) -> None:
-        """So many runs in the ledger are made again."""
         self._say(f"{self.tasks[0].description}: {count} in the ledger cannot be read and count as not run; made again")
 
     def advanced(self, case: Case, how: str) -> None:
-        """A case has ended so, and what came of it is kept."""
         self._ended[how] += 1
         self.advance(self.tasks[0].id)
 

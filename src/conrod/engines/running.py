@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,8 +82,19 @@ def followed(
     Args:
         every: gets all pieces, also those of a machine that is no longer in one piece.
     """
-    samples = round(settings.steps_per_revolution * revolutions) + 1
-    for piece in engine.run(machine, settings, revolutions, start_angle):
+    pieces = engine.run(machine, settings, revolutions, start_angle)
+    return told(pieces, round(settings.steps_per_revolution * revolutions) + 1, machine, *recorders, every=every)
+
+
+def told(
+    pieces: Iterable[Piece],
+    samples: int,
+    machine: ExactReference,
+    *recorders: Recorder,
+    every: Callable[[Trajectory], None] = lambda _: None,
+) -> Verdict:
+    """The end of a run that was to have so many samples, from its pieces; see `followed`."""
+    for piece in pieces:
         found = piece.trajectory
         left = samples - piece.first_step - len(piece.clock)
         every(found)

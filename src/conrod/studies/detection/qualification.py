@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from conrod.engines import Engine
 from conrod.engines.capabilities import ReportsForces
-from conrod.engines.engine import PIECE, Engine
-from conrod.engines.running import followed
+from conrod.engines.running import told
 from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.runs.outcome import Verdict, judge
 from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import Outcome, Piece
+from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS, MOTION, Defect, Plant, Recording
 from conrod.studies.forces.measuring import Measured, Peaks, likenesses, peaks_of, seen_in
@@ -33,25 +33,6 @@ LEAST = 1e-15  # and not looked for below this
 Judge = Callable[[Recording], Result]
 
 
-class Replay(Engine[Any]):
-    """An engine that gives one recorded run again; how it ended is judged anew."""
-
-    def __init__(self, run: Piece, healthy: ExactReference) -> None:
-        self.name, self.version, self.presets = run.trajectory.engine, run.trajectory.engine_version, {}
-        self._run, self._healthy = run, healthy
-
-    def refusal(self, machine: Any, settings: Any) -> str | None:
-        return None
-
-    def run(
-        self, machine: Any, settings: Any, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
-    ) -> Iterator[Piece]:
-        trajectory = self._run.trajectory
-        assert trajectory.bodies is not None
-        ended = judge(self._healthy.kinematics, trajectory.bodies, trajectory.speed, Verdict(trajectory.outcome))
-        yield replace(self._run, trajectory=replace(trajectory, outcome=ended.outcome, reason=ended.reason))
-
-
 def motion_judge(
     result: ValidationResult, healthy: ExactReference, asked: Mapping[str, float] | None
 ) -> Callable[[Recording], ValidationResult]:
@@ -59,7 +40,13 @@ def motion_judge(
 
     def judged(given: Recording) -> ValidationResult:
         errors, run = RunErrors(), given.run.trajectory
-        ended = followed(Replay(given.run, healthy), given.reference, run.settings, result.revolutions, 0.0, errors)
+        assert run.bodies is not None
+        # How it ended is judged anew.
+        ended = judge(healthy.kinematics, run.bodies, run.speed, Verdict(run.outcome))
+        piece = replace(given.run, trajectory=replace(run, outcome=ended.outcome, reason=ended.reason))
+        ended = told(
+            [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors
+        )
         found = errors.found() if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged(asked)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
-from functools import partial
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
@@ -20,23 +20,23 @@ from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint, time_run
 
 AnyCase = TypeVar("AnyCase", bound=Case)
-END = object()
+Result = TypeVar("Result")
 
 
-class Watcher(Protocol):
-    """Receiver of the progress, in the thread that called."""
+class Watcher:
+    """Receiver of the progress, in the thread that called; one that says nothing."""
 
     def started(self, total: int, already_finished: int) -> None:
         """There are so many different cases, of which so many need not run."""
-        ...
 
     def unreadable(self, count: int) -> None:
         """So many runs are damaged in the ledger, or in the form of another conrod; they are made again."""
-        ...
 
     def advanced(self, case: Case, how: str) -> None:
         """A case has ended so, and what came of it is kept."""
-        ...
+
+
+SILENT = Watcher()
 
 
 def run_cases(
@@ -45,7 +45,7 @@ def run_cases(
     executor: RepeatingExecutor,
     *,
     fresh: bool = False,
-    watcher: Watcher | None = None,
+    watcher: Watcher = SILENT,
 ) -> dict[str, Measurement]:
     """Run those cases that the ledger does not have, and give the results of all.
 
@@ -66,15 +66,13 @@ def run_cases(
     """
     by_key = {case.key: case for case in cases}
     waiting = by_key if fresh else _unfinished(by_key, ledger, executor.limits)
-    if watcher is not None:
-        watcher.started(len(by_key), len(by_key) - len(waiting))
+    watcher.started(len(by_key), len(by_key) - len(waiting))
     _run(waiting, ledger, executor, fresh, watcher)
     found = ledger.measurements(by_key)
     lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
     if lost:
-        if watcher is not None:
-            watcher.unreadable(len(lost))
-            watcher.started(len(lost), 0)
+        watcher.unreadable(len(lost))
+        watcher.started(len(lost), 0)
         ledger.forget(list(lost))
         _run(lost, ledger, executor, False, watcher)
         found |= ledger.measurements(lost)
@@ -83,106 +81,94 @@ def run_cases(
     return {key: found[key] for key in by_key}
 
 
-def _run(
-    waiting: Mapping[str, Case], ledger: Ledger, executor: RepeatingExecutor, fresh: bool, watcher: Watcher | None
-) -> None:
-    """Run cases, those that take long first, and keep what comes of each; all but those that others run meanwhile."""
-
-    def left(case: Case) -> bool:
-        return fresh or bool(_unfinished({case.key: case}, ledger, executor.limits))
-
-    # Else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
-    ordered = sorted(waiting.values(), key=lambda case: (-case.effort, case.key))
-    claimed = _claimed(ordered, ledger, lambda case: case.key, left, watcher)
-    try:
-        _fly(claimed, executor, partial(_keep, ledger, executor.limits, fresh, watcher))
-    except BaseException:  # Ctrl-C, too: nobody is to wait for what is claimed here
-        ledger.claims.close()
-        raise
-
-
-def _keep(
-    ledger: Ledger, limits: Limits, fresh: bool, watcher: Watcher | None, case: Case, future: Future[Measurement]
-) -> None:
-    """Keep what came of a case, and let others have its claim."""
-    try:
-        measurement = future.result()
-    except (WorkerDied, TimeoutError, MemoryError) as error:  # others no case causes by what it is
-        ended = Ended.of(error)
-        measurement = Measurement(ended.outcome.slug, ended.reason)
-    ledger.keep(case, measurement, limits.of(measurement.outcome), replace=fresh)
-    ledger.claims.give_back(case.key)
-    if watcher is not None:
-        watcher.advanced(case, measurement.outcome)
-
-
 def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
     finished = ledger.finished(by_key)
     again = {key for key, stop in ledger.stopped(by_key).items() if limits.allow_more(*stop)}
     return {key: by_key[key] for key in by_key.keys() - finished | again}
 
 
+def _run(
+    waiting: Mapping[str, Case], ledger: Ledger, executor: RepeatingExecutor, fresh: bool, watcher: Watcher
+) -> None:
+    """Run cases, those that take long first, and keep what comes of each; all but those that others run meanwhile."""
+
+    def keep(case: Case, future: Future[Measurement]) -> str:
+        try:
+            measurement = future.result()
+        except (WorkerDied, TimeoutError, MemoryError) as error:  # others no case causes by what it is
+            ended = Ended.of(error)
+            measurement = Measurement(ended.outcome.slug, ended.reason)
+        ledger.keep(case, measurement, executor.limits.of(measurement.outcome), replace=fresh)
+        return measurement.outcome
+
+    _share(
+        # Else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
+        sorted(waiting.values(), key=lambda case: (-case.effort, case.key)),
+        ledger,
+        watcher,
+        claim=lambda case: case.key,
+        left=lambda case: fresh or bool(_unfinished({case.key: case}, ledger, executor.limits)),
+        begin=lambda case: executor.submit(on_known_scene, perform, case),
+        keep=keep,
+        # Asked for every time: a cluster grows and shrinks.
+        most=lambda: executor.in_flight,
+    )
+
+
 POLL = 0.1  # [s] between two looks at what other processes have claimed
 
 
-def _claimed(
+def _share(
     cases: Iterable[AnyCase],
     ledger: Ledger,
-    name: Callable[[AnyCase], str],
+    watcher: Watcher,
+    claim: Callable[[AnyCase], str],
     left: Callable[[AnyCase], bool],
-    watcher: Watcher | None,
-) -> Iterator[AnyCase | None]:
-    """Yield those that this process has claimed and that are left to do, and None where others have all the rest.
+    begin: Callable[[AnyCase], Future[Result]],
+    keep: Callable[[AnyCase, Future[Result]], str],
+    most: Callable[[], int],
+) -> None:
+    """Do all cases that no other process on the ledger does; an error or Ctrl-C cancels what waits.
 
     Args:
-        name: by which a case is claimed.
+        claim: name by which a case is claimed.
+        left: whether a case is to be done still, once it is claimed.
+        begin: hands it over.
+        keep: keeps what came of it, and says how it ended.
+        most: that are to be handed over at a time.
     """
-    held = list(cases)
-    while held:
-        waiting, held = held, []
-        for case in waiting:
-            if not ledger.claims.take(name(case)):
-                held.append(case)
-            elif left(case):
-                yield case
-            else:
-                ledger.claims.give_back(name(case))
-                if watcher is not None:
-                    watcher.advanced(case, "by another process")
-        if held:
-            yield None
+    waiting, flying = deque(cases), dict[Future[Result], AnyCase]()
 
+    def end(case: AnyCase, how: str) -> None:
+        ledger.claims.give_back(claim(case))
+        watcher.advanced(case, how)
 
-def _fly(
-    cases: Iterator[Case | None], executor: RepeatingExecutor, keep: Callable[[Case, Future[Measurement]], None]
-) -> None:
-    """Run all of them, a bounded number at a time, and keep each as it finishes."""
-    flying: dict[Future[Measurement], Case] = {}
     try:
-        while True:
-            over, others = False, False
-            # Asked for every time: a cluster grows and shrinks.
-            while len(flying) < executor.in_flight and not (over or others):
-                case = next(cases, END)
-                over, others = case is END, case is None
-                if isinstance(case, Case):
-                    flying[executor.submit(on_known_scene, perform, case)] = case
-            if over and not flying:
-                return
-            if not flying:
+        while waiting or flying:
+            for _ in range(len(waiting)):
+                if len(flying) >= most():
+                    break
+                case = waiting.popleft()
+                if not ledger.claims.take(claim(case)):
+                    waiting.append(case)
+                elif left(case):
+                    flying[begin(case)] = case
+                else:
+                    end(case, "by another process")
+            if not flying and waiting:
                 time.sleep(POLL)
-                continue
-            for future in wait(flying, POLL if others else None, FIRST_COMPLETED).done:
-                keep(flying[future], future)
+            for future in wait(flying, POLL if waiting else None, FIRST_COMPLETED).done:
+                end(flying[future], keep(flying[future], future))
                 del flying[future]
     except BaseException:  # Ctrl-C, too
         for future in flying:
             future.cancel()
-        # What finished beside the error or the interrupt. The ledger may be what failed: then the first error says why.
+        # The ledger may be what failed: then the first error says why.
         with suppress(InvalidInput):
             for future, case in flying.items():
                 if future.done() and not future.cancelled() and future.exception() is None:
-                    keep(case, future)
+                    end(case, keep(case, future))
+        ledger.claims.close()  # nobody is to wait for what is claimed here
         raise
 
 
@@ -195,7 +181,7 @@ def time_cases(
     *,
     cell_timeout: float | None = None,
     fresh: bool = False,
-    watcher: Watcher | None = None,
+    watcher: Watcher = SILENT,
 ) -> dict[str, Timing]:
     """Time those cases that the ledger has no timing of on this machine, and give the timings of all.
 
@@ -208,28 +194,30 @@ def time_cases(
     """
     by_key = {case.key: case for case in cases}
     known = {} if fresh else ledger.timings(by_key, fingerprint())
-    if watcher is not None:
-        watcher.started(len(by_key), len(known))
-    unknown, alone = [case for key, case in by_key.items() if key not in known], f"timing on {fingerprint()}"
+    watcher.started(len(by_key), len(known))
 
-    def left(case: RunCase) -> bool:
-        return fresh or case.key not in ledger.timings([case.key], fingerprint())
+    def keep(case: RunCase, future: Future[Timing | None]) -> str:
+        timing = None
+        # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
+        with suppress(WorkerDied, TimeoutError, MemoryError):
+            timing = future.result()
+        if timing is None:
+            return "without a timing"
+        ledger.keep_timing(case, timing)
+        return "timed"
 
     with LocalProcesses(1, cell_timeout=cell_timeout) as worker:
-        # One at a time, of all processes here on this ledger.
-        for case in _claimed(unknown, ledger, lambda _: alone, left, watcher):
-            if case is None:
-                time.sleep(POLL)
-                continue
-            timing = None
-            # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
-            with suppress(WorkerDied, TimeoutError, MemoryError):
-                timing = worker.submit(on_known_scene, _timed, case).result()
-            if timing is not None:
-                ledger.keep_timing(case, timing)
-            ledger.claims.give_back(alone)
-            if watcher is not None:
-                watcher.advanced(case, "timed" if timing is not None else "without a timing")
+        _share(
+            [case for key, case in by_key.items() if key not in known],
+            ledger,
+            watcher,
+            # One at a time, of all processes here on this ledger.
+            claim=lambda _: f"timing on {fingerprint()}",
+            left=lambda case: fresh or case.key not in ledger.timings([case.key], fingerprint()),
+            begin=lambda case: worker.submit(on_known_scene, _timed, case),
+            keep=keep,
+            most=lambda: 1,
+        )
     return ledger.timings(by_key, fingerprint())
 
 

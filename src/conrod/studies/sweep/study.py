@@ -89,15 +89,7 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
     runs = yield plan.cases
     # Those of few steps first. What a step of a failed run costs is of no use.
     timed = [case for case in plan.cases if runs[case.key].outcome == COMPLETED]
-    return sweep_study(plan, runs, time(sorted(timed, key=lambda case: case.settings.steps_per_revolution)))
-
-
-def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> SweepStudy:
-    """Findings from the runs of a plan.
-
-    Raises:
-        KeyError: a case of the plan has not been measured.
-    """
+    timings = time(sorted(timed, key=lambda case: case.settings.steps_per_revolution))
     engines = {rule.engine.name: rule.engine.version for rule in plan.rules}
     references: dict[str, list[float]] = {engine: [] for engine in engines}
     for rule, case in ((one, case) for one in plan.rules for case in one.cases if case.key in timings):
@@ -116,12 +108,12 @@ def sweep_study(plan: SweepPlan, measurements: Results, timings: Timings) -> Swe
             SweptRule(
                 engine=rule.engine.name,
                 name=rule.rule.name,
-                orders=orders_along(rule.cases, measurements),
+                orders=orders_along(rule.cases, runs),
                 lines=lines_of(rule),
             )
             for rule in plan.rules
         ),
-        points=tuple(_points(plan, measurements, timings, medians)),
+        points=tuple(_points(plan, runs, timings, medians)),
         lengths=dict(plan.scene.lengths),
     )
 
