@@ -8,7 +8,6 @@ import sqlite3
 import zlib
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict
-from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -25,8 +24,6 @@ from conrod.studies.frame.writing import real_path
 if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing
 
-# Keys asked for in one statement; SQLite takes at least 999 values.
-AT_ONCE = 500
 LABEL = "label"  # kept with the identity, and no part of it: the preset that the settings are
 TIMING = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
 
@@ -100,9 +97,7 @@ class Ledger:
         A row that is damaged, what is known of the run's case included, counts as not there.
         """
         wanted = list(keys)
-        rows = self._select(
-            "SELECT runs.key, identity, measurement FROM runs JOIN cells USING (key) WHERE runs.key IN", wanted
-        )
+        rows = self._select("SELECT key, identity, measurement FROM runs JOIN cells USING (key) WHERE key IN", wanted)
         found = {key: _unpacked(blob) for key, identity, blob in rows if _identity(key, identity) is not None}
         return {key: measured for key in wanted if (measured := found.get(key)) is not None}
 
@@ -177,12 +172,10 @@ class Ledger:
 
     # -- SQLite ------------------------------------------------------------------------------------------------------
 
-    def _select(self, statement: str, keys: Iterable[str], *first: str) -> Iterator[Any]:
-        remaining = iter(keys)
-        while chunk := tuple(islice(remaining, AT_ONCE)):
-            with naming_ledger(self.path):
-                marks = ", ".join("?" * len(chunk))
-                yield from self._connection.execute(f"{statement} ({marks})", (*first, *chunk)).fetchall()
+    def _select(self, statement: str, keys: Iterable[str], *first: str) -> list[Any]:
+        with naming_ledger(self.path):
+            chosen = f"{statement} (SELECT value FROM json_each(?))"
+            return self._connection.execute(chosen, (*first, json.dumps(list(keys)))).fetchall()
 
     def _writing(self) -> sqlite3.Connection:
         """A transaction: committed at its end, undone by an error."""

@@ -214,14 +214,7 @@ class SignedErrors:
         for (name, quantity), near in self._near.items():
             track: Track = FieldByField(np.concatenate)(*near)
             norm = self._scene.lengths[name] * abs(self._scene.speed) ** QUANTITIES.index(quantity)
-            found[name][quantity] = _at(self._times, track, self._scene, name, quantity, norm).tolist()
+            errors = ExactMotions(self._scene).error(track, name, quantity) / norm
+            at = [np.interp(self._times, track.instants.times, errors[:, axis]) for axis in (0, 1)]
+            found[name][quantity] = np.column_stack(at).tolist()
         return dict(found)
-
-
-def _at(times: Array, track: Track, scene: Scene, name: str, quantity: str, norm: float) -> Array:
-    # Only the samples on both sides of each time are compared.
-    after = np.clip(np.searchsorted(track.instants.times, times), 1, len(track.values) - 1)
-    near = np.unique(np.concatenate([after - 1, after]))
-    kept = Track(track.instants[near], track.values[near])
-    errors = ExactMotions(scene).error(kept, name, quantity) / norm
-    return np.column_stack([np.interp(times, kept.instants.times, errors[:, axis]) for axis in (0, 1)])
