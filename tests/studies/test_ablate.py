@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -20,7 +20,6 @@ from conrod.studies.ablate import CostCase, ablate_engine, change
 from conrod.studies.ablate_findings import (
     BESIDE_OTHERS,
     JUDGED,
-    EngineAblation,
     Evidence,
     Role,
     VariantResult,
@@ -43,18 +42,13 @@ def timing(ratio: float, half: float = 0.01) -> PairedTiming:
 
 
 def variant(
-    role: Role,
-    ingredient: str = "",
-    error: float | None = MINIMAL_ERROR,
-    change: float = 0.0,
-    cost: float | None = 1.0,
-    **others: Any,
+    role: Role, error: float | None = MINIMAL_ERROR, change: float = 0.0, cost: float | None = 1.0, **others: Any
 ) -> VariantResult:
     """A model whose errors are all of one size; one without an error did not complete."""
     completed = error is not None
     made = VariantResult(
         role=role,
-        ingredient=ingredient,
+        ingredient="it",
         outcome="completed" if completed else "opened",
         reason="" if completed else "a gap of 0.4 m",
         errors=dict.fromkeys(JUDGED, error) if error is not None else None,
@@ -66,13 +60,20 @@ def variant(
     return replace(made, **others)
 
 
-MINIMAL = variant(Role.MINIMAL)
+MINIMAL, ROUGH = variant(Role.MINIMAL), variant(Role.MINIMAL, 1e-4)
 
 
-def alone(error: float | None, change: float, cost: float | None) -> Evidence:
-    """What an ingredient shows that makes the minimal model like this."""
-    added = variant(Role.ADDED, "it", error, change, cost)
-    return evidence_of(added, MINIMAL, levels(MINIMAL))
+def shown(role: Role, *facts: Any, base: VariantResult = MINIMAL, **others: Any) -> Evidence:
+    """What an ingredient shows that makes a model like this out of a base."""
+    return evidence_of(variant(role, *facts, **others), base, levels(ROUGH if base is ROUGH else MINIMAL))
+
+
+alone, without = partial(shown, Role.ADDED), partial(shown, Role.REDUCED)
+
+
+def in_full(before: float, after: float, cost: float = 1.0) -> Evidence:
+    """What an ingredient shows beside all others."""
+    return shown(Role.TAKEN, before, base=variant(Role.FULL, after), cost_in_full=timing(1.0 / cost))
 
 
 def field_ingredient(name: str, values: Any, without: Any, *, minimal: bool = False) -> Ingredient[MuJoCoSettings]:
@@ -108,26 +109,16 @@ def answer(case: RunCase) -> Measurement:
     return Measurement("completed", beside={"paired": plain(timing(1.3 ** (dear[0] - dear[1])))})
 
 
-def studied(run: Callable[[list[Any]], Any], planted: tuple[Any, ...] = PLANTED, steps: int = STEPS) -> EngineAblation:
-    """The study of the saw with planted ingredients."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: planted)
-        patch.setattr(MuJoCo, "minimal", lambda self, machine, steps: base(machine, steps))
-        return pursue([ablate_engine(SCENE, SAW, engine_named("mujoco"), steps, 2)], run)[0]
-
-
-@pytest.fixture(scope="module")
-def found() -> EngineAblation:
+def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     known: dict[str, Measurement] = {}
 
     def run(cases: list[Any]) -> dict[str, Measurement]:
         known.update({case.key: answer(case) for case in cases if case.key not in known})
         return known
 
-    return studied(run)
-
-
-def test_each_planted_ingredient_is_seen_for_what_it_does(found: EngineAblation) -> None:
+    monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: PLANTED)
+    monkeypatch.setattr(MuJoCo, "minimal", lambda self, machine, steps: base(machine, steps))
+    found = pursue([ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2)], run)[0]
     verdicts = {one.name: (one.verdict, one.because) for one in found.ingredients}
     assert verdicts == {
         "gravity": (Verdict.FREE, ""),
@@ -165,32 +156,6 @@ def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
     assert len(keys | {cost.key, RunCase(SCENE, SAW, cost.settings).key}) == 5
 
 
-LEVEL, RIGHT = levels(MINIMAL), dict.fromkeys(JUDGED, MINIMAL_ERROR)
-REFUSED = replace(variant(Role.ADDED, "it", None), outcome="unsupported", reason="it has no rod")
-
-
-def harmed(quantity: str) -> VariantResult:
-    return replace(variant(Role.ADDED, "it"), errors=RIGHT | {quantity: 1e-5})
-
-
-def without(error: float | None, cost: float = 1.0) -> Evidence:
-    """What a part of the minimal model shows without which it is like this."""
-    reduced = variant(Role.REDUCED, "it", error, error or 0.0, 1.0 / cost)
-    return evidence_of(reduced, MINIMAL, LEVEL)
-
-
-def of_rough(role: Role, error: float, change: float, cost: float = 1.0) -> Evidence:
-    """What an ingredient shows beside a minimal model whose motion is rough."""
-    rough = variant(Role.MINIMAL, error=1e-4)
-    return evidence_of(variant(role, "it", error, change, cost), rough, levels(rough))
-
-
-def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evidence:
-    """What an ingredient shows beside all others."""
-    taken, full = variant(Role.TAKEN, "it", before, cost_in_full=timing(1.0 / cost)), variant(Role.FULL, "", after)
-    return evidence_of(taken, full, LEVEL)
-
-
 @pytest.mark.parametrize(
     ("evidence", "expected"),
     [
@@ -203,21 +168,24 @@ def in_full(before: float | None, after: float | None, cost: float = 1.0) -> Evi
         *((alone(1e-6, 1e-6, cost), (Verdict.HARMFUL, "position")) for cost in (0.5, 1.0, 3.0)),
         (alone(None, 0.0, None), (Verdict.HARMFUL, "opened")),
         # What the motion is wrong without is required; a part that it does not need is no better than what is added.
-        (without(1e-5), (Verdict.REQUIRED, "position")),
+        (without(1e-5, 1e-5), (Verdict.REQUIRED, "position")),
         (without(None), (Verdict.REQUIRED, "opened")),
         (without(MINIMAL_ERROR), (Verdict.FREE, "")),
-        (without(MINIMAL_ERROR, cost=1.3), (Verdict.COSTLY, "")),
+        (without(MINIMAL_ERROR, cost=1.0 / 1.3), (Verdict.COSTLY, "")),
         # Twenty times the minimal model's own error, and yet nothing that anybody asks for.
         (alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0), (Verdict.FREE, "")),
         (alone(MINIMAL_ERROR, 0.0, None), (Verdict.UNDECIDED, "it could not be timed")),
         # A part without which a rough motion is better is harmful; what only improves it is not required.
-        (of_rough(Role.REDUCED, 1e-6, 1e-4), (Verdict.HARMFUL, "position, better without it")),
-        (of_rough(Role.ADDED, 1e-6, 1e-4, 3.0), (Verdict.COSTLY, "")),
+        (without(1e-6, 1e-4, base=ROUGH), (Verdict.HARMFUL, "position, better without it")),
+        (alone(1e-6, 1e-4, 3.0, base=ROUGH), (Verdict.COSTLY, "")),
         # A change below the minimal model's own error is none.
-        (of_rough(Role.ADDED, 1.5e-4, 0.9e-4), (Verdict.FREE, "")),
+        (alone(1.5e-4, 0.9e-4, base=ROUGH), (Verdict.FREE, "")),
         # Any quantity can show harm; what an engine cannot do is not told.
-        *((evidence_of(harmed(quantity), MINIMAL, LEVEL), (Verdict.HARMFUL, quantity)) for quantity in JUDGED),
-        (evidence_of(REFUSED, MINIMAL, LEVEL), (Verdict.UNDECIDED, "it has no rod")),
+        *(
+            (alone(errors=dict.fromkeys(JUDGED, MINIMAL_ERROR) | {quantity: 1e-5}), (Verdict.HARMFUL, quantity))
+            for quantity in JUDGED
+        ),
+        (alone(None, outcome="unsupported", reason="it has no rod"), (Verdict.UNDECIDED, "it has no rod")),
     ],
 )
 def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[Verdict, str]) -> None:

@@ -16,7 +16,7 @@ import pytest
 from conrod import InvalidInput
 from conrod.studies.execution import cluster as dask_cluster
 from conrod.studies.execution.cluster import DaskCluster
-from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.dispatch import Watcher, run_cases
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger
@@ -33,15 +33,11 @@ def cluster(tmp_path: Path) -> Iterator[Any]:
         yield running
 
 
-class KillingAfter:
+class KillingAfter(Watcher):
     """Kills a process after so many results."""
 
     def __init__(self, count: int, process: int) -> None:
         self.count, self.process = count, process
-
-    def started(self, total: int, already_finished: int) -> None: ...
-
-    def unreadable(self, count: int) -> None: ...
 
     def advanced(self, case: Case, how: str) -> None:
         self.count -= 1

@@ -21,8 +21,7 @@ from cell_tasks import Here
 
 from conrod import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution import dispatch
-from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.dispatch import POLL, Watcher, run_cases
 from conrod.studies.execution.local import Ended, LocalProcesses, confined, isolated
 from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Measurement
@@ -132,7 +131,7 @@ def test_a_process_that_cannot_start_is_no_outcome_of_a_cell(
 # -- interrupted and killed ------------------------------------------------------------------------------------------
 
 
-class Interrupter:
+class Interrupter(Watcher):
     """Presses Ctrl-C after so many results."""
 
     def __init__(self, after: int) -> None:
@@ -302,7 +301,7 @@ def test_what_a_killed_process_had_claimed_the_other_runs(tmp_path: Path) -> Non
             assert list(islice(other.stdout, COUNT - CLAIMED)) == ["completed\n"] * (COUNT - CLAIMED)
             # The rest is claimed: it waits, and runs none of it.
             with pytest.raises(subprocess.TimeoutExpired):
-                other.wait(5 * dispatch.POLL)
+                other.wait(5 * POLL)
             assert starts(tmp_path).total() == COUNT - CLAIMED + 1
             hanging.kill()
             said = other.communicate(timeout=120)[0].splitlines()

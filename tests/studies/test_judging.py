@@ -18,8 +18,9 @@ from conrod.engines.engine import Machine, run_of
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, Saw, scene_named
+from conrod.studies.forces.study import ForceCase, ForcePlan
 from conrod.studies.frame.case import Measurement, key_of
-from conrod.studies.frame.result import AS_ASKED, refine, refinement_path
+from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, study_of
 from conrod.studies.frame.run import RunCase
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import Tolerance, ValidationResult
@@ -117,6 +118,31 @@ def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(
     assert (found.outcome, found.reason, found.passed) == ("crashed", "signal 11", passed)
 
 
+def test_forces_of_a_process_that_died_have_failed_where_they_were_to_be_judged() -> None:
+    cases = [ForceCase("saw", SAW, "mujoco", preset, ForcePlan(100)) for preset in ("hardened", "stock")]
+    asked = replace(cases[1], plan=ForcePlan(100, tolerance={"torque": 1.0}))
+    ended = [case.ended(Outcome.CRASHED, "signal 11") for case in (*cases, asked)]
+    assert [one.passed for one in ended] == [False, None, False]
+    assert {(one.outcome, one.reason, one.scene) for one in ended} == {("crashed", "signal 11", "saw")}
+    assert (cases[0].effort, asked.tolerance) == (100, {"torque": 1.0})
+
+
+def test_a_study_asks_once_for_each_scene_engine_and_preset_and_finds_them_by_scene() -> None:
+    scenes, engines = {"one": SAW, "two": SCENES["saw-500rpm"]}, [engine_named("mujoco"), engine_named("pymunk")]
+    presets, plan = {"mujoco": ("tuned", "stock"), "pymunk": ("stock",)}, Plan(40, 1.0)
+    study = study_of(ValidationCase, scenes, engines, presets, plan)
+    cases: Any = next(study)
+    each = [("mujoco", "tuned"), ("mujoco", "stock"), ("pymunk", "stock")]
+    assert [(c.name, c.engine, c.preset) for c in cases] == [(name, *one) for name in scenes for one in each]
+    assert {(c.name, c.scene) for c in cases} == set(scenes.items())
+    assert all(c.plan is plan for c in cases)
+    with pytest.raises(StopIteration) as end:
+        study.send({c.key: Measurement("crashed", f"{c.name} {c.engine} {c.preset}") for c in cases})
+    for found, name in zip(end.value.value, scenes, strict=True):
+        assert (found.name, found.scene) == (name, scenes[name])
+        assert [one.reason for one in found.results] == [f"{name} {engine} {preset}" for engine, preset in each]
+
+
 # -- kinematic mode ----------------------------------------------------------------------------------------------------
 
 
@@ -167,16 +193,10 @@ def test_every_parameter_is_in_the_key_of_a_run(name: str) -> None:
     scene = scene_named(name)
     varied = ["speed", *[one for one, value in scene.parameters.items() if value][:3]]
     others = [scene.with_parameters(**{one: scene.parameters[one] * (1.0 + 1e-9)}) for one in dict.fromkeys(varied)]
-    keys = {case_of(one).key for one in (scene, *others)}
-    assert len(keys) == 1 + len(others)
+    changes = ({"revolutions": 3.0}, {"start_angle": 0.1}, {"signed_angles": 10})
+    keys = {case_of(one).key for one in (scene, *others)} | {case_of(scene, **change).key for change in changes}
+    assert len(keys) == 4 + len(others)
     assert case_of(scene_named(name)).key in keys
-
-
-@pytest.mark.parametrize(
-    "change", [{"revolutions": 3.0}, {"start_angle": 0.1}, {"signed_angles": 10}], ids=lambda change: next(iter(change))
-)
-def test_what_is_kept_of_a_run_and_how_long_it_is_are_in_its_key(change: dict[str, Any]) -> None:
-    assert case_of(SAW, **change).key != case_of(SAW).key
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from conrod import InvalidInput, PymunkSettings, Saw
-from conrod.studies.execution.dispatch import run_cases
+from conrod.studies.execution.dispatch import Watcher, run_cases
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Case, Measurement
@@ -73,12 +73,8 @@ def noted(cell: Any) -> Measurement:
     return Measurement("completed", str(number(cell)))
 
 
-class Told:
+class Told(Watcher):
     """Prints how each cell ended."""
-
-    def started(self, total: int, already_finished: int) -> None: ...
-
-    def unreadable(self, count: int) -> None: ...
 
     def advanced(self, case: Case, how: str) -> None:
         print(how, flush=True)
