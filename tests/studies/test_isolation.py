@@ -18,7 +18,7 @@ from own_model_edits import HACKSAW
 from planted_faults import MEMORY
 from table_files import csv_text, exact_table
 
-from conrod import InvalidInput, Outcome, PymunkSettings, Saw, Trajectory, run
+from conrod import InvalidInput, Outcome, PymunkSettings, Saw, run
 from conrod.scenes import SCENES
 from conrod.studies.execution.local import Ended, LocalProcesses, isolated
 from conrod.studies.execution.worker_process import HOME, import_path
@@ -44,13 +44,6 @@ def leave_as_python_does() -> None:
 
 def take(size: int) -> int:
     return len(bytearray(size))
-
-
-def test_an_isolated_run_is_the_run_itself() -> None:
-    alone, here = isolated(run, SAW, SETTINGS, 1.0, timeout=60.0), run(SAW, SETTINGS, 1.0)
-    assert isinstance(alone, Trajectory)
-    assert alone.outcome is Outcome.COMPLETED
-    assert (alone.points["C"].position.values == here.points["C"].position.values).all()
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.scenes import SCENES, catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.perform import MotionCase, left_out, run_motion
+from conrod.studies.free_motion.perform import left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
 
@@ -165,14 +165,6 @@ def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) ->
     assert done.returncode == (0 if said is None else 2), done
     assert (said or "") in done.stderr
     assert ("OUT OF TOLERANCE" in done.stdout) is False
-
-
-def test_what_is_kept_is_judged_by_the_rule_whatever_was_asked_for_first() -> None:
-    scene = select_scenes(["pendulum"], [])["pendulum"]
-    lax = MotionCase("pendulum", scene, "mujoco", "stock", MotionPlan(FREE, 0.2, tolerance={"position": 1.0}))
-    kept = lax.perform()
-    assert lax.result(kept).passed is True
-    assert replace(lax, plan=MotionPlan(FREE, 0.2)).result(kept).passed is None
 
 
 # -- what is run -----------------------------------------------------------------------------------------------------
