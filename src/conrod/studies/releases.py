@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -21,13 +21,11 @@ from typing import Any
 import platformdirs
 
 from conrod.engines import engine_named
-from conrod.engines.running import followed
 from conrod.errors import InvalidInput
-from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
 from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import RunCase, SignedErrors, as_run, not_run
+from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.recorders import Fingerprint
 
 PATIENCE = 600.0  # [s] for an installation
@@ -136,15 +134,12 @@ class VersionCase(RunCase):
         return super()._identity(parameters) | {"bits": BITS_VERSION}
 
     def perform(self) -> Measurement:
-        engine, case = engine_named(self.settings.engine), as_run(self)
+        engine, bits = engine_named(self.settings.engine), Fingerprint()
         if engine.version != self.version:
             raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
         try:
-            if (unsupported := not_run(case, case.scene)) is not None:
-                return unsupported
-            errors, signed, bits = RunErrors(), SignedErrors(case), Fingerprint()
-            span = case.revolutions, case.start_angle
-            ended = followed(engine, case.scene, case.settings, *span, errors, signed, every=bits.add)
+            # Errors predicted from gaps are not asked for.
+            return replace(measure(self, bits.add), prediction=None, beside={"bits": bits.texts()})
         except InvalidInput:
             raise
         except (AttributeError, TypeError) as error:
@@ -152,7 +147,3 @@ class VersionCase(RunCase):
             return Measurement(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
         except Exception as error:  # the engine's own, of whatever kind: an old release fails in its own ways
             return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")
-        found: dict[str, Any] = {}
-        if ended.outcome is Outcome.COMPLETED:
-            found = {**errors.found(), "signed": signed.errors()}
-        return Measurement(ended.outcome.slug, ended.reason, **found, beside={"bits": bits.texts()})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -16,7 +16,16 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.runs.comparison import ExactMotions, Stretch
 from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import BodyStates, BodyTracks, FieldByField, Outcome, PointTracks, Settings, Track
+from conrod.runs.trajectory import (
+    BodyStates,
+    BodyTracks,
+    FieldByField,
+    Outcome,
+    PointTracks,
+    Settings,
+    Track,
+    Trajectory,
+)
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, RESULT_VERSION, Case, Measurement
 
@@ -106,8 +115,11 @@ def not_run(case: RunCase, machine: Machine) -> Measurement | None:
     return None
 
 
-def measure(case: RunCase) -> Measurement:
+def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None) -> Measurement:
     """Run a case and compare it with the exact motion.
+
+    Args:
+        every: see `followed`.
 
     Raises:
         InvalidInput: as `conrod.run`.
@@ -117,7 +129,8 @@ def measure(case: RunCase) -> Measurement:
         return unsupported
     errors, signed = RunErrors(), SignedErrors(case)
     prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
-    ended = followed(engine, case.scene, case.settings, case.revolutions, case.start_angle, errors, prediction, signed)
+    span, recorders = (case.revolutions, case.start_angle), (errors, prediction, signed)
+    ended = followed(engine, case.scene, case.settings, *span, *recorders, every=every)
     if ended.outcome is not Outcome.COMPLETED:
         return Measurement(ended.outcome.slug, ended.reason)
     return Measurement(
