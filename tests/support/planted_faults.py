@@ -100,9 +100,6 @@ def runs(count: int) -> list[RunCase]:
     return made
 
 
-def usual(cell: RunCase) -> Measurement:
-    """What is made of a cell by its kind."""
-    return cell.perform()
 
 
 def with_faults(cells: list[RunCase], each: int) -> tuple[list[RunCase], dict[str, str]]:
@@ -130,7 +127,7 @@ def run_or_fail(cell: RunCase) -> Measurement:
     for kind, angle in ANGLES.items():
         if angle <= cell.start_angle < angle + 50.0:
             FAULTS[kind]()
-    return usual(cell)
+    return cell.perform()
 
 
 def run_with_faults(ledger: Ledger, cells: list[RunCase]) -> dict[str, Measurement]:

@@ -41,7 +41,6 @@ class ExactCourse:
         mechanism: with the loads that act.
         grid: instants of `motion`, and the engines' step.
         lengths: L of each observed point [m].
-        dynamics: what the motion was integrated with.
         pace: of the motion.
         unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
     """
@@ -50,7 +49,6 @@ class ExactCourse:
     grid: Grid
     motion: FreeMotion
     lengths: Mapping[str, float]
-    dynamics: ForwardDynamics
     pace: Pace
     unresolved: str = ""
 
@@ -76,7 +74,7 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
         raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
     steps = chosen(plan, grid, mechanism, pace)
     unresolved = _unresolved(mechanism, motion, dynamics.line, steps.step)
-    return ExactCourse(mechanism, steps, motion, scene.lengths, dynamics, pace, unresolved)
+    return ExactCourse(mechanism, steps, motion, scene.lengths, pace, unresolved)
 
 
 @lru_cache(COURSES_KEPT)
