@@ -2,65 +2,30 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import command_line
 import planted_faults as planted
-import pymunk
 import pytest
 from own_model_edits import HACKSAW
 from planted_faults import MEMORY
 from table_files import csv_text, exact_table
 
-from conrod import InvalidInput, Outcome, PymunkSettings, Saw, run
+from conrod import InvalidInput, PymunkSettings, Saw, run
 from conrod.scenes import SCENES
-from conrod.studies.execution.local import Ended, LocalProcesses, isolated
+from conrod.studies.execution.local import LocalProcesses, isolated
 from conrod.studies.execution.worker_process import HOME, import_path
 from conrod.studies.frame.case import Measurement
 
 SAW = Saw()
 SETTINGS = PymunkSettings.tuned(SAW, 100)
-BEYOND = "the limit was {} bytes more than it began with"
-
-
-def engine_abort() -> None:
-    """What pymunk does on a negative mass: a C assertion that takes the interpreter down."""
-    pymunk.Space().add(pymunk.Body(-1.0, 1.0))
 
 
 def mistake() -> None:
     raise ZeroDivisionError("a mistake in the task")
-
-
-def leave_as_python_does() -> None:
-    raise SystemExit(3)
-
-
-def take(size: int) -> int:
-    return len(bytearray(size))
-
-
-@pytest.mark.parametrize(
-    ("task", "limits", "outcome", "reason"),
-    [
-        ((engine_abort,), {}, Outcome.CRASHED, "ended by signal SIGABRT"),
-        ((os._exit, 3), {}, Outcome.CRASHED, "ended with status 3"),
-        ((leave_as_python_does,), {}, Outcome.CRASHED, "ended with status 3"),
-        ((time.sleep, 1000.0), {"timeout": 1.0}, Outcome.TIMED_OUT, "no result after 1 s"),
-        ((planted.hoard,), {"memory": MEMORY}, Outcome.OUT_OF_MEMORY, BEYOND.format(MEMORY)),
-        ((take, 200_000_000), {"memory": 100_000_000}, Outcome.OUT_OF_MEMORY, BEYOND.format(100_000_000)),
-    ],
-)
-def test_a_fault_ends_as_its_outcome(
-    task: tuple[Any, ...], limits: dict[str, Any], outcome: Outcome, reason: str
-) -> None:
-    assert isolated(*task, **limits) == Ended(outcome, reason)
 
 
 def test_mistakes_are_raised_with_their_traceback() -> None:

@@ -100,8 +100,6 @@ def runs(count: int) -> list[RunCase]:
     return made
 
 
-
-
 def with_faults(cells: list[RunCase], each: int) -> tuple[list[RunCase], dict[str, str]]:
     """The cells, some of them made faulty at random but reproducible places; and key -> fault.
 
