@@ -6,7 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,22 +28,29 @@ MILLISECOND = 1_000_000  # [ns]
 REFERENCE_COST = 1000  # [ns] a step
 
 
-@dataclass
 class FakeEngine:
-    """An engine whose steps cost what a list says, on a clock that nothing else advances."""
+    """An engine whose steps cost what a list says, on a clock that nothing else advances.
 
-    costs: list[int]  # [ns] a step, of one call of the stepper after the other; the last one stays
-    now: int = 0
-    advanced: list[int] = field(default_factory=list)
-    referred: list[int] = field(default_factory=list)
+    Args:
+        costs: [ns] a step, of one call of a stepper after the other; the last one stays.
+        dearer: share that tuned settings cost more than others.
+    """
+
+    def __init__(self, *costs: int, dearer: float = 0.0) -> None:
+        self.costs, self.dearer, self.now = list(costs), dearer, 0
+        self.made, self.referred = list[list[int]](), list[int]()  # steps of each call
 
     def clock(self) -> int:
         return self.now
 
-    def stepper(self, machine: object, settings: object) -> Callable[[int], None]:
+    def stepper(self, machine: object, settings: Any) -> Callable[[int], None]:
+        self.now += 50 * REFERENCE_COST  # to make a machine takes time, which is in no cost
+        self.made.append(calls := list[int]())
+        more = 1.0 + self.dearer * (settings.preset == "tuned")
+
         def advance(steps: int) -> None:
-            self.now += steps * (self.costs.pop(0) if len(self.costs) > 1 else self.costs[0])
-            self.advanced.append(steps)
+            self.now += round(steps * more * (self.costs.pop(0) if len(self.costs) > 1 else self.costs[0]))
+            calls.append(steps)
 
         return advance
 
@@ -61,7 +68,7 @@ def timed(engine: Any, steps: int) -> Any:
 
 def test_the_least_of_the_repeats_counts_as_a_ratio_to_a_step_of_the_reference_loop() -> None:
     # 1000 steps a turn of 5 ms or more: one turn a repeat, in one call. The first call is the warm-up.
-    engine = FakeEngine([9000, 7000, 6000, 8000])
+    engine = FakeEngine(9000, 7000, 6000, 8000)
     found = timed(engine, 1000)
     assert found.seconds_per_revolution == pytest.approx(1000 * 6e-6, rel=1e-15)
     assert (found.steps, found.repeats) == (1000, 3)
@@ -73,54 +80,25 @@ def test_the_least_of_the_repeats_counts_as_a_ratio_to_a_step_of_the_reference_l
 
 @pytest.mark.parametrize(("machine", "within"), [(catalogue_scene("swinging-four-bar"), True), (SAW, False)])
 def test_a_cost_is_that_of_steps_within_a_pass(machine: Any, within: bool) -> None:
-    made = list[FakeEngine]()
-
-    class Anew(FakeEngine):
-        def stepper(self, machine: object, settings: object) -> Callable[[int], None]:
-            made.append(FakeEngine(self.costs))
-            return made[-1].stepper(machine, settings)
-
-    engine: Any = Anew([1000])
-    ticks = iter(range(0, 10**12, MILLISECOND))
-    settings = engine_named("pymunk").presets["tuned"](machine, 200)
-    time_run(engine, machine, settings, clock=lambda: next(ticks))
-    most = max(sum(one.advanced) for one in made)
-    assert (most <= 200 * run_of(machine, 200, 1.0)[1] + 0.5) is within
+    engine: Any = FakeEngine(1000)
+    time_run(engine, machine, engine_named("pymunk").presets["tuned"](machine, 200), clock=engine.clock)
+    assert (max(map(sum, engine.made)) <= 200 * run_of(machine, 200, 1.0)[1] + 0.5) is within
 
 
 def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
-    engine = FakeEngine([1000])
+    engine = FakeEngine(1000)
     found = timed(engine, 20)
     assert found.steps % 20 == 0
     assert found.steps * 1000 >= 5 * MILLISECOND
     assert found.seconds_per_revolution == pytest.approx(20e-6, rel=1e-15)
-    engine = FakeEngine([1000])
+    engine = FakeEngine(1000)
     assert timed(engine, 20000).steps == 20000
-    assert max(engine.advanced) == BLOCK
+    assert max(engine.made[0]) == BLOCK
     # A clock too coarse to see a turn does not ask for endlessly many.
-    assert timed(FakeEngine([1, 1, 1]), 20).steps == 20 * MOST_REVOLUTIONS
+    assert timed(FakeEngine(1), 20).steps == 20 * MOST_REVOLUTIONS
 
 
 # -- one over another --------------------------------------------------------------------------------------------------
-
-
-class Pair(FakeEngine):
-    """Tuned settings cost a share more than stock ones; to make a stepper takes time, too, which is no step's."""
-
-    def __init__(self, share: float) -> None:
-        super().__init__([0])
-        self.share, self.made = share, list[int]()
-
-    def stepper(self, machine: object, settings: Any) -> Callable[[int], None]:
-        self.now += 50 * REFERENCE_COST
-        self.made.append(0)
-        place, cost = len(self.made) - 1, 10 * REFERENCE_COST * (1.0 + self.share * (settings.preset == "tuned"))
-
-        def advance(steps: int) -> None:
-            self.now += round(steps * cost)
-            self.made[place] += steps
-
-        return advance
 
 
 def paired(engine: Any, machine: Any, steps: int = 1000) -> PairedTiming:
@@ -130,23 +108,23 @@ def paired(engine: Any, machine: Any, steps: int = 1000) -> PairedTiming:
 
 
 def test_a_pass_is_made_anew_in_every_block_and_never_driven_beyond_its_end() -> None:
-    engine = Pair(0.5)
+    engine = FakeEngine(10 * REFERENCE_COST, dearer=0.5)
     found = paired(engine, catalogue_scene("swinging-four-bar"), 2000)
     assert found.ratio == pytest.approx(3.0, rel=0.01)  # of a revolution, with twice as many steps
     assert found.other_seconds == pytest.approx(1000 * 1e-8 * REFERENCE_COST, rel=1e-4)
-    assert set(engine.made) == {194, 388}
+    assert set(map(sum, engine.made)) == {194, 388}
     # Negative control: what turns goes on and on, in the same two machines.
-    engine = Pair(0.5)
+    engine = FakeEngine(10 * REFERENCE_COST)
     paired(engine, SAW)
     assert len(engine.made) == 2
-    assert min(engine.made) > 1000
+    assert min(map(sum, engine.made)) > 1000
 
 
 @pytest.mark.parametrize(("share", "expected"), [(0.25, Verdict.COSTLY), (0.0, Verdict.FREE), (0.02, Verdict.FREE)])
 def test_an_ingredient_that_costs_a_quarter_is_costly_and_one_that_no_clock_could_tell_is_free(
     share: float, expected: Verdict
 ) -> None:
-    found = paired(Pair(share), SAW)
+    found = paired(FakeEngine(10 * REFERENCE_COST, dearer=share), SAW)
     assert found.ratio == pytest.approx(1.0 + share, rel=1e-4)
     assert verdict([Evidence(False, found, None, Effect.NONE, "")])[0] is expected
 
