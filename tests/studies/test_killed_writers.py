@@ -72,37 +72,34 @@ def test_a_kill_at_any_step_leaves_all_or_nothing_once_a_folder_is_looked_at(tmp
     assert any(STAGING in name for before, _ in states for name in before)
 
 
-def test_what_was_edited_since_the_kill_stays(tmp_path: Path) -> None:
+def left_behind(folder: Path, plan: object, *contents: str) -> None:
+    """What a killed process leaves in a folder: files, and a plan of where they go."""
+    left = folder / f"{STAGING}x"
+    left.mkdir(parents=True, exist_ok=True)
+    for k, content in enumerate(contents):
+        (left / f"{k}").write_text(content)
+    (left / PLANNED).write_text(json.dumps(plan))
+
+
+def digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_what_was_edited_since_the_kill_stays_and_a_living_writer_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("edited")
     (tmp_path / "b").write_text("old b")
-    left = tmp_path / f"{STAGING}x"
-    left.mkdir()
-    (left / "0").write_text("new a")
-    (left / "1").write_text("new b")
-    digests = {name: hashlib.sha256(f"old {name}".encode()).hexdigest() for name in "ab"}
-    (left / PLANNED).write_text(json.dumps(digests))
-    check_writable_folder(tmp_path)
-    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a": "edited", "b": "new b"}
-
-
-def test_a_writer_that_is_alive_is_left_alone(tmp_path: Path) -> None:
+    left_behind(tmp_path, {name: digest(f"old {name}") for name in "ab"}, "new a", "new b")
     with staging_in(tmp_path) as waiting:
         check_writable_folder(tmp_path)
         assert waiting.is_dir()
-    assert list(tmp_path.iterdir()) == []
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a": "edited", "b": "new b"}
 
 
 def test_a_planted_plan_touches_nothing_outside_its_folder(tmp_path: Path) -> None:
     precious, folder = tmp_path / "precious", tmp_path / "folder"
     precious.write_text("mine")
-    (folder / f"{STAGING}x").mkdir(parents=True)
-    digest = hashlib.sha256(b"mine").hexdigest()
-    left = folder / f"{STAGING}x"
-    plans = [{"../precious": digest}, {str(precious): digest}, {"..": None}, {"a": 7}, "nonsense"]
-    for plan in plans:
-        left.mkdir(exist_ok=True)
-        (left / "0").write_text("theirs")
-        (left / PLANNED).write_text(json.dumps(plan))
+    for plan in ({"../precious": digest("mine")}, {str(precious): digest("mine")}, {"..": None}, {"a": 7}, "nonsense"):
+        left_behind(folder, plan, "theirs")
         check_writable_folder(folder)
         assert precious.read_text() == "mine"
         assert list(folder.iterdir()) == []
