@@ -138,10 +138,13 @@ def shift_of(table: Exact, name: str) -> tuple[float, float, float]:
     count, slope, squares = len(found.fun), float(np.linalg.norm(found.jac)), 2.0 * float(found.cost)
     if slope <= STILL * math.sqrt(count):
         return math.remainder(float(found.x[0]), TURN), math.inf, math.sqrt(squares / count)
-    by = found.x
+    by, pull = found.x, slopes(found.x).T @ errors(found.x)
     for _ in range(STEPS):
-        by = by - slopes(by).T @ errors(by) / slope**2
+        further = by - pull / slope**2
+        if abs(left := slopes(further).T @ errors(further)) >= abs(pull):
+            break  # as far as it goes, or a table so far off that the slope alone does not lead there
+        by, pull = further, left
     # Of independent errors of one size: the square root of s^2 / (J^T J), s^2 = r^T r / (N - 1).
     error = math.sqrt(squares / (count - 1)) / slope
-    left = math.sqrt(squares / (len(table.points(name)) * len(table.times)))
-    return math.remainder(float(by[0]), TURN), error, left
+    rms = math.sqrt(squares / (len(table.points(name)) * len(table.times)))
+    return math.remainder(float(by[0]), TURN), error, rms
