@@ -233,15 +233,19 @@ def _met(rows: Sequence[Row], found: Array) -> int:
 
 def _verdict(document: str, row: Row, exact: float, made: Mapping[str, float]) -> Verdict:
     """The kindest verdict that the exact value, or what ways of the whole column make of it, supports."""
-    fields, number, kind, cause = row.fields, row.number, Kind.NOT_REPRODUCIBLE, None
-    reason = f"exact motion of {fields['scene']}"
+    fields, number, kind, why = row.fields, row.number, Kind.NOT_REPRODUCIBLE, f"exact motion of {row.fields['scene']}"
+    cause = next((text for text, value in made.items() if number.is_rounding_of(value)), None)
     if number.is_rounding_of(exact):
-        kind = Kind.AGREES
-    elif cause := next((text for text, value in made.items() if number.is_rounding_of(value)), None):
-        kind = Kind.EXPLAINED if cause in CAUSES else Kind.WRONG_STEP
-        reason = f"{cause} gives {made[cause]:.7g}; {reason}"
+        kind, cause = Kind.AGREES, None
+    elif cause in CAUSES:
+        kind = Kind.EXPLAINED
     elif number.is_cut_of(exact):
-        kind, reason = Kind.AFTER_ROUNDING, f"{reason}; further digits are cut off instead of rounded"
+        kind, cause = Kind.AFTER_ROUNDING, None
+    elif cause:
+        kind = Kind.WRONG_STEP
+    reason = f"{cause} gives {made[cause]:.7g}; {why}" if cause else why
+    if kind is Kind.AFTER_ROUNDING:
+        reason += "; further digits are cut off instead of rounded"
     return Verdict(
         document, fields.get("place", ""), row.line, fields["quantity"], f"{row.degrees:g} deg", fields["unit"],
         number.text, exact, (number.value - exact) / number.last, kind, reason,
