@@ -13,19 +13,9 @@ import pytest
 
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
+from conrod.mjcf import harden_recipe as recipes
 from conrod.mjcf.equalities import openings
 from conrod.mjcf.harden import harden_file, start_of, swing
-from conrod.mjcf.harden_recipe import (
-    Recipe,
-    active_closures,
-    compliance,
-    edited,
-    nothing_to_do,
-    recipe_for,
-    soft_on_purpose,
-    to_know,
-    weights,
-)
 from conrod.mjcf.results import HardenedModel
 from conrod.mjcf.runs import STATE
 
@@ -86,7 +76,7 @@ def found(keyframe: str) -> HardenedModel:
     return harden_file(LEGGED, keyframe, 0.15)
 
 
-def alone(recipe: Recipe) -> Recipe:
+def alone(recipe: recipes.Recipe) -> recipes.Recipe:
     """The weights, and nothing else."""
     return tuple(edit for edit in recipe if edit.scales)
 
@@ -101,11 +91,11 @@ def test_hardening_closes_every_loop_and_it_is_the_whole_recipe_that_keeps_the_m
     assert after.drift < 1e-3 * before.drift
     # Control: it is the whole recipe that does it. Weights alone leave the loops to the step of Euler; softness stays
     # whatever the step, so that RK4 alone has no order at all.
-    closures = active_closures(legged())
+    closures = recipes.active_closures(legged())
     start, _ = start_of(legged(), "swing")
-    weights, soft = edited(legged(), alone(recipe_for(legged(), closures))), copy.copy(legged())
+    scaled, soft = recipes.edited(legged(), alone(recipes.recipe_for(legged(), closures))), copy.copy(legged())
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    for model, order in ((weights, 1.0), (soft, 0.0)):
+    for model, order in ((scaled, 1.0), (soft, 0.0)):
         wide = [opening_of(model, start, 150, 3, k) for k in (1, 4)]
         assert np.log(wide[0] / wide[1]) / np.log(4.0) == pytest.approx(order, abs=0.1)
 
@@ -120,10 +110,10 @@ def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
     state = start_of(legged(), "swing")[0]
     exact = exact_points(legged(), state, 100, 20)
-    recipe = recipe_for(legged(), active_closures(legged()))
+    recipe = recipes.recipe_for(legged(), recipes.active_closures(legged()))
 
-    def error(recipe: Recipe) -> float:
-        return float(np.abs(swing(edited(legged(), recipe), state, 100, 20).centres - exact).max())
+    def error(recipe: recipes.Recipe) -> float:
+        return float(np.abs(swing(recipes.edited(legged(), recipe), state, 100, 20).centres - exact).max())
 
     assert error(recipe) < 2e-8
     assert error(()) > 1e-4
@@ -132,7 +122,7 @@ def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -
         other = tuple(replace(edit, value=edit.value * share) if edit.scales else edit for edit in recipe)
         assert error(recipe) < 0.05 * error(other)
     stiff = two_arms(BELT.format('solimp="0.9999 0.9999 0.001"'))
-    factors = [recipe[0].value, recipe_for(stiff, active_closures(stiff))[0].value]
+    factors = [recipe[0].value, recipes.recipe_for(stiff, recipes.active_closures(stiff))[0].value]
     assert factors == pytest.approx([9e-9, 1e-5], rel=2e-3)
 
 
@@ -199,7 +189,7 @@ BELT = '<joint name="belt" joint1="a" joint2="b" {}/>'
 )
 def test_a_closure_that_is_meant_to_give_way_is_refused_by_name(equality: str, why: str) -> None:
     model = two_arms(equality)
-    reasons = soft_on_purpose(model, active_closures(model))
+    reasons = recipes.soft_on_purpose(model, recipes.active_closures(model))
     assert [reason.startswith("belt: ") and why in reason for reason in reasons] == [True] * bool(why)
 
 
@@ -214,21 +204,23 @@ def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
     mujoco.mj_step(model, data, 5000)
     mujoco.mj_forward(model, data)
     (opening,) = openings(model, data, 0.0)
-    assert opening == pytest.approx(9.81 * compliance(solref, solimp, 0.0), rel=1e-6)
+    assert opening == pytest.approx(9.81 * recipes.compliance(solref, solimp, 0.0), rel=1e-6)
 
 
 def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not() -> None:
-    closures = active_closures(legged())
-    recipe = recipe_for(legged(), closures)
-    model = edited(legged(), recipe)
-    assert "hardened already" in nothing_to_do(model, closures)
+    closures = recipes.active_closures(legged())
+    recipe = recipes.recipe_for(legged(), closures)
+    model = recipes.edited(legged(), recipe)
+    assert "hardened already" in recipes.nothing_to_do(model, closures)
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    np.testing.assert_allclose(weights(model, closures), weights(legged(), closures), rtol=1e-9)
-    assert nothing_to_do(model, closures) == nothing_to_do(legged(), closures) == ""
+    np.testing.assert_allclose(recipes.weights(model, closures), recipes.weights(legged(), closures), rtol=1e-9)
+    assert recipes.nothing_to_do(model, closures) == recipes.nothing_to_do(legged(), closures) == ""
     inactive = two_arms(BELT.format('active="false"'))
-    assert "none of its equality constraints is active" in nothing_to_do(inactive, active_closures(inactive))
+    assert "none of its equality constraints is active" in recipes.nothing_to_do(
+        inactive, recipes.active_closures(inactive)
+    )
     state = start_of(legged(), "swing")[0]
-    undone, hard = (opening_of(one, state, 100, 2) for one in (model, edited(legged(), recipe)))
+    undone, hard = (opening_of(one, state, 100, 2) for one in (model, recipes.edited(legged(), recipe)))
     assert hard < 1e-5 * undone
 
 
@@ -242,7 +234,9 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
     model.write_text(text)
     assert harden_file(model, "swing", 0.05).refusals == ()
 
-    def slow(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
+    edited = recipes.edited
+
+    def slow(model: mujoco.MjModel, recipe: recipes.Recipe) -> mujoco.MjModel:
         changed = edited(model, alone(recipe))
         changed.eq_solref[:3, 0] = 0.1
         return changed
@@ -275,11 +269,14 @@ def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it
 def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_its_time_constant() -> None:
     model = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1" polycoef="0 1 0.3 0 0"/>')
     straight = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1"/>')
-    slowed = [next(e.value for e in recipe_for(one, active_closures(one)) if not e.scales) for one in (model, straight)]
+    slowed = [
+        next(e.value for e in recipes.recipe_for(one, recipes.active_closures(one)) if not e.scales)
+        for one in (model, straight)
+    ]
     assert slowed == [mujoco.mjtIntegrator.mjINT_RK4, 0.02]
-    assert any("cam" in note and "velocity" in note for note in to_know(model, active_closures(model)))
-    assert to_know(straight, active_closures(straight)) == ()
-    hard, wide = edited(model, recipe_for(model, active_closures(model))), []
+    assert any("cam" in note and "velocity" in note for note in recipes.to_know(model, recipes.active_closures(model)))
+    assert recipes.to_know(straight, recipes.active_closures(straight)) == ()
+    hard, wide = recipes.edited(model, recipes.recipe_for(model, recipes.active_closures(model))), []
     for constant in (0.01, 0.02):
         hard.eq_solref[0, 0] = constant
         wide.append(opening_of(hard, start_of(model)[0], 400, 4))

@@ -17,19 +17,8 @@ from conrod.report.limits.map_figure import map_figure
 from conrod.report.limits.report import KIND
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import pursue
+from conrod.studies.limits import maps
 from conrod.studies.limits.case import Setup
-from conrod.studies.limits.maps import (
-    STRIDE,
-    LimitMap,
-    MapRun,
-    Node,
-    codes,
-    grid_of,
-    map_search,
-    nearest_runs,
-    refine,
-    standing,
-)
 from conrod.studies.limits.results import LimitStudy
 
 # -- searching ---------------------------------------------------------------------------------------------------------
@@ -37,12 +26,14 @@ from conrod.studies.limits.results import LimitStudy
 
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     case = Setup("saw-500rpm", SCENES["saw-500rpm"], "mujoco", "hardened")
-    steps, _ = grid_of(case, "mass-ratio", (65, 33))
+    steps, _ = maps.grid_of(case, "mass-ratio", (65, 33))
     assert (steps[0], steps[-1]) == (1000.0, 4.0)
     assert all(value == round(value) for value in steps)
-    found = pursue([map_search(case, "mass-ratio", (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[0]
+    found = pursue([maps.map_search(case, "mass-ratio", (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[
+        0
+    ]
     assert [found.shown[0, j].level for j in range(3)] == ["safe"] * 3
-    assert [standing(found.shown[2, j].level) for j in range(3)] == ["failed"] * 3
+    assert [maps.standing(found.shown[2, j].level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")
 
 
@@ -51,8 +42,11 @@ def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
 
 @pytest.mark.parametrize("undetected", [True, False])
 def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
-    runs = (MapRun(0, 0, "safe", "completed", False, 1e-3), MapRun(1, 0, "broken", "opened", undetected, None))
-    found = LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
+    runs = (
+        maps.MapRun(0, 0, "safe", "completed", False, 1e-3),
+        maps.MapRun(1, 0, "broken", "opened", undetected, None),
+    )
+    found = maps.LimitMap("saw-500rpm", "mujoco", "tuned", "steps", "mass-ratio", (100.0, 10.0), (1.0, 2.0), runs)
     with drawing_style():
         figure = map_figure(found)
     assert [line.get_color() == UNDETECTED_COLOUR for line in figure.axes[0].lines] == [undetected]
@@ -79,30 +73,30 @@ SEVERAL: dict[str, Kind] = {
 }
 
 
-def on_grid(kind: Kind, size: int) -> dict[Node, Hashable]:
+def on_grid(kind: Kind, size: int) -> dict[maps.Node, Hashable]:
     return {(i, j): kind(i / (size - 1), j / (size - 1)) for i, j in product(range(size), repeat=2)}
 
 
-Classes = dict[Node, Hashable]
+Classes = dict[maps.Node, Hashable]
 
 
-def refined(full: Classes, stride: int = STRIDE) -> tuple[set[Node], Classes]:
+def refined(full: Classes, stride: int = maps.STRIDE) -> tuple[set[maps.Node], Classes]:
     """The nodes that were run, none of them twice, and the class that every node has or inherits."""
     shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
-    asked: list[Node] = []
+    asked: list[maps.Node] = []
     found: Classes = {}
 
-    def ask(nodes: Sequence[Node]) -> Generator[None, None, Classes]:
+    def ask(nodes: Sequence[maps.Node]) -> Generator[None, None, Classes]:
         asked.extend(nodes)
         yield
         return {node: full[node] for node in nodes}
 
     def search() -> Generator[None, None, None]:
-        found.update((yield from refine(shape, ask, stride)))
+        found.update((yield from maps.refine(shape, ask, stride)))
 
     list(search())
     assert sorted(asked) == sorted(found)
-    nearest = nearest_runs(codes(shape, found))
+    nearest = maps.nearest_runs(maps.codes(shape, found))
     return set(found), {node: found[tuple(nearest[:, *node].tolist())] for node in full}
 
 
@@ -120,7 +114,7 @@ def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: i
     # Not even where classes are strewn at random is a node given a class that one of its neighbours contradicts.
     random = np.random.default_rng(seed)
     strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))
-    full: dict[Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}
+    full: dict[maps.Node, Hashable] = {node: int(kind) for node, kind in np.ndenumerate(strewn)}
     run, found = refined(full)
     for i, j in full:
         for beside in ((i + 1, j), (i, j + 1)):
