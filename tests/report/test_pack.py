@@ -200,5 +200,5 @@ def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     found = scene_in(tmp_path / "pack")
     assert isinstance(found, DescribedScene)
-    assert found.as_described == read_scene(own)
+    assert DescribedScene(found.document) == read_scene(own)
     assert dict(found.given_anew) == {"speed": pytest.approx(-100.0 * math.pi / 30.0, rel=1e-15)}

@@ -29,7 +29,6 @@ TURN = 2.0 * np.pi
 MOTION_ORDER = 3  # position to jerk
 GEOMETRIES_KEPT = 128
 CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
-
 DIFFERENT_TURNS = 2  # that are looked at where one is not like the next
 
 

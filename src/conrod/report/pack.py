@@ -99,7 +99,7 @@ def _drive(scene: Scene) -> str:
 
 def _command(name: str, scene: Scene) -> str:
     """The command that judges a table, with what makes the scene of the one that ships, or that the file describes."""
-    usual = scene.as_described.parameters if isinstance(scene, DescribedScene) else SCENES[name].parameters
+    usual = (DescribedScene(scene.document) if isinstance(scene, DescribedScene) else SCENES[name]).parameters
     changed = [f"--set {shlex.quote(f'{p}={value!r}')}" for p, value in scene.parameters.items() if value != usual[p]]
     machine = name if scene.closed_form else MACHINE
     return " ".join(["conrod validate YOUR.csv --scene", machine, *changed])

@@ -58,11 +58,6 @@ class DescribedScene(Scene):
         # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
         return _met, (type(self), self.document, self.given_anew)
 
-    @property
-    def as_described(self) -> Self:
-        """The scene with the file's own numbers."""
-        return type(self)(self.document) if self.given_anew else self
-
     @cached_property
     def described(self) -> Description:
         """The content of the file."""
@@ -119,16 +114,14 @@ class DescribedScene(Scene):
 
     def _start(self) -> Array:
         """Exact poses at crank angle 0; refuses a start where the crank does not determine them."""
-        given = np.array([self.mechanism().poses[body.name] for body in self.mechanism().bodies]).reshape(1, -1)
+        start = np.array([self.mechanism().poses[body.name] for body in self.mechanism().bodies]).reshape(1, -1)
         try:
             start = self.kinematics.start
-            undetermined = self.kinematics.conditioning(start)[0] < SINGULAR
         except InvalidInput:
             # No iteration settles where links can move though the crank is held, not even from poses that fit.
-            if self.kinematics.conditioning(given)[0] >= SINGULAR:
+            if self.kinematics.conditioning(start)[0] >= SINGULAR:
                 raise
-            undetermined = True
-        if undetermined:
+        if self.kinematics.conditioning(start)[0] < SINGULAR:
             raise InvalidInput(
                 f"{self.kind}: at crank angle 0 the crank does not determine the other bodies: a dead centre or a "
                 "change point, or a part that moves by itself while another one is locked"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism.files.bodies import Places, read_bodies, read_ground
+from conrod.mechanism.files.bodies import Places, read_bodies, read_points
 from conrod.mechanism.files.fields import PARAMETERS, SHOWN, SPEED_NAME, Fields, Numbers, check_name
 from conrod.mechanism.files.joints import read_drive, read_joints
 from conrod.mechanism.files.loads import read_loads
@@ -96,7 +96,9 @@ def _parameters(fields: Fields) -> dict[str, object]:
 
 def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, Hint]]:
     bodies, points = read_bodies(fields)
-    places = Places({**points, GROUND: read_ground(fields)})
+    ground = fields.table(GROUND)
+    places = Places({**points, GROUND: read_points(ground, "the ground")})
+    ground.end()
     joints = read_joints(fields, places)
     driver, speed = read_drive(fields, joints)
     bodies, joints = _ordered(bodies, joints, driver)
@@ -169,10 +171,11 @@ def _ordered(
 def _check_mobility(bodies: tuple[Body, ...], joints: tuple[Joint, ...]) -> None:
     higher = sum(isinstance(joint, HigherPair) for joint in joints)
     lower = len(joints) - higher
-    mobility = 3 * len(bodies) - 2 * lower - higher
-    count = f"mobility {mobility}: 3 x {len(bodies)} moving bodies - 2 x {lower} lower - {higher} higher pairs"
-    if mobility != 1:
-        raise InvalidInput(f"{count}; one driven crank needs exactly 1, without special lengths")
+    if (mobility := 3 * len(bodies) - 2 * lower - higher) != 1:
+        raise InvalidInput(
+            f"mobility {mobility}: 3 x {len(bodies)} moving bodies - 2 x {lower} lower - {higher} higher pairs; one "
+            "driven crank needs exactly 1, without special lengths"
+        )
 
 
 # -- names -----------------------------------------------------------------------------------------------------------

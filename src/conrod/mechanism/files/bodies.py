@@ -70,15 +70,8 @@ def check_apart(joint: str, first: BodyPoint, second: BodyPoint) -> None:
         raise InvalidInput(f"{joint}: it joins {first.body!r} with itself; the points of two bodies are wanted")
 
 
-def read_ground(fields: Fields) -> dict[str, Point]:
-    """The points of the ground, in the document's frame [m]."""
-    ground = fields.table(GROUND)
-    points = _read_points(ground, "the ground")
-    ground.end()
-    return points
-
-
-def _read_points(fields: Fields, body: str) -> dict[str, Point]:
+def read_points(fields: Fields, body: str) -> dict[str, Point]:
+    """The points of a body, or of the ground, in its frame [m]."""
     table = fields.table("points")
     points = {name: table.pair(name, COORDINATE, f"place of {name} on {body}") for name in table.names()}
     for name, why in RESERVED.items():
@@ -101,7 +94,7 @@ def read_bodies(fields: Fields) -> tuple[tuple[Body, ...], dict[str, Mapping[str
 
 
 def _read_body(fields: Fields, name: str) -> tuple[Body, dict[str, Point]]:
-    points = _read_points(fields, name)
+    points = read_points(fields, name)
     mass = fields.number("mass", MASS, f"mass of {name}")
     if "uniform" not in fields:
         inertia = fields.number("inertia", INERTIA, f"inertia of {name} about its centre of gravity")
