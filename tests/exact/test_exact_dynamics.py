@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from catalogue import SCENES
-from energy import torque_from_energy
 from free_machines import chain
 from linkages import four_bar
 from linkages import slider_crank as slider_crank_from
@@ -18,11 +17,12 @@ from scipy.special import ellipj, ellipk
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics import configurations
+from conrod.exact.dynamics import configurations, coordinate_jet
 from conrod.exact.dynamics.configurations import Configurations
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import TORQUE, State, joint_forces, sensitivities
 from conrod.exact.dynamics.pieces import Samples
+from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import (
@@ -79,6 +79,33 @@ def some_states(kinematics: Kinematics, speed: float) -> State:
     return State(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
 
 
+def torque_from_energy(kinematics: Kinematics, state: State) -> Array:
+    """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
+
+    T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
+    virtual work at rate 1 with the accelerations as they are.
+    """
+    poses, first, second = kinematics.derivatives(state.angle, 2)
+    mechanism = kinematics.mechanism
+    rate, acceleration = state.rate, state.acceleration
+    along = pose_jets(mechanism, [poses, first, 0.5 * second])
+    constant = {force.body: force.force for force in mechanism.forces}
+    torque = np.zeros(len(poses))
+    for body in mechanism.bodies:
+        pose, push = along[body.name], constant.get(body.name, (0.0, 0.0))
+        x, y = (jet.coefficients for jet in pose.point(body.centre_of_gravity))
+        turn = pose.phi.coefficients
+        fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
+        # Kinetic energy inertia(theta) theta'^2 / 2 has the rate (inertia theta'' + inertia' theta'^2 / 2) theta'.
+        inertia = body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
+        half_slope = 2.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
+        torque += inertia * acceleration + half_slope * rate**2 - fx * x[1] - fy * y[1]
+    for load in mechanism.loads:
+        value, slope = coordinate_jet(load.along, along).coefficients[:2]
+        torque -= load.law.force(np.asarray(value), np.asarray(slope * rate), state.time) * slope
+    return torque
+
+
 @pytest.mark.parametrize("name", [*SCENES, *MACHINES])
 def test_the_torque_of_the_multipliers_is_that_of_the_energy(name: str) -> None:
     kinematics, speed = kinematics_of(name)
@@ -119,9 +146,6 @@ def test_loads_move_nothing_where_the_crank_is_prescribed() -> None:
     kinematics, _ = kinematics_of("shear-press")
     loaded = Kinematics(random_loads(kinematics.mechanism, 1))
     assert loaded._walk is kinematics._walk
-
-
-# -- free motion -----------------------------------------------------------------------------------------------------
 
 
 def pendulum(released: float) -> tuple[Mechanism, float]:
@@ -247,9 +271,6 @@ def test_the_inverse_torque_drives_the_prescribed_motion_back() -> None:
     assert np.abs(forces.drive_torque).max() < 1e-9 * np.abs(held.drive_torque).max()
 
 
-# -- what is refused -------------------------------------------------------------------------------------------------
-
-
 def refusal(mechanism: Mechanism, rates: dict[str, float]) -> str:
     with pytest.raises(InvalidInput) as caught:
         ForwardDynamics(mechanism).motion(np.linspace(0.0, 1.0, 3), rates)
@@ -298,9 +319,6 @@ def test_rates_of_two_bodies_that_fit_are_one_start() -> None:
     forward = ForwardDynamics(slider_crank())
     rod = forward.motion(np.linspace(0.0, 0.1, 3), {"crank": 5.0}).rates[0, 5]
     assert forward.start_rate({"crank": 5.0, "rod": rod}) == pytest.approx(forward.start_rate({"rod": rod}))
-
-
-# -- sensitivities ---------------------------------------------------------------------------------------------------
 
 
 def changed(body: Body, quality: str, change: float) -> Body:

@@ -49,9 +49,6 @@ def away_from_breaks(scene: Scene, angles: Array, width: float) -> Array:
     return angles
 
 
-# -- the closed forms next to a change point --------------------------------------------------------------------------
-
-
 def slider(scene: ShearPress | Saw, t: mpmath.mpf) -> mpmath.mpf:
     """Where the slider is on its line."""
     r, rod = mpmath.mpf(scene.crank), mpmath.mpf(scene.rod)
@@ -70,9 +67,6 @@ def test_the_closed_form_keeps_eleven_digits_next_to_a_change_point(scene: Shear
     with mpmath.workdps(50):
         off = [float(mpmath.mpf(c) - slider(scene, mpmath.mpf(t))) for c, t in zip(closed, angles, strict=True)]
     assert 1e-13 < np.abs(off).max() / scene.lengths[scene.output] < 1e-11
-
-
-# -- the closed forms against the generic solver ---------------------------------------------------------------------
 
 
 def generic_difference(scene: Scene, kinematics: Kinematics, alpha: float = 0.0) -> dict[str, float]:

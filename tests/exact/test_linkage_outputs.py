@@ -43,8 +43,6 @@ def angles_of(found: Output) -> list[float]:
     return [centre.angle for centre in found.dead_centres]
 
 
-# -- limits of an input ---------------------------------------------------------------------------------------------
-
 EXAMPLE_5_6, EXAMPLE_6_18 = (0.11, 0.21, 0.145, 0.3397241528063615), (0.3, 0.25, 0.13, 0.475)
 
 
@@ -90,9 +88,6 @@ def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
     assert (reach.start_end, reach.stop_end) == ("change point", "change point")
     # Two branches cross there, so that the place is known to the root of rounding only.
     assert (reach.start + 0.7, reach.stop + 0.7) == pytest.approx((0.0, math.pi), abs=1e-5)
-
-
-# -- dead centres, strokes, time ratios -----------------------------------------------------------------------------
 
 
 def test_an_in_line_slider_crank_turns_back_at_0_and_180_degrees() -> None:
@@ -150,9 +145,6 @@ def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:
     breaks = SCENES["cam-follower"].break_angles()
     assert low.angle == pytest.approx(max(breaks), abs=1e-6)
     assert low.until - TURN == pytest.approx(min(breaks), abs=1e-6)
-
-
-# -- transmission angles --------------------------------------------------------------------------------------------
 
 
 def only_angle(mechanism: Mechanism) -> TransmissionAngle:

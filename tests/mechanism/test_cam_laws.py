@@ -52,9 +52,6 @@ def changed(name: str, **fields: Any) -> dict[str, Any]:
     return given | {"joints": given["joints"] | {"contact": contact | {"profile": contact["profile"] | fields}}}
 
 
-# -- laws ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("law", MOVING)
 def test_a_laws_derivatives_are_those_of_its_height(law: str) -> None:
     x, step = np.linspace(0.02, 0.98, 193), 1e-5
@@ -65,9 +62,6 @@ def test_a_laws_derivatives_are_those_of_its_height(law: str) -> None:
         # Negative control: the next law's derivative is another one.
         other = LAWS[MOVING[MOVING.index(law) - 1]](x, order + 1)
         assert np.abs(quotient - other).max() > 1e-2
-
-
-# -- exact motion ----------------------------------------------------------------------------------------------------
 
 
 def worst_difference(scene: DescribedScene, law: LawProfile) -> float:
@@ -121,9 +115,6 @@ def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
     np.testing.assert_allclose(point.position[:, 0], -offset, rtol=0.0, atol=1e-15)
     found = (point.position[:, 1] - height, point.velocity[:, 1], point.acceleration[:, 1], point.jerk[:, 1])
     assert max(float(np.abs(f - s).max()) for f, s in zip(found, own, strict=True)) < 1e-12 * LIFT * 10.0
-
-
-# -- profile ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("law", "offset"), list(zip(MOVING, (0.0, 0.012) * 2, strict=True)))
@@ -181,8 +172,6 @@ def test_engines_say_that_a_hollow_cam_has_no_convex_shape() -> None:
     assert concave_reason(symmetric_cam(0.036, 0.118, 0.029, 0.080)) is None
 
 
-# -- files -----------------------------------------------------------------------------------------------------------
-
 RISES, FALLS = {"law": "3-4-5", "over": 2.0, "lift": 0.01}, {"law": "3-4-5", "over": 2.0, "lift": -0.01}
 REFUSED = {
     "turn": ([RISES, FALLS, {"law": "dwell", "over": 1.0}], "over adds up to 286.478898 deg"),
@@ -205,9 +194,6 @@ def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
     assert told in str(refused.value)
     assert "joints.contact.profile" in str(refused.value)
     assert "\n" not in str(refused.value)
-
-
-# -- engines ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])

@@ -23,9 +23,6 @@ def refusal(given: dict[str, Any]) -> str:
     return str(told.value)
 
 
-# -- what is read ----------------------------------------------------------------------------------------------------
-
-
 def test_numbers_with_units_become_si() -> None:
     mechanism = read_scene(SLIDER_CRANK).mechanism()
     assert [body.name for body in mechanism.bodies] == ["crank", "rod", "slider"]
@@ -75,8 +72,6 @@ def test_the_start_picks_the_branch() -> None:
     other = scene_of(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
     assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
 
-
-# -- what is refused -------------------------------------------------------------------------------------------------
 
 UNUSABLE = [
     ("bodies.rod.mass", "-1 kg", "bodies.rod.mass = -1 kg is out of range"),
@@ -128,9 +123,6 @@ def test_an_input_that_cannot_turn_is_told_how_far_it_reaches() -> None:
 
 def test_a_start_that_leads_to_another_assembly_is_refused() -> None:
     assert "leads to an assembly where it is" in refusal(changed(SLIDER_CRANK, "start.rod.turn", "89 deg"))
-
-
-# -- files -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -17,9 +17,6 @@ from conrod.studies.execution.local import isolated
 FEW, MANY = 2, 100  # of each file
 
 
-# -- mutants ---------------------------------------------------------------------------------------------------------
-
-
 def test_mutants_are_refused_in_one_line_or_move() -> None:
     ends: Counter[str] = Counter()
     for path in SHIPPED:

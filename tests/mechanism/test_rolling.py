@@ -12,11 +12,8 @@ from rolling_machines import TOOTH, WHEEL, driven, gear_pair, poses_of, swinging
 from conrod.engines.tree import spanning_tree
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute, Rolling
-from conrod.runs.outcome import joint_gaps
 
 SPAN = (-0.4, 0.3)  # [rad], of the crank
-
-# -- exact motion ----------------------------------------------------------------------------------------------------
 
 
 def test_wheel_that_rolls_along_a_track_never_comes_back_and_is_exact_all_the_way() -> None:
@@ -24,22 +21,6 @@ def test_wheel_that_rolls_along_a_track_never_comes_back_and_is_exact_all_the_wa
     place = poses_of(machine, "wheel", angle)
     np.testing.assert_allclose(place[:, 0], 0.2 + TOOTH * angle, atol=1e-12)
     np.testing.assert_allclose(place[:, 2], -TOOTH / WHEEL * angle, atol=1e-12)
-
-
-# -- one pass --------------------------------------------------------------------------------------------------------
-
-
-def test_input_that_cannot_turn_is_looked_at_over_its_span_alone() -> None:
-    kinematics = driven(swinging_four_bar(SPAN)).kinematics
-    angles = kinematics.angles(11)
-    assert (angles[0], angles[-1]) == SPAN == kinematics.span
-    poses = kinematics.poses(angles)
-    gaps = joint_gaps(kinematics.mechanism, [poses])
-    assert max(np.abs(gap).max() for gap in gaps.values()) < 1e-15
-    joint = kinematics.motion(np.linspace(*SPAN, 4001), 1.0).point("joint").position
-    assert kinematics.lengths["joint"] == pytest.approx(np.linalg.norm(joint[0] - joint[-1]), rel=1e-3)
-    whole = driven(swinging_four_bar(None)).kinematics
-    np.testing.assert_allclose(whole.poses(angles), poses, atol=1e-12)
 
 
 def test_span_beyond_the_limit_of_the_linkage_is_refused_with_the_angle() -> None:
@@ -55,9 +36,6 @@ def test_span_beyond_the_limit_of_the_linkage_is_refused_with_the_angle() -> Non
 def test_span_that_is_none_is_refused(span: tuple[float, float]) -> None:
     with pytest.raises(InvalidInput, match="driver shaft: "):
         Driver("shaft", span=span)
-
-
-# -- defects ---------------------------------------------------------------------------------------------------------
 
 
 def test_wrong_radius_is_refused_because_the_wheels_do_not_touch() -> None:

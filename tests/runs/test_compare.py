@@ -57,9 +57,6 @@ def nothing_found(found: Comparison) -> bool:
     return found.worst("position") <= ROUNDING and max(found.worst(q) for q in QUANTITIES) <= REFERENCES_AGREE
 
 
-# -- nothing planted -------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("stamps", [TOGETHER, Stamps(velocity=0.5, acceleration=0.5)])
 @pytest.mark.parametrize("name", EVERY_SCENE)
 def test_the_exact_motion_has_no_errors_whenever_it_is_sampled(name: str, stamps: Stamps) -> None:
@@ -73,9 +70,6 @@ def test_the_exact_motion_has_no_errors_whenever_it_is_sampled(name: str, stamps
     assert max(found.closure.velocity, found.closure.acceleration) <= REFERENCES_AGREE
     assert (found.phase_max, found.drive_speed, found.drive_acceleration) == (0.0, 0.0, 0.0)
     assert set(found.points) == set(scene.lengths)
-
-
-# -- planted in the samples ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", EVERY_SCENE)
@@ -155,9 +149,6 @@ def test_a_drive_a_millionth_too_fast_shows_in_drive_phase_and_total_but_not_in_
         assert errors.total.size.max > 1e-6
 
 
-# -- planted in the mechanism ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
 def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_says(name: str) -> None:
     scene = LINKAGES[name]
@@ -203,9 +194,6 @@ def test_a_cam_or_crank_turned_by_a_hundredth_degree_is_an_error_of_the_slope_ti
         assert errors.position.size.max > 1e-5
 
 
-# -- gaps that are planted in velocity and acceleration ---------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", LINKAGES)
 def test_a_slider_that_drifts_off_its_pin_is_closure_of_that_level(name: str) -> None:
     scene = LINKAGES[name]
@@ -222,9 +210,6 @@ def test_a_slider_that_drifts_off_its_pin_is_closure_of_that_level(name: str) ->
         assert getattr(closure, QUANTITIES[level]) == pytest.approx(1e-5, rel=1e-6)
         for other in set(QUANTITIES) - {QUANTITIES[level]}:
             assert getattr(closure, other) <= REFERENCES_AGREE
-
-
-# -- figures ---------------------------------------------------------------------------------------------------------
 
 
 def test_max_rms_and_final_are_what_they_are_called() -> None:
@@ -277,8 +262,6 @@ def test_a_run_that_did_not_complete_is_not_compared(outcome: Outcome) -> None:
     with pytest.raises(ValueError, match=f"{outcome.slug}.*has no errors: planted"):
         compare(trajectory, scene)
 
-
-# -- errors predicted from the joints' gaps alone are the measured ones (guard 6) ------------------------------------
 
 RUNS = [
     *(
@@ -333,9 +316,6 @@ def test_a_wrong_reference_is_distinguished_from_a_wrong_engine(scene: Scene, wr
     assert largest_difference(scene, trajectory, scene)["position"] < 1e-12
     # Negative control: a rod 0.01 % too long in the reference, and the gaps do not account for what is measured.
     assert largest_difference(scene, trajectory, wrong)["position"] > 1e-5
-
-
-# -- what an error is taken at -----------------------------------------------------------------------------------------
 
 
 def test_errors_are_taken_at_the_angle_rate_and_acceleration_that_the_crank_had() -> None:

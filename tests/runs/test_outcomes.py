@@ -64,9 +64,6 @@ def with_rate(ratio: float, first: int) -> Change:
     return change
 
 
-# -- told from motion: one rule each ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_an_exact_run_is_completed_without_a_reason(name: str) -> None:
     assert verdict(SCENES[name]) == Verdict(Outcome.COMPLETED)

@@ -31,9 +31,6 @@ def in_pieces_of(monkeypatch: pytest.MonkeyPatch, engine: Engine[Any], steps: in
     monkeypatch.setattr(engine, "run", lambda *asked: run(*asked[:4], steps))
 
 
-# -- sums ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("count", COUNTS)
 @pytest.mark.parametrize("piece", [1000, 4096, 70_001])
 def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(count: int, piece: int) -> None:
@@ -49,8 +46,6 @@ def test_what_is_no_number_is_not_passed_over() -> None:
         running.add(np.array(values), 0)
     assert np.isnan(running.size.max)
 
-
-# -- runs ------------------------------------------------------------------------------------------------------------
 
 ENDLESS = 10**9
 RUNS = {
@@ -113,8 +108,6 @@ def test_a_sample_that_is_wrong_at_the_end_of_one_piece_is_seen(monkeypatch: pyt
     assert wrong.largest("position") > 10.0 * right.largest("position")
     assert wrong.prediction != right.prediction
 
-
-# -- memory ----------------------------------------------------------------------------------------------------------
 
 PEAK = """
 import resource, sys

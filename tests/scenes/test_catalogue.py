@@ -31,9 +31,6 @@ NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")
 
 
-# -- names -----------------------------------------------------------------------------------------------------------
-
-
 def test_a_machine_is_called_like_its_file() -> None:
     assert NAMES
     assert {name: catalogue_tables(name)["name"] for name in NAMES} == {n: n for n in NAMES}
@@ -102,9 +99,6 @@ def test_the_wheel_has_the_files(tmp_path: Path) -> None:
     assert {f"conrod/scenes/dynamics/{name}.toml" for name in files} <= set(inside)
     templates = (root / "src/conrod/report/templates").glob("*.jinja")
     assert {f"conrod/report/templates/{file.name}" for file in templates} <= set(inside)
-
-
-# -- validation ------------------------------------------------------------------------------------------------------
 
 
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:

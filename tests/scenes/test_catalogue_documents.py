@@ -43,8 +43,6 @@ def off(exact: float, printed: str) -> float:
     return (exact - float(printed)) * 10.0**digits
 
 
-# -- printed numbers -------------------------------------------------------------------------------------------------
-
 Quantity = Callable[[Scene], float]
 # Machine, what of it, as printed, and a length whose 1 % is seen in it.
 PRINTED: dict[str, tuple[str, Quantity, str, str]] = {
@@ -83,9 +81,6 @@ def test_machine_has_the_printed_number_to_its_last_digit(number: str) -> None:
     assert abs(quantity(changed) - exact) > 1e-3 * abs(exact)
 
 
-# -- the six-bar of Example 6.15 -------------------------------------------------------------------------------------
-
-
 def test_six_bar_moves_as_the_equations_of_its_bars_say() -> None:
     scene, bars = catalogue_scene("six-bar"), SixBar()
     motion = scene.motion(0.0, scene.speed)
@@ -109,9 +104,6 @@ def test_six_bar_stays_as_near_to_its_printed_polygon_as_its_description_says() 
     assert speed(scene, "E") == pytest.approx(13.45, abs=5e-3)
     # No pose of the printed lengths does it without a difference that a reader of the polygon would see.
     assert 0.2 < least_misfit() <= worst["X"]
-
-
-# -- machines that are drawn in symbols or without numbers: they move as the document's formulas say -------------------
 
 
 def turned_angles(values: Array) -> float:

@@ -50,9 +50,6 @@ def time_ratio(of: DescribedScene, point: str = "D") -> float:
     return max(forth, 2.0 * math.pi - forth) / min(forth, 2.0 * math.pi - forth)
 
 
-# -- quick returns -----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("name", "lean", "other"), [("whitworth", 0.5, -0.06), ("crank-shaper", 0.5, -0.21)])
 def test_the_time_ratio_of_a_quick_return_is_that_of_its_closed_form(name: str, lean: float, other: float) -> None:
     """(pi + 2 a) / (pi - 2 a), sin a = offset / crank (Whitworth) or crank / offset (crank-shaper)."""
@@ -60,9 +57,6 @@ def test_the_time_ratio_of_a_quick_return_is_that_of_its_closed_form(name: str, 
     exact = (math.pi + 2.0 * a) / (math.pi - 2.0 * a)
     assert time_ratio(scene(name)) == pytest.approx(exact, abs=1e-9)
     assert abs(time_ratio(altered(name, "ground.points.O4", [0, other])) - exact) > 0.05
-
-
-# -- straight lines ----------------------------------------------------------------------------------------------------
 
 
 def across(of: DescribedScene, point: str, angle: Array) -> Array:
@@ -97,9 +91,6 @@ def test_a_point_beside_the_couplers_middle_leaves_it_at_once() -> None:
     angle = np.radians([0.0, 4.0])
     middle, off = (np.ptp(across(of, "P", angle)) for of in (scene("watt-straight-line"), beside))
     assert off > 10.0 * middle
-
-
-# -- leg, wheel, gears -------------------------------------------------------------------------------------------------
 
 
 def ground_phase(of: DescribedScene) -> tuple[float, float, float]:
