@@ -25,7 +25,6 @@ from conrod.scenes import Scene, scene_named
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.writing import real_path
 
-MECHANISM_FILE = ".toml"
 MOST_BYTES = 1024 * 1024  # 20 000 rows of 50 characters
 NEEDED = ("scene", "quantity", "angle_deg", "printed", "unit")
 COLUMNS = (*NEEDED, "parameters", "place")
@@ -78,7 +77,7 @@ def audit_file(path: Path) -> Audited:
 
 def _scene(machine: str, folder: Path) -> Scene:
     """The machine that a row names."""
-    if not machine.lower().endswith(MECHANISM_FILE):
+    if not machine.lower().endswith(".toml"):
         return scene_named(machine)
     home, place = real_path(folder), real_path(folder / machine)
     if Path(machine).is_absolute() or not place.is_relative_to(home):
@@ -114,8 +113,7 @@ def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = sce
 
 def _rows(lines: Sequence[str], scene_of: Callable[[str], Scene]) -> Iterator[Row]:
     # Where decimals have the comma, fields are apart by semicolons or tabs.
-    heading = lines[0] if lines else ""
-    reader = csv.DictReader(lines, delimiter=max(",;\t", key=heading.count))
+    reader = csv.DictReader(lines, delimiter=max(",;\t", key="".join(lines[:1]).count))
     names = reader.fieldnames or ()
     for column in names:
         # A remark of one's own may have a column; a slip of the pen in a name would be passed over in silence.
@@ -165,8 +163,7 @@ def _quantity(scene: Scene, text: str) -> tuple[str, str, str]:
     for given, (kind, choices) in zip(words, known.items(), strict=True):
         if given not in choices:
             raise unknown_choice(kind, given, choices)
-    point, derivative, axis = words
-    return point, derivative, axis
+    return words[0], words[1], words[2]
 
 
 # -- verdicts ----------------------------------------------------------------------------------------------------------
@@ -219,9 +216,9 @@ def _verdicts(document: str, rows: Sequence[Row]) -> Iterator[Verdict]:
         raise InvalidInput(f"row {rows[k].line}: angle_deg = {degrees[k]:g}: {driven}")
     met = _met(rows, exact)
     ways = CAUSES | SLIPS if met < len(rows) else {}
-    made = {text: factor * values(rows, turned(degrees)) for text, (turned, factor) in ways.items()}
+    every = {text: factor * values(rows, turned(degrees)) for text, (turned, factor) in ways.items()}
     needed = max(FEWEST, SYSTEMATIC * len(rows), met + 1)
-    made = {text: found for text, found in made.items() if _met(rows, found) >= needed}
+    made = {text: found for text, found in every.items() if _met(rows, found) >= needed}
     for k, row in enumerate(rows):
         yield _verdict(document, row, float(exact[k]), {text: float(found[k]) for text, found in made.items()})
 
