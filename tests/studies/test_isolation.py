@@ -17,7 +17,6 @@ from table_files import csv_text, exact_table
 from conrod import InvalidInput, PymunkSettings, Saw, run
 from conrod.scenes import SCENES
 from conrod.studies.execution.local import LocalProcesses, isolated
-from conrod.studies.execution.worker_process import HOME, import_path
 from conrod.studies.frame.case import Measurement
 
 SAW = Saw()
@@ -97,20 +96,3 @@ def test_python_m_conrod_does_not_search_the_working_folder(folder: Path) -> Non
 
 def start(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
-
-
-def here_and_where_from() -> tuple[list[str], str]:
-    import conrod
-
-    return sys.path, str(Path(conrod.__file__).parent.parent)
-
-
-def test_a_child_imports_this_conrod_and_not_from_the_working_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", ["", *(entry for entry in sys.path if entry != HOME)])
-    assert import_path()[0] == HOME
-    path, home = isolated(here_and_where_from)
-    assert home == HOME
-    assert not {"", str(tmp_path)} & set(path)

@@ -208,21 +208,6 @@ def test_every_setting_is_in_the_key_but_the_name_of_its_preset(engine: str) -> 
     assert case_of(SAW, replace(settings, preset="custom")).key == case_of(SAW, settings).key
 
 
-def test_a_validation_is_known_by_engine_preset_steps_and_turns_and_by_no_tolerance() -> None:
-    plan = Plan(100, 1.0)
-    one = ValidationCase("saw", SAW, "mujoco", "tuned", plan)
-    others = [
-        replace(one, engine="pymunk"),
-        replace(one, preset="hardened"),
-        replace(one, preset=None),
-        replace(one, plan=Plan(101, 1.0)),
-        replace(one, plan=Plan(100, 2.0)),
-        replace(one, scene=SCENES["saw-500rpm"]),
-    ]
-    assert len({case.key for case in (one, *others)}) == 1 + len(others)
-    assert replace(one, name="other", plan=replace(plan, tolerance={"position": 1.0})).key == one.key
-
-
 def test_a_machine_of_a_file_is_known_by_the_kinds_of_its_joints_and_its_speed() -> None:
     scene: Any = scene_named("planetary-gear")
     kinds = [type(joint).__name__ for joint in scene.mechanism().joints]
@@ -236,6 +221,9 @@ def test_a_machine_of_a_file_is_known_by_the_kinds_of_its_joints_and_its_speed()
 def test_an_identity_names_all_that_determines_a_validation() -> None:
     """By names that stay: another name would be another key, and every kept result lost."""
     case = ValidationCase("saw", SAW, "mujoco", "tuned", Plan(100, 1.0))
+    assert replace(case, name="other", plan=Plan(100, 1.0, {"position": 1.0})).key == case.key
+    others = [replace(case, preset=one) for one in ("hardened", None)] + [replace(case, plan=Plan(100, 2.0))]
+    assert len({one.key for one in (case, *others)}) == 1 + len(others)
     assert case.identity() == {
         "result_version": 1, "study": "validate", "study_version": 7, "scene": "saw", "parameters": SAW.parameters,
         "engine": "mujoco", "engine_version": engine_named("mujoco").version, "preset": "tuned",
