@@ -21,28 +21,25 @@ MOST_SOLUTIONS = 20_000
 SIX_BAR, PARALLELOGRAM, CAM = (CATALOGUE / f"{name}.toml" for name in ("six-bar", "parallelogram", "cam-3-4-5"))
 
 
-class Solutions:
-    """Counter of the linear systems that the exact motion takes."""
-
-    def __init__(self) -> None:
-        self.count, self.most = 0, MOST_SOLUTIONS
-
-
 class TooMany(BaseException):
     """More of them than ten seconds have room for."""
 
 
-@pytest.fixture
-def solutions(monkeypatch: pytest.MonkeyPatch) -> Solutions:
-    counted = Solutions()
+class Solutions:
+    """Counter of the linear systems that the exact motion takes."""
 
-    def counting(*arguments: Any) -> Elimination:
-        counted.count += 1
-        if counted.count > counted.most:
+    count, most = 0, MOST_SOLUTIONS
+
+    def __call__(self, *arguments: Any) -> Elimination:
+        self.count += 1
+        if self.count > self.most:
             raise TooMany
         return Elimination(*arguments)
 
-    monkeypatch.setattr(equations, "Elimination", counting)
+
+@pytest.fixture
+def solutions(monkeypatch: pytest.MonkeyPatch) -> Solutions:
+    monkeypatch.setattr(equations, "Elimination", counted := Solutions())
     return counted
 
 

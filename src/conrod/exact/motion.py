@@ -68,11 +68,9 @@ def motion_in_time(
     """
     # Zeros in one block of memory cost the system least; all x stand together and all y.
     found: defaultdict[str, Array] = defaultdict(lambda: np.zeros((4, 2, len(angle))))
+    rates = [np.asarray(value, dtype=float) for value in (speed, acceleration)]
     for rows in cache_blocks(len(angle), length):
-        w, turning = (
-            np.broadcast_to(value, angle.shape)[rows] if np.ndim(value) else np.asarray(value, dtype=float)
-            for value in (speed, acceleration)
-        )
+        w, turning = (np.broadcast_to(one, angle.shape)[rows] if one.ndim else one for one in rates)
         powers: tuple[Array | float, ...] = (1.0, w, w**2, w**3)
         for name, planar in derivatives(angle[rows]).items():
             for axis, along in enumerate(planar):
