@@ -131,9 +131,14 @@ def test_a_crank_rockers_dead_centres_are_where_crank_and_coupler_lie_in_one_lin
 
 
 def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
-    lever, _ = outputs(course_of(catalogue_scene("whitworth").kinematics))
+    lever, ram = outputs(course_of(catalogue_scene("whitworth").kinematics))
     assert (lever.link, lever.dead_centres, lever.stroke, lever.time_ratio) == ("lever", (), None, None)
     assert lever.gain == pytest.approx(TURN, rel=1e-14)
+    # Its ram has the quick return: (pi + 2 a) / (pi - 2 a), sin a = offset / crank.
+    lean = 2.0 * math.asin(0.05 / 0.1)
+    assert ram.time_ratio == pytest.approx((math.pi + lean) / (math.pi - lean), rel=1e-11)
+    other = scene_of(changed(CATALOGUE / "whitworth.toml", "ground.points.O4", [0, -0.06])).kinematics
+    assert abs((outputs(course_of(other))[1].time_ratio or 0.0) - (ram.time_ratio or 0.0)) > 0.05
 
 
 def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:

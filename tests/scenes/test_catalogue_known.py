@@ -34,31 +34,6 @@ def turn_of(of: DescribedScene, body: str, angle: Array) -> Array:
     return np.asarray(of.kinematics.poses(angle)[:, 3 * of.mechanism().body_index[body] + 2])
 
 
-def time_ratio(of: DescribedScene, point: str = "D") -> float:
-    """Crank angle of the longer stroke over that of the shorter one, from where the ram's speed changes its sense."""
-    ends = []
-    speed = of.motion(TURN, 1.0).point(point).velocity[:, 0]
-    for k in np.flatnonzero(np.diff(np.sign(speed))):
-        low, high = TURN[k], TURN[k + 1]
-        for _ in range(40):
-            middle = 0.5 * (low + high)
-            same = of.motion(middle, 1.0).point(point).velocity[0, 0] * speed[k] > 0.0
-            low, high = (middle, high) if same else (low, middle)
-        ends.append(low)
-    assert len(ends) == 2
-    forth = float(ends[1] - ends[0])
-    return max(forth, 2.0 * math.pi - forth) / min(forth, 2.0 * math.pi - forth)
-
-
-@pytest.mark.parametrize(("name", "lean", "other"), [("whitworth", 0.5, -0.06), ("crank-shaper", 0.5, -0.21)])
-def test_the_time_ratio_of_a_quick_return_is_that_of_its_closed_form(name: str, lean: float, other: float) -> None:
-    """(pi + 2 a) / (pi - 2 a), sin a = offset / crank (Whitworth) or crank / offset (crank-shaper)."""
-    a = math.asin(lean)
-    exact = (math.pi + 2.0 * a) / (math.pi - 2.0 * a)
-    assert time_ratio(scene(name)) == pytest.approx(exact, abs=1e-9)
-    assert abs(time_ratio(altered(name, "ground.points.O4", [0, other])) - exact) > 0.05
-
-
 def across(of: DescribedScene, point: str, angle: Array) -> Array:
     """x [m] of a point that goes up and down."""
     return np.asarray(of.motion(angle, 1.0).point(point).position[:, 0])
