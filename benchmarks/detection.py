@@ -22,7 +22,15 @@ from conrod.cli.options import RunOptions
 from conrod.cli.runner import Runner
 from conrod.engines import engine_named, engine_names
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, log_axis, preset_style, preset_title, rows_axis, svg_text
+from conrod.report.charts.canvas import (
+    drawing_style,
+    legend_above,
+    log_axis,
+    preset_style,
+    preset_title,
+    rows_axis,
+    svg_text,
+)
 from conrod.report.results import name_of
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
@@ -190,9 +198,9 @@ def figure(machines: Sequence[Machine]) -> Figure:
     units = [unit.replace("% of the way", "way").replace("%", "share") for unit in kinds.values()]
     rows_axis(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
     axes.set_xlabel("smallest size that the verdict notices; one mark for each machine")
-    height = drawn.get_figheight()
-    drawn.subplots_adjust(left=0.3, right=0.98, top=1.0 - 0.42 / height, bottom=0.55 / height)
-    drawn.legend(labels.values(), labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.6, 1.0))
+    for name, mark in labels.items():
+        mark.set_label(name)
+    legend_above(drawn, [*labels.values()], handlelength=1.5)
     return drawn
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from matplotlib.figure import Figure
 
 from audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
 from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import HUES, on_grid
+from conrod.report.charts.canvas import HUES, legend_above, on_grid
 
 UNITS = {"lift": "mm", "velocity": "mm/s", "acceleration": "mm/s²", "jerk": "mm/s³"}
 BASE = 36.0  # [mm], the base of the document's extreme cam
@@ -32,9 +30,7 @@ def series_error() -> Figure:
         axes.set_xlim(0.0, 180.0)
     for axes in panels[2:]:
         axes.set_xlabel("cam angle on the rise [deg]")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncol=5)
-    figure.subplots_adjust(left=0.08, right=0.98, top=0.93, bottom=0.075, hspace=0.1, wspace=0.2)
+    legend_above(figure, panels[0].get_lines()[:-1])
     return figure
 
 
@@ -81,9 +77,4 @@ def pressure_angle() -> Figure:
     axes.set_ylabel("largest pressure angle [deg]")
     axes.set_ylim(0.0, 45.0)
     axes.legend(loc="lower right", ncol=2)
-    figure.subplots_adjust(left=0.08, right=0.98, top=0.97, bottom=0.11)
     return figure
-
-
-# Name of the file -> what draws it.
-CAM_FIGURES: dict[str, Callable[[], Figure]] = {"series-error": series_error, "pressure-angle": pressure_angle}

@@ -22,8 +22,8 @@ from conrod.engines import engine_named
 from conrod.report.figure import Figure, with_spots
 from conrod.report.folder import restored
 from conrod.report.html.page import document, sections_of
-from conrod.report.kind import kind_named
-from conrod.report.sweep import _spots, diagram_of
+from conrod.report.kind import Part, kind_named
+from conrod.report.sweep import diagram_of
 from conrod.report.sweep_tables import timed_points
 from conrod.scenes import SCENES, catalogue_names
 from conrod.studies.frame.writing import Batch
@@ -108,7 +108,7 @@ def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     curves = [one.attrib["d"] for one in drawn.iter() if "marker-mid" in one.attrib]
     alone = [[float(one.get("x", 0.0)), float(one.get("y", 0.0))] for one in drawn.iter() if one.tag.endswith("use")]
     places = np.concatenate([*(vertices(curve) for curve in curves), alone]) / [width, height]
-    spots = _spots(study)[diagram.name]
+    spots = diagram.places()
     assert len(spots) >= len(study.points) // 2
     far = [np.abs(places - [x, y]).max(axis=1).min() for x, y, _ in spots]
     assert max(far) < 0.003
@@ -170,9 +170,9 @@ def test_lines_of_a_point_give_its_very_settings() -> None:
 def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, site: Any, tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")
-    assert kind.spots is not None
-    spots = kind.spots(restored(kind.findings, json.loads(file.with_suffix(".json").read_text())))
-    known = {(*words.split("\n", 1), "")[:2] for found in spots.values() for *_, words in found}
+    findings = restored(kind.findings, json.loads(file.with_suffix(".json").read_text()))
+    figures = kind.page_of(Part("", findings, "", "")).figures
+    known = {(*words.split("\n", 1), "")[:2] for figure in figures for *_, words in figure.places()}
     (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())[f"reports/{name}.md"])))
     with browser() as page:
         opened(page, tmp_path / "p.html")

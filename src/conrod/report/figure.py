@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import TypeAlias
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
@@ -18,6 +19,8 @@ from matplotlib.figure import Figure as Canvas
 from conrod.report.charts.canvas import drawing_style, svg_text
 
 FOLDER = "figures"
+# Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
+Spot: TypeAlias = tuple[float, float, str]
 
 
 @dataclass(frozen=True)
@@ -28,11 +31,13 @@ class Figure:
         name: of its file, without suffix.
         alt: what it shows, for those who cannot see it.
         draw: makes it, as a matplotlib figure or as SVG text.
+        spots: of what was made.
     """
 
     name: str
     alt: str
     draw: Callable[[], Canvas | str]
+    spots: Callable[[Canvas], Iterable[Spot]] = lambda _: ()
 
     @property
     def file(self) -> str:
@@ -45,9 +50,14 @@ class Figure:
             drawn = self.draw()
             return drawn if isinstance(drawn, str) else svg_text(drawn)
 
-
-# Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
-Spot = tuple[float, float, str]
+    def places(self) -> list[Spot]:
+        """The spots, where the figure has them once it is laid out."""
+        with drawing_style():
+            drawn = self.draw()
+            if isinstance(drawn, str):
+                return []
+            drawn.draw_without_rendering()
+            return list(self.spots(drawn))
 
 
 def spots_in(figure: Canvas, axes: Axes, places: Iterable[Spot]) -> list[Spot]:

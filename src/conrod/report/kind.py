@@ -14,7 +14,7 @@ report owns, and may replace or remove.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
@@ -135,7 +135,6 @@ class Kind(Generic[F]):
             text; empty where there is none.
         in_live: figures by the end of their names that it makes needless.
         tile: of a part on the first page in HTML, a figure by the end of its name; empty for none.
-        spots: of figures by name, places that say in HTML what is there, see `conrod.report.figure`.
         schema: of the findings.
     """
 
@@ -154,7 +153,6 @@ class Kind(Generic[F]):
     live: Callable[[Part[F], str], str] | None = None
     in_live: tuple[str, ...] = ()
     tile: str = ""
-    spots: Callable[[F], Mapping[str, Sequence[tuple[float, float, str]]]] | None = None
     schema: int = 2
 
     def page_of(self, part: Part[F]) -> Page:

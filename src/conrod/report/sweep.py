@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -16,9 +16,9 @@ from conrod.report import numbers
 from conrod.report import sweep_tables as tables
 from conrod.report.charts.canvas import (
     NORMS,
-    Layout,
     colour,
     engine_title,
+    legend_above,
     log_axis,
     on_log_grid,
     preset_handles,
@@ -37,20 +37,15 @@ def diagram_of(study: SweepStudy) -> Figure | None:
     if not tables.timed_points(study):
         return None
     alt = f"Error against cost of every run, {study.name}"
-    return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study))
+    return Figure(f"{study.name}-work-precision", alt, partial(work_precision_figure, study), partial(spots, study))
 
 
-def _spots(study: SweepStudy) -> dict[str, list[Spot]]:
+def spots(study: SweepStudy, diagram: Drawing) -> Iterator[Spot]:
     """Spots of the diagram, one for each timed point, with its settings to paste in further lines."""
-    diagram = diagram_of(study)
-    if diagram is None:
-        return {}
-    figure, points = work_precision_figure(study), tables.timed_points(study)
-    found = []
-    for axes, quantity in zip(figure.axes, QUANTITIES, strict=True):
+    points = tables.timed_points(study)
+    for axes, quantity in zip(diagram.axes, QUANTITIES, strict=True):
         places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(study, p)) for p in points]
-        found += spots_in(figure, axes, places)
-    return {diagram.name: found}
+        yield from spots_in(diagram, axes, places)
 
 
 def _words(study: SweepStudy, point: SweptPoint) -> str:
@@ -89,9 +84,7 @@ def first_figure(studies: Iterable[SweepStudy]) -> Figure | None:
 
 FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
 
-WIDTH, PANEL_HEIGHT = 10.5, 4.9  # [inch]
-LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.95, 1.05, 0.3, 0.5  # margins [inch]
-PANEL_WIDTH = WIDTH - LEFT - RIGHT
+WIDTH, PANEL, MARGINS = 10.5, 5.1, 1.4  # of a figure, of a panel, beside the panels [inch]
 
 
 def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Drawing:
@@ -101,21 +94,16 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
         study: with timings.
     """
     points = tables.timed_points(study)
-    height = TOP + len(quantities) * (PANEL_HEIGHT + GAP) + BOTTOM
-    layout = Layout(WIDTH, height)
+    figure = Drawing(figsize=(WIDTH, PANEL * len(quantities) + MARGINS))
+    drawn = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
     costs = on_log_grid(np.array([p.cost or 0.0 for p in points]))
     limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
-    for k, quantity in enumerate(quantities):
-        top = height - TOP - k * (PANEL_HEIGHT + GAP)
-        axes = layout.axes(LEFT, top - PANEL_HEIGHT, PANEL_WIDTH, PANEL_HEIGHT)
+    for axes, quantity in zip(drawn, quantities, strict=True):
         _cost_axis(axes, limits)
         _draw_panel(axes, study, points, quantity)
-        if quantity == quantities[-1]:
-            axes.set_xlabel("CPU time of a simulated revolution", labelpad=2.0)
-        else:
-            axes.tick_params(axis="x", labelbottom=False)
-    layout.legend(_legend(study), 3, 0.05, handlelength=3.4, columnspacing=3.0)
-    return layout.figure
+    drawn[-1].set_xlabel("CPU time of a simulated revolution")
+    legend_above(figure, _legend(study), 3)
+    return figure
 
 
 def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
@@ -182,6 +170,5 @@ KIND = Kind(
     findings=SweepStudy,
     title=lambda study: study.title,
     summary=_summary,
-    spots=_spots,
     digits=6,
 )

@@ -10,6 +10,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from conrod.engines import look_of
 from conrod.report import numbers
+from conrod.report.charts.canvas import legend_above
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.table import Cell, Table, Toned, table
@@ -65,7 +66,7 @@ def changes_table(study: VersionStudy) -> Table:
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
-ROW, COLUMN, LEFT, TOP, BOTTOM = 0.19, 0.27, 2.6, 0.45, 0.75  # [inch]
+ROW, COLUMN, LEFT, MARGINS = 0.19, 0.27, 2.7, 1.2  # [inch]
 SAME, OTHERWISE = "#f4f4f4", "#D55E00"
 # Sizes of a change of position over L, each up to its number: what is said of it, and its colour.
 SIZES = {
@@ -89,9 +90,9 @@ def colour_of(change: Change | None) -> str:
 def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
     """A row for each scene with some settings, a column for each release but the first."""
     versions, rows = study.measured[1:], study.histories
-    width, height = LEFT + COLUMN * max(len(versions), 16) + 0.1, TOP + ROW * len(rows) + BOTTOM
-    figure = matplotlib.figure.Figure(figsize=(width, height))
-    axes = figure.add_axes((LEFT / width, BOTTOM / height, COLUMN * len(versions) / width, ROW * len(rows) / height))
+    size = LEFT + COLUMN * max(len(versions), 16), MARGINS + ROW * len(rows)
+    figure = matplotlib.figure.Figure(figsize=size)
+    axes = figure.subplots()
     for row, one in enumerate(rows):
         for column, version in enumerate(versions):
             axes.add_patch(Rectangle((column, row), 0.94, 0.94, color=colour_of(one.change_at(version)), linewidth=0))
@@ -102,7 +103,7 @@ def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     known = [("same bits", SAME), *SIZES.values(), ("another outcome", OTHERWISE)]
-    figure.legend(handles=[Patch(color=colour, label=label) for label, colour in known], loc="upper center", ncols=6)
+    legend_above(figure, [Patch(color=colour, label=label) for label, colour in known], 3, handlelength=2.0)
     return figure
 
 

@@ -113,6 +113,7 @@ STYLE: dict[str, Any] = {
     "axes.formatter.useoffset": False,
     "lines.solid_capstyle": "round",
     "legend.frameon": False,
+    "figure.constrained_layout.use": True,
     # Simplification drops points by comparing floats, which the last bit of a value can decide.
     "path.simplify": False,
 }
@@ -164,7 +165,8 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
     room = 0.05 * (top - bottom)
     axes.set_ylim(10.0 ** (floor - 0.6 if noise else bottom - room), 10.0 ** (top + room))
     every = max(1, -(-(top - bottom) // 6))
-    axes.set_yticks([10.0**k for k in range(top, (floor if noise else bottom) - 1, -every)])
+    named = range(top, (floor if noise else bottom) - 1, -every)
+    axes.set_yticks([10.0**k for k in named], [f"1e{k}" for k in named])
     axes.minorticks_off()
     if noise:
         axes.axhspan(10.0 ** (floor - 0.6), ROUNDING, color="#eeeeee", zorder=0, linewidth=0)
@@ -179,9 +181,10 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
         )
 
 
-def legend_above(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """One legend for all panels, in a row above them."""
-    figure.legend(handles, labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.5, 0.995), handlelength=3.2)
+def legend_above(figure: Figure, handles: Sequence[Any], columns: int = 9, **style: Any) -> None:
+    """One legend for all panels above them, so many columns wide at most."""
+    columns = min(len(handles), columns)
+    figure.legend(handles=handles, loc="outside upper center", ncols=columns, **{"handlelength": 3.2, **style})
 
 
 def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
@@ -199,34 +202,6 @@ def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None,
 
 # The divisors of the errors of a quantity, as labels of axes have them.
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
-
-
-class Layout:
-    """A figure whose parts are placed in inches from its lower left corner.
-
-    Attributes:
-        figure: that is laid out.
-        width, height: of the figure [inch].
-    """
-
-    def __init__(self, width: float, height: float) -> None:
-        """Return an empty figure of a width and height [inch]."""
-        self.figure, self.width, self.height = Figure(figsize=(width, height)), width, height
-
-    def axes(self, left: float, bottom: float, wide: float, tall: float) -> Axes:
-        """Return new axes with their lower left corner at a place, and of a size [inch]."""
-        w, h = self.width, self.height
-        return self.figure.add_axes((left / w, bottom / h, wide / w, tall / h))
-
-    def legend(self, handles: Sequence[Any], columns: int, edge: float = 0.03, **style: Any) -> None:
-        """One legend for all panels, so many columns wide and `edge` [inch] below the upper edge."""
-        at, columns = (0.5, 1.0 - edge / self.height), min(len(handles), columns)
-        self.figure.legend(handles=handles, loc="upper center", ncol=columns, bbox_to_anchor=at, **style)
-
-
-def legend_rows(handles: Sequence[Any], columns: int) -> int:
-    """Return the number of rows of a legend."""
-    return -(-len(handles) // columns)
 
 
 def preset_handles(presets: Iterable[tuple[str, str]], **changes: Any) -> list[Line2D]:

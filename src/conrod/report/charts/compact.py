@@ -125,6 +125,8 @@ def _relative(data: str, digits: int) -> str:
         numbers = [_whole(one, digits) for one in NUMBER.findall(given)]
         moves = [k - here[n % 2] for n, k in enumerate(numbers)]
         letter = command.lower()
+        if letter == "m" and moves == [0, 0] and written not in ("", "z"):
+            continue  # a line goes on where the last one ended
         if numbers:
             here = numbers[-2], numbers[-1]
         match letter, moves:

@@ -40,8 +40,7 @@ from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MARKERS = 12  # of a curve
-HEIGHT, ABOVE, BELOW = 2.8, 0.5, 0.55  # of a panel, and of the rooms for the legend and the label [inch]
-ROW, MARGINS = 0.26, 1.25  # heights [inch]
+HEIGHT, ROW, MARGINS = 2.8, 0.26, 1.05  # heights of a panel, of a machine's row, of all beside these [inch]
 LARGEST = 10.0  # error / L that ends the scale: what is further off is no machine any more
 ROOM = 1.15  # beside the first and last number of steps
 STEPS = "steps per revolution N (step of the crank angle h = 2π / N)"
@@ -69,8 +68,7 @@ class Panel:
 
 def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], None] = lambda _: None) -> Figure:
     """The panels over what the horizontal axis is and how it is divided, with one legend above them."""
-    height = HEIGHT * len(panels) + ABOVE + BELOW
-    figure = Figure(figsize=(10.5, height))
+    figure = Figure(figsize=(10.5, HEIGHT * len(panels) + MARGINS))
     drawn = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
     named = dict[str, Any]()
     for axes, panel in zip(drawn, panels, strict=True):
@@ -81,11 +79,11 @@ def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], N
         handles, labels = axes.get_legend_handles_labels()
         named |= dict(zip(labels, handles, strict=True))
     if any(allowed is not None for panel in panels for allowed, _ in panel.allowed):
-        named["tolerance"] = Line2D([], [], linestyle="none", marker="<", color="#444444", markersize=6)
+        look = {"linestyle": "none", "marker": "<", "color": "#444444", "markersize": 6}
+        named["tolerance"] = Line2D([], [], label="tolerance", **look)
     drawn[-1].set_xlabel(along)
     figure.align_ylabels(list(drawn))
-    figure.subplots_adjust(left=0.095, right=0.97, top=1.0 - ABOVE / height, bottom=BELOW / height, hspace=0.2)
-    legend_above(figure, [*named.values()], [*named])
+    legend_above(figure, [*named.values()])
     return figure
 
 
@@ -187,9 +185,9 @@ def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
     log_axis(axes, (ROUNDING, LARGEST), [10.0**k for k in range(-12, 2, 2)])
     rows_axis(axes, list(scenes))
     axes.set_xlabel("largest position error / L over the run")
-    height = figure.get_figheight()
-    figure.subplots_adjust(left=0.19, right=0.975, top=1.0 - 0.45 / height, bottom=0.6 / height)
-    figure.legend(labels.values(), labels, loc="upper center", ncol=len(labels), bbox_to_anchor=(0.55, 1.0))
+    for name, mark in labels.items():
+        mark.set_label(name)
+    legend_above(figure, [*labels.values()], handlelength=1.5)
     return figure
 
 

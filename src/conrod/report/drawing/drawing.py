@@ -74,7 +74,7 @@ def view_at(scene: Scene, angle: float) -> View:
     reached = np.concatenate([*paths.values(), MM * outline(mechanism, poses)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
-    axes, size = Figure().subplots(), 0.022 * extent
+    axes, size = Figure(layout="none").subplots(), 0.022 * extent
     return View(axes, mechanism, poses, turn, size, Labels(extent / POINTS), extent, paths)
 
 

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from pathlib import PurePosixPath
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -94,18 +93,16 @@ def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | No
 
 def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
     """Tables and drawings of a part's page beside its text; figures that this makes needless are then left out."""
-    if kind.live is None and kind.spots is None:
-        return ""
     findings, shown = restored(kind.findings, json.loads(texts[entry["data"]])), place.figure
     part = Part(name, findings, entry["command"], entry["conrod"])
     live = kind.live(part, place.anchor) if kind.live else ""
-    spots = kind.spots(findings) if kind.spots else {}
+    figures = {figure.file: figure for figure in kind.page_of(part).figures}
 
     def figure(file: str, alt: str) -> str | None:
         if live and file.endswith(kind.in_live):
             return ""
-        known, found = spots.get(PurePosixPath(file).stem), shown(file, alt)
-        return with_spots(found, known) if found and known else found
+        found, spots = shown(file, alt), figures[file].places() if file in figures else []
+        return with_spots(found, spots) if found and spots else found
 
     place.figure = figure
     return live

@@ -30,9 +30,9 @@ def places_on(axis: Axis, values: Iterable[float]) -> Array:
     """Places (N,) of values along an axis: themselves, of nearness what is left to one."""
     places = np.array(list(values), dtype=float)
     if axis.scale is Scale.LISTED:
-        return canvas.on_grid(places, float(np.ptp(places)))
+        return canvas.on_grid(places, max(1.0, float(np.ptp(places))))
     logs = np.log10(1.0 - places if axis.scale is Scale.NEARNESS else places)
-    return np.asarray(10.0 ** canvas.on_grid(logs, float(np.ptp(logs))))
+    return np.asarray(10.0 ** canvas.on_grid(logs, max(1.0, float(np.ptp(logs)))))
 
 
 def label_of(axis: Axis) -> str:
@@ -76,9 +76,8 @@ def outcome_handles(outcomes: set[str]) -> list[Line2D]:
     return [Line2D([], [], label=one, **mark_style(one, undetected=False, size=5.0)) for one in known]
 
 
-WIDTH, PANEL = 9.5, 2.9  # [inch]
-LEFT, RIGHT, TOP, GAP, BOTTOM = 0.85, 0.25, 0.24, 0.16, 0.52  # margins [inch]
-LEGEND_COLUMNS, LEGEND_ROW = 5, 0.19
+WIDTH, PANEL, MARGINS = 9.5, 3.0, 1.0  # of a figure, of a panel, beside the panels [inch]
+LEGEND_COLUMNS = 5
 LANE = 0.17  # of a run that did not complete [inch]
 ABOVE = 0.06  # of the panel's top [inch]
 ROOM = 0.02  # beside the ends, of the whole length
@@ -106,21 +105,14 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     axis = AXES[walks[0].axis]
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks)
-    strip = ABOVE + LANE * len(lanes) if lanes else 0.0
-    head = TOP + LEGEND_ROW * canvas.legend_rows(handles, LEGEND_COLUMNS) + strip
-    height = head + len(panels) * PANEL + (len(panels) - 1) * GAP + BOTTOM
-    layout = canvas.Layout(WIDTH, height)
-    for k, panel in enumerate(panels):
-        axes = layout.axes(LEFT, height - head - (k + 1) * PANEL - k * GAP, WIDTH - LEFT - RIGHT, PANEL)
+    figure = Figure(figsize=(WIDTH, PANEL * len(panels) + LANE * len(lanes) + MARGINS))
+    drawn = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, panel in zip(drawn, panels, strict=True):
         _draw_panel(axes, axis, walks, panel)
-        if k == 0:
-            _draw_failed(axes, axis, walks, lanes)
-        if k < len(panels) - 1:
-            axes.tick_params(axis="x", labelbottom=False)
-        else:
-            axes.set_xlabel(label_of(axis))
-    layout.legend(handles, LEGEND_COLUMNS, handlelength=3.0)
-    return layout.figure
+    _draw_failed(drawn[0], axis, walks, lanes)
+    drawn[-1].set_xlabel(label_of(axis))
+    canvas.legend_above(figure, handles, LEGEND_COLUMNS)
+    return figure
 
 
 def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:

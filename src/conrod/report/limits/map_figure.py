@@ -17,16 +17,14 @@ from numpy.typing import NDArray
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import Layout, legend_rows, preset_title
+from conrod.report.charts.canvas import legend_above, preset_title
 from conrod.report.limits.charts import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
 from conrod.report.numbers import ROUNDING
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
 from conrod.studies.limits.records import GOOD, ROUGH_ERROR, SAFE_ERROR, Level
 
-WIDTH, PANEL_HEIGHT = 9.5, 4.2  # [inch]
-LEFT, RIGHT, BOTTOM, TITLE, LEGEND_ROW = 1.05, 1.15, 0.52, 0.28, 0.21  # [inch]
-SCALE_GAP, SCALE_WIDTH = 0.16, 0.16  # [inch]
+SIZE, SCALE = (9.5, 5.3), 46  # of the figure [inch], and of the map by the width of the scale
 LEGEND_COLUMNS = 5
 LABEL_WIDTH = 44  # letters
 BOUNDARY: dict[str, Any] = {"color": "#111111", "linewidth": 1.1}
@@ -41,15 +39,14 @@ LABELLED = 2  # every so-many-th decade has its number
 
 def map_figure(found: LimitMap) -> Figure:
     """Draw the map of one preset of one engine on one scene."""
-    handles = _legend(found)
-    layout = Layout(WIDTH, BOTTOM + PANEL_HEIGHT + TITLE + LEGEND_ROW * legend_rows(handles, LEGEND_COLUMNS))
-    axes = layout.axes(LEFT, BOTTOM, WIDTH - LEFT - RIGHT, PANEL_HEIGHT)
+    figure = Figure(figsize=SIZE)
+    axes, scale = figure.subplots(1, 2, width_ratios=(SCALE, 1))
     _draw(axes, found)
     share = f"{len(found.runs)} of {found.nodes} nodes run ({numbers.percent(len(found.runs) / found.nodes)})"
     axes.set_title(f"{found.scene}, {preset_title(found.engine, found.preset)}: {share}", loc="left")
-    _draw_scale(layout.axes(WIDTH - RIGHT + SCALE_GAP, BOTTOM, SCALE_WIDTH, PANEL_HEIGHT))
-    layout.legend(handles, LEGEND_COLUMNS, 0.0, borderpad=0.2, columnspacing=1.6)
-    return layout.figure
+    _draw_scale(scale)
+    legend_above(figure, _legend(found), LEGEND_COLUMNS, handlelength=2.0)
+    return figure
 
 
 def _draw(axes: Axes, found: LimitMap) -> None:
@@ -129,12 +126,12 @@ def edges_about(places: Array) -> Array:
 
 
 def cells(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
-    """Some cells (columns, rows), those beside each other in a row as one rectangle; x and y are edges."""
+    """Some cells (columns, rows), those above each other in a column as one rectangle; x and y are edges."""
     rectangles = []
-    for j in range(inside.shape[1]):
-        turns = np.flatnonzero(np.diff(np.pad(inside[:, j].astype(int), 1)))
+    for i in range(inside.shape[0]):
+        turns = np.flatnonzero(np.diff(np.pad(inside[i].astype(int), 1)))
         for a, b in turns.reshape(-1, 2):
-            corners = [(x[a], y[j]), (x[b], y[j]), (x[b], y[j + 1]), (x[a], y[j + 1]), (x[a], y[j])]
+            corners = [(x[i], y[a]), (x[i + 1], y[a]), (x[i + 1], y[b]), (x[i], y[b]), (x[i], y[a])]
             rectangles.append(Path(corners, closed=True))
     return Path.make_compound_path(*rectangles)
 
@@ -142,5 +139,5 @@ def cells(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
 def borders(kinds: NDArray[Any], x: Array, y: Array) -> Path:
     """The sides between cells (columns, rows) of different kinds; x and y are edges."""
     upright = [[(x[i + 1], y[j]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(kinds[1:] != kinds[:-1])]
-    level = [[(x[i], y[j + 1]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(kinds[:, 1:] != kinds[:, :-1])]
+    level = [[(x[i], y[j + 1]), (x[i + 1], y[j + 1])] for j, i in np.argwhere((kinds[:, 1:] != kinds[:, :-1]).T)]
     return Path.make_compound_path(*(Path(side) for side in (*upright, *level)))

@@ -8,6 +8,8 @@ from functools import partial
 from itertools import chain
 from typing import Any
 
+from matplotlib.figure import Figure as Drawing
+
 from conrod.report import numbers
 from conrod.report.charts.canvas import engine_title
 from conrod.report.figure import Figure, Spot, spots_in
@@ -44,22 +46,19 @@ def map_of(found: LimitMap) -> Figure:
     """Return the figure of a map."""
     name = f"{found.scene}-{found.x_axis}-x-{found.y_axis}-{found.engine}-{found.preset}"
     title = f"{AXES[found.x_axis].title} x {AXES[found.y_axis].title}, {engine_title(found.engine)} {found.preset}"
-    return Figure(name, title, partial(map_figure, found))
+    return Figure(name, title, partial(map_figure, found), partial(_spots, found))
 
 
-def _spots(study: LimitStudy) -> dict[str, list[Spot]]:
-    """Outcome at each node of the maps that was run."""
-    found = {}
-    for one in study.maps:
-        figure, across, upwards = map_figure(one), AXES[one.x_axis], AXES[one.y_axis]
-        x, y = places_on(across, one.x), places_on(upwards, one.y)
-        places = []
-        for run in one.runs:
-            where = f"{one.x[run.i]:.0f} {across.label}, {label_of(upwards)} {numbers.quantity(y[run.j])}"
-            noticed = "" if run.level in records.GOOD else ", undetected" if run.undetected else ", detected"
-            places.append((x[run.i], y[run.j], f"{where}, {run.level}, {run.outcome}{noticed}"))
-        found[map_of(one).name] = spots_in(figure, figure.axes[0], places)
-    return found
+def _spots(one: LimitMap, drawn: Drawing) -> list[Spot]:
+    """Outcome at each node of a map that was run."""
+    across, upwards = AXES[one.x_axis], AXES[one.y_axis]
+    x, y = places_on(across, one.x), places_on(upwards, one.y)
+    places = []
+    for run in one.runs:
+        where = f"{one.x[run.i]:.0f} {across.label}, {label_of(upwards)} {numbers.quantity(y[run.j])}"
+        noticed = "" if run.level in records.GOOD else ", undetected" if run.undetected else ", detected"
+        places.append((x[run.i], y[run.j], f"{where}, {run.level}, {run.outcome}{noticed}"))
+    return spots_in(drawn, drawn.axes[0], places)
 
 
 def axis_figures(study: LimitStudy) -> list[Figure]:
@@ -133,7 +132,6 @@ KIND = Kind(
     findings=LimitStudy,
     title=lambda study: study.title,
     summary=_summary,
-    spots=_spots,
     merged=merged,
     digits=4,
     digits_of=DIGITS,
