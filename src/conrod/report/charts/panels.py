@@ -79,7 +79,7 @@ def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], N
         handles, labels = axes.get_legend_handles_labels()
         named |= dict(zip(labels, handles, strict=True))
     if any(allowed is not None for panel in panels for allowed, _ in panel.allowed):
-        look = {"linestyle": "none", "marker": "<", "color": "#444444", "markersize": 6}
+        look: dict[str, Any] = {"linestyle": "none", "marker": "<", "color": "#444444", "markersize": 6}
         named["tolerance"] = Line2D([], [], label="tolerance", **look)
     drawn[-1].set_xlabel(along)
     figure.align_ylabels(list(drawn))

@@ -74,8 +74,9 @@ def view_at(scene: Scene, angle: float) -> View:
     reached = np.concatenate([*paths.values(), MM * outline(mechanism, poses)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
-    axes, size = Figure(layout="none").subplots(), 0.022 * extent
-    return View(axes, mechanism, poses, turn, size, Labels(extent / POINTS), extent, paths)
+    figure, size = Figure(), 0.022 * extent
+    figure.set_layout_engine("none")
+    return View(figure.subplots(), mechanism, poses, turn, size, Labels(extent / POINTS), extent, paths)
 
 
 def _framed(view: View) -> Figure:
