@@ -178,19 +178,6 @@ OTHER_LINE = LineStyle("-.", "D", 4.0, False, 4)
 
 
 @dataclass(frozen=True)
-class ForceBars:
-    """Largest errors allowed of the forces of a preset.
-
-    Attributes:
-        allowed: by group of quantities (torque, reactions, contact), the largest error over the exact peak.
-        order: by which more is allowed at fewer steps than those that the bars are stated for.
-    """
-
-    allowed: Mapping[str, float] = field(default_factory=dict)
-    order: int = 0
-
-
-@dataclass(frozen=True)
 class Preset(Generic[AnySettings]):
     """A preset of an engine.
 
@@ -199,7 +186,8 @@ class Preset(Generic[AnySettings]):
         meaning: what it is for, in a phrase.
         judged: whether a run at constant speed is judged by the engine's law of errors, or only measured.
         judged_free: whether a motion without a drive is judged.
-        forces: what is required of its forces; nothing where it is only measured.
+        forces: by group of quantities (torque, reactions, contact), the largest error allowed over the exact peak.
+        forces_order: by which more is allowed at fewer steps than those that this is stated for.
         order: formal order in the step, by quantity, of the motion of loops; none where an error stays at any step.
         style: of its curves.
     """
@@ -208,7 +196,8 @@ class Preset(Generic[AnySettings]):
     meaning: str = ""
     judged: bool = True
     judged_free: bool = False
-    forces: ForceBars = field(default_factory=ForceBars)
+    forces: Mapping[str, float] = field(default_factory=dict)
+    forces_order: int = 0
     order: Mapping[str, int] = field(default_factory=dict)
     style: LineStyle = OTHER_LINE
 

@@ -76,37 +76,31 @@ LONGEST_STEP = 0.05  # [rad]
 MEETING = 0.08
 
 
-def approached(kinematics: Kinematics, angles: Array) -> Iterator[tuple[float, bool]]:
-    """Crank angles (T,) [rad] with what lies between them, from angle 0 on; each with whether it is one of those.
+def approached(
+    kinematics: Kinematics, angles: Array, place: Callable[[float, Array | None], Array], always: bool = False
+) -> Iterator[float]:
+    """Crank angles (T,) [rad], each as soon as an engine is placed there, and at what lies between, from angle 0 on.
 
     What lies next to a change point is stepped over.
+
+    Args:
+        place: at an angle, begun from a state ahead if there is one, on the line through the last two: an iteration
+            begun there goes through a change point. Returns the state that it found.
+        always: whether it begins there where there is no change point, too.
     """
-    before = 0.0
-    for angle in angles:
-        steps = max(1, math.ceil(abs(float(angle) - before) / LONGEST_STEP))
-        way = np.linspace(before, float(angle), steps + 1)[1:]
-        clear = way[:-1][~kinematics.near_change(way[:-1], MEETING)]
-        yield from ((float(between), False) for between in clear)
-        yield float(angle), True
-        before = float(angle)
+    before, found, ahead = 0.0, list[tuple[float, Array]](), always or kinematics.change_angles.size > 0
+    for angle in map(float, angles):
+        way = np.linspace(before, angle, max(1, math.ceil(abs(angle - before) / LONGEST_STEP)) + 1)[1:]
+        for theta in (*map(float, way[:-1][~kinematics.near_change(way[:-1], MEETING)]), angle):
+            start = _straight_ahead(theta, *found) if ahead and len(found) == 2 else None
+            found = [*found[-1:], (theta, place(theta, start).copy())]
+        yield angle
+        before = angle
 
 
-class StraightAhead:
-    """States of an engine ahead of those that it found: an iteration begun there goes through a change point."""
-
-    def __init__(self) -> None:
-        self._found: list[tuple[float, Array]] = []
-
-    def found(self, angle: float, state: Array) -> None:
-        """Take in a state found at a crank angle [rad]."""
-        self._found = [*self._found[-1:], (angle, state.copy())]
-
-    def at(self, angle: float) -> Array | None:
-        """The state on the line through the last two found; None before there are two."""
-        if len(self._found) < 2:
-            return None
-        (first, start), (second, stop) = self._found
-        return np.asarray(stop + (stop - start) * (angle - second) / (second - first))
+def _straight_ahead(angle: float, before: tuple[float, Array], last: tuple[float, Array]) -> Array:
+    (first, start), (second, stop) = before, last
+    return np.asarray(stop + (stop - start) * (angle - second) / (second - first))
 
 
 # -- states of centres of gravity, which rigid-body engines integrate, and impulses that act on them -------------------

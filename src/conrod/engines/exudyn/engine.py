@@ -29,7 +29,7 @@ from exudyn.itemInterface import (
 from conrod.engines.capabilities import REFERENCE, KinematicResult
 from conrod.engines.engine import PIECE, Engine, Machine, run_of
 from conrod.engines.exudyn import PRESETS, TRAPEZOIDAL, ExudynSettings
-from conrod.engines.numerics import StraightAhead, approached
+from conrod.engines.numerics import approached
 from conrod.engines.running import Recorded, crank_states, pieces, points_of
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
@@ -232,19 +232,21 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     settings.solution.file.write, settings.staticSolver.verboseMode = False, 0
     newton = settings.staticSolver.newton
     newton.relativeTolerance = newton.absoluteTolerance = TOLERANCE
-    poses, rates, course = list[Array](), list[Array](), StraightAhead()
-    for theta, asked in approached(machine.kinematics, angle):
-        ahead = course.at(theta)
+    poses, rates = list[Array](), list[Array]()
+
+    def place(theta: float, ahead: Array | None) -> Array:
         if ahead is not None:
             data.SetODE2Coordinates(ahead, exudyn.ConfigurationType.Initial)
         made.system.SetObjectParameter(made.drive, "offset", mechanism.crank_turn(theta))
         with silent():
             solver.SolveSystem(made.system, settings)
-        course.found(theta, data.GetODE2Coordinates())
-        if asked:
-            solver.ComputeNewtonJacobian(made.system, settings)
-            poses.append(data.GetODE2Coordinates())
-            rates.append(closing_rates(solver.GetSystemJacobian(), mechanism, machine.speed))
+        found: Array = data.GetODE2Coordinates()
+        return found
+
+    for _ in approached(machine.kinematics, angle, place, always=True):
+        solver.ComputeNewtonJacobian(made.system, settings)
+        poses.append(data.GetODE2Coordinates())
+        rates.append(closing_rates(solver.GetSystemJacobian(), mechanism, machine.speed))
     observed = machine.kinematics.point_derivatives([np.array(poses), np.array(rates)])
     return KinematicResult(angle, np.array(poses), {name: (place, rate) for name, (place, rate) in observed.items()})
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, ForceBars, Machine, Preset, step_length
+from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, Machine, Preset, step_length
 from conrod.engines.tracks import load_work
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
@@ -177,7 +177,7 @@ PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
     "tuned": Preset(
         MuJoCoSettings.tuned,
         "the best that MJCF can express",
-        forces=ForceBars({"contact": 0.02}),
+        forces={"contact": 0.02},
         order={"position": 2},  # a gap follows the square of its time constant, which follows the step
         style=DASHED,
     ),
@@ -185,7 +185,8 @@ PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
         MuJoCoSettings.hardened,
         "the regularisation of constraints removed after compiling",
         judged_free=True,
-        forces=ForceBars({"torque": 1e-7, "reactions": 1e-6}, order=4),
+        forces={"torque": 1e-7, "reactions": 1e-6},
+        forces_order=4,
         order=dict.fromkeys(("position", "velocity", "acceleration"), 4),  # that of RK4, as nothing else is left
         style=SOLID,
     ),

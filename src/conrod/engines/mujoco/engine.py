@@ -20,7 +20,7 @@ from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
-from conrod.engines.numerics import StraightAhead, approached, close_gap
+from conrod.engines.numerics import approached, close_gap
 from conrod.engines.releases import Releases, read_releases
 from conrod.engines.tracks import ForceTracks, no_forces
 from conrod.engines.tree import tree_of, tree_refusal
@@ -39,19 +39,18 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     made = build(machine, settings)
     data = mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts
-    rows, course = [], StraightAhead()
-    for theta, asked in approached(machine.kinematics, angle):
-        # Only where assemblies meet does it matter where the iteration begins.
-        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+    rows = []
+
+    def place(theta: float, ahead: Array | None) -> Array:
         data.qpos[:] = data.qpos if ahead is None else ahead
         data.qpos[made.crank_dof] = theta
         if contacts:
             _place_follower(made, data, contacts[0])
         else:
             _close_loops(made, data)
-        course.found(theta, data.qpos)
-        if not asked:
-            continue
+        return np.asarray(data.qpos)
+
+    for _ in approached(machine.kinematics, angle, place):
         mujoco.mj_forward(made.model, data)
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed

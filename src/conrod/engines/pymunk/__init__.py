@@ -25,7 +25,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, ForceBars, Machine, Preset
+from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset
 from conrod.engines.numerics import MEETING, by_centres, equations, inverse_masses, one_iteration
 from conrod.errors import unknown_choice
 from conrod.exact.dynamics import load_forces
@@ -208,7 +208,8 @@ PRESETS: Mapping[str, Preset[PymunkSettings]] = {
     "tuned": Preset(
         PymunkSettings.tuned,
         "full correction at every step, and enough iterations for order 2",
-        forces=ForceBars({"torque": 1e-3, "reactions": 1e-3, "contact": 0.02}, order=2),
+        forces={"torque": 1e-3, "reactions": 1e-3, "contact": 0.02},
+        forces_order=2,
         order=dict.fromkeys(("position", "velocity", "acceleration"), 2),  # scheme lag: full correction at every step
         style=DASHED,
     ),

@@ -10,7 +10,7 @@ import pymunk
 
 from conrod.engines.capabilities import REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, Engine, Machine, run_of
-from conrod.engines.numerics import StraightAhead, approached, body_states, close_gap
+from conrod.engines.numerics import approached, body_states, close_gap
 from conrod.engines.pymunk import PRESETS, PymunkSettings, dynamics, forces, grid, law, space
 from conrod.engines.pymunk.dynamics import started as start_of
 from conrod.engines.pymunk.dynamics import turns_at
@@ -42,20 +42,21 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     made = build(machine, still)
     _make_equal(made)
     contacts = made.mechanism.cam_contacts
-    rows, course = [], StraightAhead()
-    for theta, asked in approached(machine.kinematics, angle):
-        turn = made.mechanism.crank_turn(theta)
-        # Only where assemblies meet does it matter where the iteration begins.
-        ahead = course.at(theta) if machine.kinematics.change_angles.size else None
+    rows = []
+
+    def place(theta: float, ahead: Array | None) -> Array:
         if ahead is not None:
             _place(made, ahead)
-        if contacts and asked:
+        if not contacts:
+            _close_joints(made, made.mechanism.crank_turn(theta))
+        return _centres(made)
+
+    for theta in approached(machine.kinematics, angle, place):
+        turn = made.mechanism.crank_turn(theta)
+        if contacts:
             rows.append(_place_follower(made, contacts[0], turn))
-        elif not contacts:
-            _close_joints(made, turn)
-            course.found(theta, _centres(made))
-            if asked:
-                rows.append((_centres(made), _closing_rates(made, machine, turn)))
+        else:
+            rows.append((_centres(made), _closing_rates(made, machine, turn)))
     centres, rates = (np.array(column) for column in zip(*rows, strict=True))
     poses, speeds = body_states(made.mechanism, centres, rates)
     observed = machine.kinematics.point_derivatives([poses, speeds])
@@ -93,9 +94,7 @@ def _close_joints(made: Build, turn: float) -> None:
     made.crank.angle = turn
     before = _centres(made)
     for _ in range(NEWTON_STEPS):
-        for body in made.bodies:
-            body.velocity = (0.0, 0.0)
-            body.angular_velocity = 0.0
+        _stop(made)
         made.space.step(STEP)  # finds the velocities that close the joints
         made.space.step(STEP)  # moves by them
         now = _centres(made)
@@ -115,9 +114,7 @@ def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
     centres = _centres(made)
     _set_bias(made, 1.0)
     for _ in range(RATE_SOLVES):
-        for body in made.bodies:
-            body.velocity = (0.0, 0.0)
-            body.angular_velocity = 0.0
+        _stop(made)
         made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
         made.space.step(STEP)
         rates = np.asarray(state(made)[1][0])
@@ -128,13 +125,18 @@ def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
     return rates
 
 
+def _stop(made: Build) -> None:
+    for body in made.bodies:
+        body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+
+
 def _set_bias(made: Build, error_bias: float) -> None:
     for constraint in made.space.constraints:
         constraint.error_bias = error_bias
 
 
 def _centres(made: Build) -> Array:
-    return np.array([number for body in made.bodies for number in (*body.position, body.angle)])
+    return np.asarray(state(made)[0][0])
 
 
 def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Array, Array]:

@@ -72,11 +72,11 @@ def tolerance_of(
     """
     if mechanism.cam_contacts:
         # Where the acceleration jumps all forces do: their largest errors are one step of the jump.
-        bar = preset.forces.allowed.get("contact")
+        bar = preset.forces.get("contact")
         if bar is None or "contact" not in groups:
             return {}, ""
         return {"contact": bar}, "required of the contact force: 2 % rms between the cam's arc joints"
-    bars, order = preset.forces.allowed, preset.forces.order
+    bars, order = preset.forces, preset.forces_order
     coarser = max(1.0, STEPS / steps) ** order
     allowed = {group: bar * coarser for group, bar in bars.items() if group in groups}
     required = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
