@@ -19,8 +19,10 @@ from kinematic_mode import kinematic_errors
 
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.engines import ENGINES, engine_named
+from conrod.engines.mujoco.law import LEFT_OUT, Course, local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
 from conrod.runs.convergence import observed_order
 from conrod.runs.outcome import joint_gaps
@@ -184,6 +186,37 @@ def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
         found = compare(ran(wrong, engine, preset, 2000), scene)
         times = 1e5 if preset == "hardened" else 3.0
         assert found.worst("position") > times * expected(scene, engine, preset, 2000).position
+
+
+@pytest.mark.parametrize("start_angle", [0.0, 2.0])
+@pytest.mark.parametrize("preset", ["tuned", "hardened"])
+@pytest.mark.parametrize("name", ["saw-500rpm", "shear-press"])
+def test_the_law_is_the_error_from_whatever_start(name: str, preset: str, start_angle: float) -> None:
+    scene, engine = EVERY_SCENE[name], engine_named("mujoco")
+    settings = engine.presets[preset](scene, 250)
+    law = engine.expected_error(scene, settings, start_angle)
+    found = compare(whole_run(engine, scene, settings, 1.0, start_angle), scene)
+    for quantity in ("position", "velocity", "acceleration"):
+        assert 1.0 < getattr(law, quantity) / found.worst(quantity) < 1.03 + LEFT_OUT
+    # Negative control: the law of another start is another one, where the closures give way.
+    if (name, preset) == ("saw-500rpm", "tuned"):
+        other = engine.expected_error(scene, settings, start_angle + 1.5)
+        assert other.acceleration / law.acceleration != pytest.approx(1.0, rel=0.1)
+
+
+def test_local_errors_are_those_of_order_four_and_a_wrong_length_is_not_in_them() -> None:
+    scene: Any = EVERY_SCENE["saw-500rpm"]
+    settings = MuJoCoSettings.hardened(scene, 250)
+    tree, constant = build(scene, settings).tree, abs(scene.speed) * settings.solref[0]
+    step = 2.0 * math.pi / 250
+    sizes = [
+        np.abs(local_errors(tree, Course.of(scene, 0.0, h, constant), constant, h)[0]).max() for h in (step, step / 2.0)
+    ]
+    assert sizes[0] / sizes[1] == pytest.approx(16.0, rel=0.05)
+    # Negative control: an engine whose rod is a hundred thousandth too long is out of the law.
+    wrong = whole_run(engine_named("mujoco"), replace(scene, rod=1.00001 * scene.rod), settings, 1.0)
+    law = engine_named("mujoco").expected_error(scene, settings)
+    assert compare(wrong, scene).worst("position") > 50.0 * law.position
 
 
 # -- the cam, by contact ---------------------------------------------------------------------------------------------
