@@ -97,7 +97,8 @@ def _framed(view: View) -> Figure:
     axes.set_anchor("C")
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
-    figure.subplots_adjust(left=0.7 / (inches[0] + 0.7), right=0.98, bottom=0.5 / (inches[1] + 0.6), top=0.99)
+    low = 0.7 / (inches[0] + 0.7), 0.5 / (inches[1] + 0.6)
+    axes.set_position((*low, 0.98 - low[0], 0.99 - low[1]))
     return figure
 
 
