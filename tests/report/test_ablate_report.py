@@ -10,14 +10,12 @@ from typing import Any
 
 import pytest
 from command_line import conrod
-from committed_studies import SCENE, ablation_study
+from committed_studies import SCENE
 
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient
-from conrod.report.ablate import ingredients_table, speed_up, verdicts_table
 from conrod.report.folder import restored
-from conrod.report.table import text_of
-from conrod.studies.ablate_findings import AblationStudy, Role
+from conrod.studies.ablate_findings import AblationStudy
 
 PLANTED: tuple[Ingredient[Any], ...] = (
     Ingredient(
@@ -28,27 +26,6 @@ PLANTED: tuple[Ingredient[Any], ...] = (
     ),
 )
 QUICK = ("ablate", SCENE, "--engine", "mujoco", "--steps-per-rev", "100", "--rounds", "2", "--jobs", "1")
-
-
-def test_every_ingredient_has_its_verdict_in_both_tables() -> None:
-    (found,) = ablation_study().engines
-    told = {one.name: one.verdict.value for one in found.ingredients}
-    assert len(set(told.values())) >= 4
-    rows = {str(row[0]).partition(" ")[0]: text_of(row[4]).partition(" ")[0] for row in ingredients_table(found).rows}
-    assert rows == told
-    beside = verdicts_table("mujoco", {SCENE: ablation_study()}).rows
-    assert {str(row[0]).strip("`"): row[1] for row in beside} == told
-
-
-def test_a_motion_that_is_not_equal_is_not_called_so() -> None:
-    (found,) = ablation_study().engines
-    full = found.variant(Role.FULL)
-    assert full is not None
-    assert "is equal within 1e-9" in speed_up(found)
-    changed = replace(full, change={**(full.change or {}), "velocity": 2e-9})
-    assert "2.0e-9 in velocity" in speed_up(replace(found, variants=(changed,)))
-    broken = replace(full, outcome="opened", reason="a gap", change=None, cost=None)
-    assert "did not run to its end: a gap" in speed_up(replace(found, variants=(broken,)))
 
 
 def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -118,16 +118,6 @@ def test_a_wrong_factor_is_caught(
         check(tables_of, "saw-500rpm")
 
 
-def test_a_largest_error_of_points_of_several_lengths_is_at_most_that_of_the_longest() -> None:
-    lengths = {"A": 0.1, "B": 0.2}
-    assert numbers.with_mm({"A": 0.03, "B": 0.01}, lengths) == "0.030 (3.0 mm)"
-    assert numbers.with_mm(0.03, lengths) == "0.030 (<= 6.0 mm)"
-    assert numbers.with_mm(0.03, {"A": 0.1}) == "0.030 (3.0 mm)"
-    assert numbers.with_mm(1e-14, lengths) == "< 1e-12 (< 2e-10 mm)"
-    assert numbers.with_mm(0.03, {}) == "0.030"
-    assert (numbers.with_mm(None, lengths), numbers.with_mm(math.nan, lengths)) == ("n/a", "not finite")
-
-
 def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
     run = replace(planted("saw-500rpm"), tolerance=Tolerance(phase=math.radians(1.0)), phase={"max": math.radians(2.0)})
     study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.judged(),))

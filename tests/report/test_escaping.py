@@ -12,7 +12,7 @@ from matplotlib.figure import Figure as Canvas
 from conrod.cli import say
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.figure import Figure
-from conrod.report.table import LONGEST, Toned, in_markdown, table, verbatim, visible
+from conrod.report.table import LONGEST, Toned, table, verbatim
 from conrod.report.template import _environment
 from conrod.report.terminal import console, print_lines, print_table
 
@@ -82,18 +82,6 @@ def test_a_page_has_no_html_or_running_link_of_a_value(value: object) -> None:
     assert "](j" not in inner.replace("\n ", "")
     assert "]: j" not in inner
     assert COMMANDING.isdisjoint(inner)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "error < 1e-12, **bold**",
-        "[a](https://x.org/?a=1&b=2)",
-        "L [mm]\tand\n`code`",
-    ],
-)
-def test_what_harms_nobody_stays(text: str) -> None:
-    assert in_markdown(text) == visible(text) == text
 
 
 def test_code_to_paste_stays_as_it_is_and_cannot_end_its_block() -> None:

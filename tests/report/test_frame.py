@@ -18,7 +18,7 @@ from committed_studies import ablation_study, limit_study
 from handmade import handmade_sweep
 
 from conrod.errors import InvalidInput
-from conrod.report.folder import ReportFolder, restored, shortened, values_of
+from conrod.report.folder import ReportFolder, restored, values_of
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
 from conrod.report.table import Toned, table
@@ -90,12 +90,6 @@ def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
         restored(MotionStudy, {"name": "x"})
     with pytest.raises(TypeError, match="is not plain"):
         values_of(lambda: None)
-
-
-def test_given_values_keep_all_their_digits_and_measured_ones_those_that_are_reproducible() -> None:
-    values = {"parameters": {"rod": 0.123456789}, "error": 0.123456789}
-    assert shortened(values, 6) == {"parameters": {"rod": 0.123456789}, "error": 0.123457}
-    assert shortened([3.1e-16, -2e-13, 3.4567e-12], 6) == [0.0, 0.0, 3.46e-12]
 
 
 FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_study}

@@ -17,7 +17,7 @@ from command_line import conrod
 from html_pages import Found, found_in
 
 from conrod.report.html.markdown import Place, html_of
-from conrod.report.html.page import Section, document, html_report, picture
+from conrod.report.html.page import html_report, picture
 from conrod.studies.frame.writing import Batch
 
 REPORTS = Path(__file__).parents[2] / "reports"
@@ -72,18 +72,6 @@ def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_p
         text = found.texts[kind][-1]  # before it data, which is no script
         digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
         assert f"{kind}-src 'sha256-{digest}'" in page
-
-
-@pytest.mark.parametrize(
-    ("markup", "scripts"), [("", ()), ('<div class="machine">', ("rowAt",)), ('<span class="spots">', ("unpacked",))]
-)
-def test_a_page_has_the_scripts_and_styles_of_what_is_on_it_and_no_others(
-    markup: str, scripts: tuple[str, ...]
-) -> None:
-    found = found_in(document([Section("a", "a", f"<p>{markup}</p>")]))
-    assert [word for word in ("rowAt", "unpacked") if word in found.texts["script"][-1]] == list(scripts)
-    styles = [f".{word}" for word in ("machine", "spots") if word in markup]
-    assert [word for word in (".machine", ".spots") if word in found.texts["style"][0]] == styles
 
 
 def test_a_figure_is_in_the_page_with_words_for_it() -> None:

@@ -78,15 +78,6 @@ def test_what_moves_can_be_paused_and_a_long_table_filters(entrance: Path) -> No
         assert complaints(page) == []
 
 
-def test_links_of_the_site_lead_to_pages_that_it_has(site: Any) -> None:
-    pages = site.pages()
-    target = site.addresses("docs/limits.md", pages)
-    assert target("running.md#reports-in-html") == "running.html#running--reports-in-html"
-    assert target("../README.md") == "../index.html"
-    assert target("../pyproject.toml") is None
-    assert pages["reports/catalogue/six-bar.md"] == "reports/catalogue/six-bar.html"
-
-
 def vertices(data: str) -> Any:
     """The places (N, 2) that a path in relative commands goes through."""
     at, found = np.zeros(2), []

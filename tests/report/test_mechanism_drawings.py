@@ -15,7 +15,7 @@ from matplotlib.transforms import Bbox
 from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg, telling_angle
+from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg
 from conrod.report.drawing.links import link_outline
 from conrod.report.drawing.view import Slide, slide_of, ways
 from conrod.report.html.parts import drawing_of
@@ -122,11 +122,6 @@ def test_texts_over_each_other_are_told() -> None:
         parts.note(drawn.axes[0], np.array(at), "one", parts.INK)
         parts.note(drawn.axes[0], np.array(at), "other", parts.INK, 30.0)
     assert ("one", "other") in overlaps(drawn)
-
-
-def test_a_machine_with_one_pass_is_drawn_within_it_and_off_its_middle() -> None:
-    scene = catalogue_scene("geneva")
-    assert np.degrees(telling_angle(scene)) == pytest.approx(22.5)
 
 
 @pytest.mark.parametrize("name", ["cam-follower", "saw-40rpm"])

@@ -105,21 +105,6 @@ def _placed(pose: list[float], point: list[float]) -> tuple[float, float]:
     return pose[0] + c * point[0] - s * point[1], pose[1] + s * point[0] + c * point[1]
 
 
-def test_the_readme_says_what_to_solve_and_how_it_is_judged() -> None:
-    scene = SCENES["saw-500rpm"].with_parameters(crank=0.08)
-    page = packed("saw-500rpm", scene)["README.md"]
-    assert isinstance(page, str)
-    # What a closed solution needs is in the page alone.
-    for words in (
-        "| `crank` | 80 | mm |", "| `rod` | 300 | mm |", "| `offset` | 90 | mm |", "at a constant 52.3598775598298",
-        "largest position error over L, over two revolutions", "## What to solve", "`crank` about the joint",
-        "`conrod validate YOUR.csv --scene saw-500rpm --set crank=0.08`",
-    ):  # fmt: skip
-        assert words in page
-    assert "{" not in page
-    assert "--set" not in str(packed("saw-500rpm", SCENES["saw-500rpm"])["README.md"])
-
-
 def test_a_pack_is_a_folder_or_an_archive_of_the_same(tmp_path: Path) -> None:
     command = ("export", "saw-40rpm", "--format", "pack", "--steps-per-rev", "20", "--revolutions", "3", "-o")
     archives = []
@@ -164,16 +149,6 @@ def test_an_earlier_pack_may_be_replaced_and_a_lone_folder_used(tmp_path: Path) 
 
 
 # -- of a mechanism file ----------------------------------------------------------------------------------------------
-
-
-def test_the_page_says_what_was_given_anew_and_where_the_pass_goes(tmp_path: Path) -> None:
-    scene = catalogue_scene(PASS).with_parameters(**{"bodies.crank.mass": 3.0})
-    page = (unpacked(PASS, scene, tmp_path) / "README.md").read_text(encoding="utf-8")
-    assert "`conrod validate YOUR.csv --scene machine.toml --set bodies.crank.mass=3.0`" in page
-    assert "in one pass from crank angle -0.174532925199" in page
-    assert "over the pass**" in page
-    assert "revolutions" not in page.replace("revolutions over", "")
-    assert (tmp_path / "machine.toml").read_bytes() == catalogue_text(PASS).encode()
 
 
 def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> None:

@@ -15,8 +15,6 @@ import numpy as np
 import pytest
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, svg_text
-from conrod.report.charts.panels import error_figure
 from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
@@ -141,13 +139,6 @@ def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_w
         assert svg != figures(other)[name].svg()
 
 
-def test_errors_of_rounding_size_leave_no_trace_of_their_digits() -> None:
-    studies = [a_study("saw-40rpm", a_result("saw-40rpm", size)) for size in (1e-15, 3e-14, 3e-9)]
-    with drawing_style():
-        first, second, large = (svg_text(error_figure(study)) for study in studies)
-    assert first == second != large
-
-
 def test_figures_do_not_depend_on_the_users_settings_of_matplotlib() -> None:
     import matplotlib as mpl
 
@@ -167,19 +158,6 @@ def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome:
     assert "No run completed" in page
     assert "saw-40rpm-error.svg" not in page
     assert set(figures(study)) == {"mechanism"}
-
-
-def test_a_result_out_of_tolerance_names_what_was_found_and_allowed() -> None:
-    result = replace(a_result("saw-40rpm", 1e-4), passed=False)
-    assert "**OUT OF TOLERANCE: position 1.5e-4 > 1.0e-5" in page_of(a_study("saw-40rpm", result))
-
-
-@pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
-def test_a_page_says_what_cannot_be_seen_and_how_it_is_reproduced(name: str) -> None:
-    page = page_of(a_study(name), f"conrod validate {name} --out reports")
-    assert "## What this comparison cannot see" in page
-    assert f"`conrod validate {name} --out reports`" in page
-    assert "{" not in page
 
 
 # -- writing ---------------------------------------------------------------------------------------------------------

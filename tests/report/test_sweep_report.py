@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from handmade import errors_of, handmade_sweep
+from handmade import handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -22,13 +20,11 @@ from conrod.report.sweep import KIND, work_precision_figure
 from conrod.report.sweep_tables import (
     findings,
 )
-from conrod.report.table import Table
 from conrod.report.writer import report_batch
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
-LABEL = re.compile(r"[MP]\d+")
 
 
 @pytest.fixture(scope="module")
@@ -49,18 +45,6 @@ def drawn(study: SweepStudy) -> Figure:
 
 def untimed(study: SweepStudy) -> SweepStudy:
     return replace(study, points=tuple(replace(p, cost=None, ratio=None) for p in study.points))
-
-
-def changed(study: SweepStudy, label: str, **fields: Any) -> SweepStudy:
-    return replace(study, points=tuple(replace(p, **fields) if p.label == label else p for p in study.points))
-
-
-def column(table: Table, heading: str) -> list[str]:
-    return [str(row[table.headings.index(heading)]) for row in table.rows]
-
-
-def texts(axes: Axes) -> set[str]:
-    return {text.get_text() for text in axes.texts}
 
 
 # -- the work-precision diagram ----------------------------------------------------------------------------------------
@@ -101,22 +85,6 @@ def test_without_timings_there_is_no_diagram_and_no_sentence_about_cost(study: S
     assert "No run was timed" in str(batch.files["saw-500rpm.md"])
     assert not findings(untimed(study))
     assert findings(study)
-
-
-# -- findings ----------------------------------------------------------------------------------------------------------
-
-
-def test_the_cheapest_settings_come_first_and_what_does_not_reach_them(study: SweepStudy) -> None:
-    mujoco, pymunk = findings(study)
-    assert "RK4, solref T/10, hardened 1e-9 (`hardened`), at 100 steps per revolution (M6): 800 µs" in mujoco
-    assert "The stock settings never get there: their least error is 0.040 L" in mujoco
-    assert "No setting of pymunk" in pymunk
-    assert "the least is 1.6e-6" in pymunk
-    # Negative control: where the stock settings get there, nothing is said of them.
-    good = study
-    for point in (p for p in study.points if p.preset == "stock" and p.completed):
-        good = changed(good, point.label, errors=errors_of(1e-7))
-    assert not [text for text in findings(good) if "never" in text]
 
 
 # -- the page that explains --------------------------------------------------------------------------------------------

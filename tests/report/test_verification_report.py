@@ -13,7 +13,6 @@ from encoder_table import encoder_table
 from own_model_edits import ROD_END, TEXTS, replaced
 
 from conrod.cli.verification import Dossier
-from conrod.own import files
 from conrod.own.models.references import ANGLES, sensitivities, shares
 from conrod.own.tables.columns import request
 from conrod.own.tables.reading import read_table
@@ -74,10 +73,6 @@ def test_one_changed_byte_anywhere_is_seen() -> None:
         assert not seal_of(changed), page[at - 10 : at + 10]
     assert not seal_of(page + b"\n")
     assert not seal_of(page.replace(b"\n", b"\r\n"))
-
-
-def test_a_page_says_what_it_was_made_of() -> None:
-    assert data_of(sealed_page(report())) == report()
 
 
 def test_names_of_a_user_stay_text() -> None:
@@ -189,11 +184,6 @@ def measured(folder: Path, text: str) -> TableStudy:
     return study_table("encoder.csv", "saw-40rpm", scene, read_table(path, tuple(scene.lengths), request((), (), ())))
 
 
-def test_without_measurements_nothing_is_validated() -> None:
-    section, _ = beside.validation(None, None, (None, None))
-    assert section.sentences[0].startswith("validation not performed")
-
-
 def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_where_a_part_is_missing(
     tmp_path: Path,
 ) -> None:
@@ -260,11 +250,3 @@ def test_a_committed_report_made_again_says_the_same_but_for_the_software(name: 
     assert conrod(*words, "--report", str(tmp_path / f"{name}.html")).returncode == 0
     again = changes(old, data_of((tmp_path / f"{name}.html").read_bytes()))
     assert all(change.startswith("software, ") for change in again), again
-
-
-def test_a_wheels_hash_leaves_out_what_an_installer_adds() -> None:
-    version, digest, of = files.package_hash("numpy")
-    assert (version, len(digest), of) == (np.__version__, 64, "wheel's RECORD")
-    assert files.BY_INSTALLER.match("../../../bin/f2py,sha256=x,1")
-    assert files.BY_INSTALLER.match("numpy-2.4.6.dist-info/INSTALLER,sha256=x,1")
-    assert not files.BY_INSTALLER.match("numpy/__init__.py,sha256=x,1")
