@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import conrod
 from committed_studies import ablation_study, limit_study
 from handmade import handmade_sweep
 
@@ -136,23 +135,6 @@ def test_a_file_that_is_not_the_reports_is_never_replaced(tmp_path: Path, name: 
     with pytest.raises(InvalidInput, match="not of this report"):
         write(tmp_path, study("saw-40rpm"))
     assert contents(tmp_path) == before
-
-
-def test_folders_of_others_and_of_other_versions_are_refused_in_one_line(tmp_path: Path) -> None:
-    results = tmp_path / "motion.json"
-    for text, said in (
-        ("[1]", "not a conrod report"),
-        ('{"schema": 1, "conrod": "0.1.0"}', "another version of conrod"),
-        ('{"schema": 2, "kind": "sweep"}', "another kind"),
-    ):
-        results.write_text(text)
-        with pytest.raises(InvalidInput, match=said):
-            ReportFolder(tmp_path, KIND)
-    results.write_text('{"schema": 1, "conrod": "0.1.0", "motions": []}')
-    done = conrod("report", str(tmp_path))
-    assert done.returncode == 2
-    assert "earlier conrod" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
 
 
 def test_a_file_beside_must_be_none_of_the_report(tmp_path: Path) -> None:

@@ -12,21 +12,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from conrod.mechanism.mechanism import Prismatic
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg
-from conrod.report.drawing.links import link_outline
-from conrod.report.drawing.view import Slide, slide_of, ways
 from conrod.report.html.parts import drawing_of
 from conrod.scenes import SCENES, catalogue_names, catalogue_scene, scene_named
 
 FIGURES = Path(__file__).parents[2] / "reports" / "figures"
 CROWDED = ("geneva", "jansen-leg", "planetary-gear", "peaucellier", "six-bar", "two-slider-linkage")
-
-
-def place(x: float, y: float) -> np.ndarray:
-    return np.array([x, y])
 
 
 @cache
@@ -35,34 +28,7 @@ def figure(name: str) -> Figure:
         return mechanism_figure(catalogue_scene(name))
 
 
-# -- links -----------------------------------------------------------------------------------------------------------
-
-
-def test_a_link_is_a_bar_along_what_is_in_line_and_a_plate_around_what_is_not() -> None:
-    ends = [place(0.0, 0.0), place(4.0, 0.0)]
-    np.testing.assert_array_equal(link_outline([*ends, place(6.0, 0.0), place(1.0, 0.01)]), [(0.0, 0.0), (6.0, 0.0)])
-    assert len(link_outline([*ends, place(2.0, 1.0)])) == 3
-    assert len(link_outline(ends[:1])) == 0
-
-
 # -- slides ----------------------------------------------------------------------------------------------------------
-
-
-def test_the_pin_in_the_slot_of_a_geneva_wheel_goes_along_it_and_never_aside() -> None:
-    scene = catalogue_scene("geneva")
-    mechanism = scene.mechanism()
-    (joint,) = (j for j in mechanism.joints if isinstance(j, Prismatic))
-    slide = slide_of(mechanism, joint)
-    assert (slide.guide, slide.moving) == ("wheel", "follower")
-    turn = scene.kinematics.poses(np.linspace(*scene.kinematics.span, 41))
-    guides, movings = (turn[:, 3 * k : 3 * k + 3] for k in map(mechanism.body_index.__getitem__, ("wheel", "follower")))
-    gone = ways(slide, guides, movings)
-    # From the rim at both ends to where the pin lies between the shafts.
-    centre_distance = np.hypot(0.06, 0.06)
-    np.testing.assert_allclose([gone[0], gone[20], gone[-1]], [0.06, centre_distance - 0.06, 0.06], atol=1e-9)
-    np.testing.assert_allclose(
-        ways(Slide("wheel", "follower", slide.point, 0.5 * np.pi), guides, movings), 0, atol=1e-9
-    )
 
 
 def overlaps(drawn: Figure, apart: float = 0.45) -> list[tuple[str, str]]:

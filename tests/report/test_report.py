@@ -6,7 +6,6 @@ import json
 import math
 import os
 import re
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +21,6 @@ from conrod.report.validation import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.writing import write_together
 from conrod.studies.validation.results import (
     Curve,
@@ -218,25 +216,6 @@ def test_an_interrupt_between_two_files_waits_for_the_rest(
     found = contents(tmp_path)
     write_report(both, reports, COMMAND)
     assert contents(tmp_path) == found
-
-
-@pytest.mark.usefixtures("undrawn")
-def test_a_report_needs_no_right_to_write_beside_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Its folder may be a mount point, or its parent be read-only.
-    reports = tmp_path / "reports"
-    reports.mkdir()
-    make, used = tempfile.mkdtemp, []
-
-    def noted(suffix: str | None = None, prefix: str | None = None, dir: str | None = None) -> str:
-        used.append(Path(str(dir)))
-        return make(suffix, prefix, dir)
-
-    monkeypatch.setattr(tempfile, "mkdtemp", noted)
-    check_writable_folder(reports)
-    write_report([a_study("saw-40rpm")], reports, COMMAND)
-    assert used == [reports, reports]
-    assert [path.name for path in tmp_path.iterdir()] == ["reports"]
-    assert not [path for path in reports.iterdir() if path.name.startswith(".")]
 
 
 def index_of(folder: Path) -> str:

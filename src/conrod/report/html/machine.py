@@ -6,16 +6,16 @@ The curves stand against the crank angle, as small SVGs with a cursor that a pag
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup, escape
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import colour, label
+from conrod.report.charts.canvas import NORMS, colour, label
 from conrod.report.html.moving import MOST_POWER, POSES, Moving, moving, transforms
 from conrod.report.html.page import template
 from conrod.report.kind import Part
@@ -28,16 +28,8 @@ MOST_DECADES = 4  # that are named
 TICKS = 5  # of the angle
 
 
-@dataclass(frozen=True)
-class Line:
-    """A curve.
-
-    Attributes:
-        along: (K,) part of the stretch of the crank angle, from 0 to 1.
-        values: (K,).
-        run: number of the engine's run; -1 of the exact motion.
-        look: attributes of SVG.
-    """
+class Line(NamedTuple):
+    """A curve: values (K,) along parts (K,) of the stretch, its run or -1 for the exact motion, attributes of SVG."""
 
     along: Array
     values: Array
@@ -47,17 +39,16 @@ class Line:
 
 def panel(title: str, lines: Sequence[Line], ends: tuple[float, float], at: float, log: bool = False) -> Markup:
     """Curves over a stretch of the crank angle [deg] with a cursor at a part of it; errors on a logarithmic scale."""
-    values = np.concatenate([line.values for line in lines] or [np.zeros(1)])
     if log:
-        values = np.log10(np.maximum(values, ROUNDING))
-        low, high = (
-            float(np.floor(values.min())),
-            max(float(np.ceil(values.max())), float(np.floor(values.min())) + 1.0),
-        )
+        lines = [line._replace(values=np.log10(np.maximum(line.values, ROUNDING))) for line in lines]
+    values = np.concatenate([line.values for line in lines] or [np.zeros(1)])
+    low, high = float(values.min()), float(values.max())
+    if log:
+        low, high = math.floor(low), max(math.ceil(high), math.floor(low) + 1)
         ticks = np.arange(high, low - 1.0, -np.ceil((high - low) / MOST_DECADES))
         names = [f"1e{tick:.0f}" for tick in ticks]
     else:
-        low, high = float(values.min()), float(values.max()) or 1.0
+        high = high or 1.0
         ticks = np.array([low, high])
         names = [f"{tick:.3g}" for tick in ticks]
     span = (high - low) or 1.0
@@ -75,9 +66,7 @@ def panel(title: str, lines: Sequence[Line], ends: tuple[float, float], at: floa
         place, anchor = (_x(share), "middle") if share < 1.0 else (400.0, "end")
         unit = "" if share < 1.0 else " deg"
         marks += f'<text x="{place:.0f}" y="{BOTTOM + 16}" text-anchor="{anchor}">{degrees}{unit}</text>'
-    drawn = "".join(
-        _path(line, y(np.log10(np.maximum(line.values, ROUNDING)) if log else line.values)) for line in lines
-    )
+    drawn = "".join(_path(line, y(line.values)) for line in lines)
     cursor = f'<line class="cursor" x1="{_x(at):.1f}" x2="{_x(at):.1f}" y1="{TOP}" y2="{BOTTOM}"/>'
     return Markup(  # of numbers and of texts that are escaped
         f'<svg class="curves" viewBox="0 0 400 145" role="img" aria-label="{escape(title)}, against the crank angle in '
@@ -163,9 +152,6 @@ def _panels(machine: Moving) -> list[Markup]:
         errors = [line for k in range(len(machine.runs)) for line in _error(machine, k, quantity)]
         found.append(panel(f"{quantity}: error of {scene.output} / {NORMS[quantity]}", errors, ends, at, log=True))
     return found
-
-
-NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 
 
 def _error(machine: Moving, number: int, quantity: str) -> list[Line]:
