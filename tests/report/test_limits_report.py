@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from conrod.report.charts.canvas import OUTCOME_MARKS, drawing_style
 from conrod.report.folder import restored
 from conrod.report.kind import Reproduction
-from conrod.report.limits.charts import UNDETECTED_COLOUR, error_chart
+from conrod.report.limits.charts import UNDETECTED_COLOUR, error_chart, places_on
 from conrod.report.limits.report import KIND, merged
 from conrod.report.limits.tables import limits_table, undetected_table, undetected_words
 from conrod.report.writer import report_batch
@@ -141,3 +141,8 @@ def test_nothing_is_kept_of_another_machine_or_another_engine() -> None:
     newer = merged(study, replace(steps, engines={**study.engines, "pymunk": "8.0.0"}))
     assert {walk.axis for walk in newer.walks if walk.engine == "pymunk"} == {"steps"}
     assert {walk.axis for walk in newer.walks if walk.engine == "mujoco"} == {walk.axis for walk in study.walks}
+
+
+def test_a_mark_that_stands_alone_stands_where_it_would_beside_others() -> None:
+    alone, beside = (places_on(AXES["steps"], values)[0] for values in ([2.0], [2.0, 20_000.0]))
+    assert alone == pytest.approx(beside, rel=1e-3) == pytest.approx(2.0, rel=1e-3)
