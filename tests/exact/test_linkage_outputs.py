@@ -9,13 +9,16 @@ from functools import cache
 import numpy as np
 import pytest
 from described import CATALOGUE, changed
-from linkages import four_bar, slider_crank
+from linkages import assembled, four_bar, slider_crank
 
+from conrod import compare, run
+from conrod.engines import engine_named
+from conrod.exact import GenericReference
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage import Output, outputs
+from conrod.exact.linkage import Output, outputs, turn_quantities
 from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles
-from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute, Rolling
 from conrod.scenes import SCENES, catalogue_scene
 from conrod.scenes.described_scene import scene_of
 
@@ -204,3 +207,63 @@ def test_the_worst_angle_is_no_better_than_the_least_of_samples(name: str) -> No
     (push,) = pushes(kinematics, kinematics.poses(kinematics.angles(3600)))
     sampled = math.asin(np.sin(push.angle).min())
     assert sampled - 1e-6 <= found.worst.value <= sampled + 1e-14
+
+
+# -- trains of gears whose turns differ, and dyads that are moved by what they are pinned to ---------------------------
+
+
+def geared(radius: float) -> GenericReference:
+    """A four-bar, its crank driven by a pinion of a radius [m]."""
+    machine = four_bar(0.07, 0.25, 0.2, 0.3, turn=0.0)
+    motor = Revolute("motor", GROUND, "pinion", (-0.12, 0.0), (0.0, 0.0))
+    mesh = Rolling("mesh", "pinion", "crank", (0.0, 0.0), (0.0, 0.0), radius, 0.12 - radius)
+    bars = Body("coupler", 1.0, 0.25**2 / 12.0, (0.125, 0.0)), Body("rocker", 1.0, 0.2**2 / 12.0, (0.1, 0.0))
+    geared_machine = replace(
+        machine,
+        bodies=(Body("crank", 1.5, 4.8e-3), *bars, Body("pinion", 0.5, 4e-4)),
+        joints=(*machine.joints, motor, mesh),
+        driver=Driver("motor"),
+        poses={**machine.poses, "pinion": (-0.12, 0.0, 0.0)},
+        observed=(ObservedPoint("B", "coupler", (0.25, 0.0)),),
+    )
+    return GenericReference(geared_machine, 10.0 * math.pi)
+
+
+def test_a_rocker_behind_a_slow_wheel_does_not_go_on_turning() -> None:
+    crank, rocker = turn_quantities(geared(0.04).kinematics).outputs
+    assert (crank.link, rocker.link) == ("crank", "rocker")
+    # Half a turn a turn, every time: the crank goes on.
+    assert crank.gain == pytest.approx(-math.pi, abs=1e-7)
+    assert crank.stroke is None
+    assert (rocker.gain, rocker.time_ratio) == (0.0, None)
+    assert [round(centre.angle, 6) for centre in rocker.dead_centres] == [4.877361]
+
+
+def test_tolerances_behind_a_slow_wheel_are_those_of_all_turns_of_a_run() -> None:
+    scene, pymunk = geared(0.04), engine_named("pymunk")
+    settings = pymunk.presets["tuned"](scene, 500)
+    allowed = pymunk.expected_error(scene, settings).position
+    first, both = (compare(run(scene, settings, revolutions=turns), scene).worst("position") for turns in (1.0, 2.0))
+    # The second turn is the worse one, so that a law over the first alone would be exceeded.
+    assert 1.3 * first < both < allowed < 1.1 * both
+
+
+def test_behind_an_equal_wheel_every_turn_is_alike() -> None:
+    crank, rocker = turn_quantities(geared(0.06).kinematics).outputs
+    assert crank.stroke is None
+    assert len(rocker.dead_centres) == 2
+    assert rocker.time_ratio is not None
+
+
+def test_a_rod_that_a_rocker_moves_does_not_push_it() -> None:
+    shaft, a, q, b = (0.0, 0.0), (0.07, 0.0), (0.3, 0.0), (0.23, 0.19)
+    c, d, e = (0.1, 0.2), (0.4, 0.1), (0.35, 0.32)
+    links = {"crank": (shaft, a), "coupler": (a, b), "rocker": (q, b)}
+    pins = [("shaft", GROUND, "crank", shaft), ("a", "crank", "coupler", a), ("b", "coupler", "rocker", b)]
+    pins.append(("q", GROUND, "rocker", q))
+    dyad = [("c", "coupler", "fifth", c), ("d", "rocker", "sixth", d), ("e", "fifth", "sixth", e)]
+    six_bar = Kinematics(assembled("six-bar", links | {"fifth": (c, e), "sixth": (d, e)}, [*pins, *dyad]))
+    plain = Kinematics(assembled("four-bar", links, pins))
+    assert [push.through for push in pushes(six_bar, six_bar.start)] == []
+    # Negative control: the four-bar's coupler does push it.
+    assert [push.through for push in pushes(plain, plain.start)] == ["coupler"]
