@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from described import CATALOGUE, tables
 
-import conrod
 from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
 from conrod.mechanism.cam import DWELL, HARMONIC, LAWS, Segment, symmetric_cam
 from conrod.mechanism.cam_law import TURN, LawProfile, can_roll, check_cut, concave_reason
+from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.limits.changed_machines import dead_angles
 from conrod.studies.validation.study import validate_kinematic
 
-CATALOGUE = Path(conrod.__file__).parent / "scenes" / "catalogue"
 MOVING = tuple(law for law in LAWS if law != DWELL)
 CAMS = tuple(f"cam-{law}" for law in MOVING)
-# Derivatives that are 0 at both ends, beside the first.
 LIFT, RISE = 0.033, math.radians(120.0)
 
 
@@ -35,21 +31,11 @@ def profile(law: str, **changed: Any) -> LawProfile:
     return replace(LawProfile(0.076, 0.009, segments), **changed)
 
 
-@cache
-def tables(name: str) -> dict[str, Any]:
-    return tomllib.loads((CATALOGUE / f"{name}.toml").read_text())
-
-
-@cache
-def shipped(name: str) -> DescribedScene:
-    return scene_of(tables(name))
-
-
 def changed(name: str, **fields: Any) -> dict[str, Any]:
     """A shipped file with other fields of its profile."""
-    given = dict(tables(name))
-    contact = given["joints"]["contact"]
-    return given | {"joints": given["joints"] | {"contact": contact | {"profile": contact["profile"] | fields}}}
+    given = tables(CATALOGUE / f"{name}.toml")
+    given["joints"]["contact"]["profile"] |= fields
+    return given
 
 
 @pytest.mark.parametrize("law", MOVING)
@@ -74,7 +60,7 @@ def worst_difference(scene: DescribedScene, law: LawProfile) -> float:
 
 @pytest.mark.parametrize("name", CAMS[:2])
 def test_the_generic_solver_gives_the_laws_own_derivatives_to_jerk(name: str) -> None:
-    scene = shipped(name)
+    scene = catalogue_scene(name)
     law = scene.mechanism().cam_contacts[0].profile
     assert isinstance(law, LawProfile)
     assert worst_difference(scene, law) < 1e-12
@@ -85,7 +71,7 @@ def test_the_generic_solver_gives_the_laws_own_derivatives_to_jerk(name: str) ->
 
 @pytest.mark.parametrize("name", CAMS)
 def test_breaks_are_where_acceleration_or_jerk_jump(name: str) -> None:
-    scene = shipped(name)
+    scene = catalogue_scene(name)
     law = name.removeprefix("cam-")
     at = [] if law == "4-5-6-7" else [0.0, 120.0, 180.0, 300.0]
     np.testing.assert_allclose(np.degrees(scene.break_angles()), at, rtol=0.0, atol=1e-7)
@@ -100,16 +86,13 @@ def test_breaks_are_where_acceleration_or_jerk_jump(name: str) -> None:
 
 @pytest.mark.parametrize(("offset", "sense"), [(0.012, 1), (-0.02, -1)])
 def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
-    cam = changed("cam-3-4-5", offset=offset, sense="counter-clockwise" if sense > 0 else "clockwise")
-    line = {"kind": "prismatic", "guide": "ground.line", "direction": "90 deg", "slider": "follower"}
-    height = math.sqrt(0.085**2 - offset**2)
-    given = cam | {
-        "ground": {"points": {"line": [-offset, 0.0]}},
-        "joints": cam["joints"] | {"guide": line},
-        "start": {"follower": {"origin": [-offset, height]}},
-        "driver": cam["driver"] | {"sense": "counter-clockwise" if sense > 0 else "clockwise"},
-    }
-    scene = scene_of(given)
+    way, height = "counter-clockwise" if sense > 0 else "clockwise", math.sqrt(0.085**2 - offset**2)
+    cam = changed("cam-3-4-5", offset=offset, sense=way)
+    cam["ground"] = {"points": {"line": [-offset, 0.0]}}
+    cam["joints"]["guide"]["guide"] = "ground.line"
+    cam["start"] = {"follower": {"origin": [-offset, height]}}
+    cam["driver"]["sense"] = way
+    scene = scene_of(cam)
     angle = np.linspace(0.0, TURN, 499) + 0.01
     point, own = scene.motion(angle, 1.0).point("roller"), profile("3-4-5").lift(angle, 3)
     np.testing.assert_allclose(point.position[:, 0], -offset, rtol=0.0, atol=1e-15)
@@ -198,7 +181,7 @@ def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engine: str) -> None:
-    result = validate_kinematic("cam", shipped("cam-cycloidal"), engine_named(engine))
+    result = validate_kinematic("cam", catalogue_scene("cam-cycloidal"), engine_named(engine))
     assert result.passed
     assert result.errors is not None
     assert result.errors["roller"]["position"]["max"] > 0.1 * result.tolerance.position  # type: ignore[index,operator]
@@ -207,7 +190,7 @@ def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engi
 @pytest.mark.parametrize("name", CAMS[:2])
 def test_a_dwell_is_no_dead_centre(name: str) -> None:
     # Where a rise and a fall meet without a dwell, there is one.
-    assert dead_angles(shipped(name)) == ()
+    assert dead_angles(catalogue_scene(name)) == ()
     rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
     peaked = scene_of(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
     assert dead_angles(peaked) == pytest.approx((150.0,), abs=1e-3)
