@@ -134,8 +134,19 @@ def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.M
 @pytest.mark.parametrize("name", ["saw reversed", "saw, stock", "cam"])
 def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
-    monkeypatch.setattr(stepping, "memory_is_known", lambda: False)
-    assert differing(recorded(whole_run(*asked(f"pymunk: {name}"), START)), recorded(whole(f"pymunk: {name}"))) == []
+    expected = recorded(whole(f"pymunk: {name}"))
+    for offset in (stepping.OFFSET - 16, stepping.OFFSET + 8):
+        monkeypatch.setattr(stepping, "OFFSET", offset)
+        assert not stepping.memory_is_known()
+    assert differing(recorded(whole_run(*asked(f"pymunk: {name}"), START)), expected) == []
+
+
+@pytest.mark.parametrize("name", ["saw, stock", "cam"])
+def test_blocks_within_a_piece_of_pymunks_change_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = recorded(whole(f"pymunk: {name}"))
+    monkeypatch.setattr(stepping, "BLOCK", 7)
+    monkeypatch.setattr(dynamics, "CHUNK", 11)
+    assert differing(recorded(whole_run(*asked(f"pymunk: {name}"), START)), expected) == []
 
 
 # -- time ------------------------------------------------------------------------------------------------------------

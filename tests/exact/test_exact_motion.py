@@ -13,10 +13,11 @@ from catalogue import CAMS, CAMS_WITH_JOINTS, DEFECTIVE_CAMS, DEFECTIVE_LINKAGES
 from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
 
 from conrod.errors import InvalidInput
+from conrod.exact import GenericReference
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion
 from conrod.mechanism.cam import symmetric_cam
-from conrod.scenes import CamFollower, Saw, Scene, ShearPress
+from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 TURN = 2.0 * math.pi
@@ -228,3 +229,20 @@ def test_a_flank_near_the_least_radius_keeps_its_digits() -> None:
         assert len(arcs) == 4
         for arc, following in zip(arcs, arcs[1:] + arcs[:1], strict=True):
             np.testing.assert_allclose(arc.point(arc.stop), following.point(following.start), rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("generic", [False, True])
+def test_exact_motion_is_that_of_its_parts(name: str, generic: bool) -> None:
+    scene = SCENES[name]
+    ruler = GenericReference(scene.mechanism(), scene.speed) if generic else scene
+    angle = np.linspace(-3.0, 9.0, 9001)
+    speed, acceleration = scene.speed * (1.0 + 0.1 * np.sin(angle)), 0.3 * scene.speed**2 * np.cos(angle)
+    whole = ruler.motion(angle, speed, acceleration)
+    for rows in (slice(0, 5), slice(2040, 2060), slice(8188, 8200), slice(8995, 9001)):
+        part = ruler.motion(angle[rows], speed[rows], acceleration[rows])
+        for point in scene.lengths:
+            for order, quantity in enumerate(QUANTITIES):
+                values = getattr(whole.point(point), quantity)
+                size = scene.lengths[point] * abs(scene.speed) ** order
+                np.testing.assert_allclose(values[rows], getattr(part.point(point), quantity), atol=1e-12 * size)
