@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -13,9 +17,16 @@ from planted_engine import LawfulEngine, PlantedSettings
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import PIECE, Machine
+from conrod.engines.running import whole_run
 from conrod.exact.motion import Array
+from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Piece, PointTracks, Track
+from conrod.scenes import SCENES
 from conrod.testing import EngineConformance
+
+PAGE = Path(__file__).parents[2] / "docs" / "own-engine.md"
+FAST_SAW: Any = SCENES["saw-500rpm"]
+CODE = "\n".join(re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL))
 
 
 class TestMuJoCo(EngineConformance):
@@ -129,3 +140,39 @@ def test_a_mistake_breaks_the_claim_on_it(claim: str) -> None:
         suite = type("Suite", (PlantedSuite,), {"engine": engine})()
         with pytest.raises((AssertionError, FloatingPointError)):
             getattr(suite, claim)()
+
+
+# -- the engine that docs/own-engine.md walks through ------------------------------------------------------------------
+
+
+def engine_of(code: str) -> Any:
+    """The engine that a module of this code has."""
+    module = sys.modules["shake_engine"] = ModuleType("shake_engine")
+    exec(compile(code, str(PAGE), "exec"), vars(module))
+    return module.ENGINE
+
+
+class TestShake(EngineConformance):
+    engine = engine_of(CODE)
+    scenes = ("saw-500rpm",)
+    steps = (100, 200)
+
+
+@pytest.mark.parametrize(
+    ("what", "wrong", "seen"),
+    [
+        ("", "", ()),
+        ("np.diff(values, 2, axis=0) / h**2", "0.999 * np.diff(values, 2, axis=0) / h**2", ("acceleration",)),
+        ("return x + out *", "return x + 1.001 * out *", ("position", "velocity", "acceleration")),
+    ],
+)
+def test_its_law_bounds_its_errors_and_a_mistake_breaks_it(what: str, wrong: str, seen: tuple[str, ...]) -> None:
+    assert what in CODE
+    engine = engine_of(CODE.replace(what, wrong, 1))
+    settings = engine.presets["tuned"](FAST_SAW, 200)
+    found, law = (
+        compare(whole_run(engine, FAST_SAW, settings, 1.0), FAST_SAW),
+        engine.expected_error(FAST_SAW, settings),
+    )
+    for quantity in ("position", "velocity", "acceleration"):
+        assert (found.worst(quantity) > getattr(law, quantity)) == (quantity in seen)
