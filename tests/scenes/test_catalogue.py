@@ -97,8 +97,7 @@ def test_the_wheel_has_the_files(tmp_path: Path) -> None:
     assert {f"conrod/scenes/catalogue/{name}.toml" for name in NAMES} <= set(inside)
     files = {name for name in dynamics_names() if not name.startswith(CHAIN)}
     assert {f"conrod/scenes/dynamics/{name}.toml" for name in files} <= set(inside)
-    templates = (root / "src/conrod/report/templates").glob("*.jinja")
-    assert {f"conrod/report/templates/{file.name}" for file in templates} <= set(inside)
+    assert {str(file.relative_to(root / "src")) for file in (root / "src").rglob("*.jinja")} <= set(inside)
 
 
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:

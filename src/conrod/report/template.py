@@ -1,4 +1,4 @@
-"""Pages in Markdown from templates: the prose of all reports lies in `templates/*.md.jinja`.
+"""Pages in Markdown from templates: all prose of reports lies in `templates/`, or beside a kind that has a folder.
 
 In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None; figures that it shows are
 those of the page. The functions of `conrod.report.numbers` are filters (`{{ size | measured }}`), those of

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -111,9 +112,8 @@ def _statements(of: Verification) -> Statements:
 
 def sealed_page(found: Verification) -> bytes:
     """The report as a file: the hash of it, with zeros where the hash stands, stands in its head and on the page."""
-    text = page(
-        "verification", found=found, digest=UNSEALED, measured=len(found.sections["validation"].sentences) > 1
-    ).text
+    measured = len(found.sections["validation"].sentences) > 1
+    text = page("verification", sys.modules[__name__], found=found, digest=UNSEALED, measured=measured).text
     place = Place("verification", 0, lambda name, alt: None, lambda name: None)
     html = html_page.document(
         [html_page.Section("verification", f"Verification report: {found.subject}", html_of(text, place))]
