@@ -45,9 +45,7 @@ def harden_file(
     content: bool = True,
     controls: Controls = (),
 ) -> HardenedModel:
-    """Harden the model of a file, and show on its own motion what that changes. The file is only read.
-
-    To be called in a process of its own, see `conrod.studies.execution.local`.
+    """Harden the model of a file, which is only read, in a process of its own; show on its motion what that changes.
 
     Args:
         keyframe: that the runs start from, as in `data_at_start`.
@@ -57,8 +55,7 @@ def harden_file(
         controls: inputs of actuators in place of the keyframe's, held through the runs.
 
     Raises:
-        InvalidInput: the model cannot be loaded or says what is no number, has no such keyframe, or the run would be
-            too short or too long.
+        InvalidInput: the model is none, has no such keyframe, or the run would be too short or too long.
     """
     # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
     model = load_model(path.absolute())

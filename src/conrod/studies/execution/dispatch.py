@@ -161,15 +161,19 @@ def _share(
                 end(flying[future], keep(flying[future], future))
                 del flying[future]
     except BaseException:  # Ctrl-C, too
-        for future in flying:
-            future.cancel()
         # The ledger may be what failed: then the first error says why.
         with suppress(InvalidInput):
-            for future, case in flying.items():
-                if future.done() and not future.cancelled() and future.exception() is None:
-                    end(case, keep(case, future))
+            for future in _completed(flying):
+                end(flying[future], keep(flying[future], future))
         ledger.claims.close()  # nobody is to wait for what is claimed here
         raise
+
+
+def _completed(flying: Iterable[Future[Result]]) -> list[Future[Result]]:
+    """Those that have a result; the others are cancelled."""
+    for future in flying:
+        future.cancel()
+    return [one for one in flying if one.done() and not one.cancelled() and one.exception() is None]
 
 
 # -- costs ------------------------------------------------------------------------------------------------------------
