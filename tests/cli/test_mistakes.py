@@ -41,6 +41,7 @@ MISTAKES = {
     "recommend saw-500rpm --position 0": ("--position",),
     "validate saw-40rpm --cell-memory nanGB": ("--cell-memory",),
     "validate saw-40rpm --json l.sqlite --ledger l.sqlite": ("it is the same file as the ledger",),
+    "show pass.toml --json pass.toml": ("cannot write pass.toml: it is a mechanism file",),
     "results --csv x.out --json ./x.out --ledger l.sqlite": ("it is the same file as --csv",),
     # A grid, an axis, the rounds of a comparison.
     "sweep saw-500rpm --jobs 0": ("0 jobs", "1 to"),

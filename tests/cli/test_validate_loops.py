@@ -70,6 +70,15 @@ def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what:
     assert file.read_text() == text
 
 
+@pytest.mark.parametrize("options", [(), ("--scene",)])
+def test_none_of_several_models_is_written_over(tmp_path: Path, options: tuple[str, ...]) -> None:
+    file, other = written(tmp_path, BAR), tmp_path / "other.xml"
+    other.write_text(BAR)
+    for target in (file, other):
+        words = f"--json {target}: it is the same file as the model"
+        assert words in refusal("validate", str(file), *options, str(other), *DRIVE, "--json", str(target))
+
+
 # -- what is judged ----------------------------------------------------------------------------------------------------
 
 FEW = ("--seconds", "0.05")

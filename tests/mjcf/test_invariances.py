@@ -118,3 +118,10 @@ def test_command_judges_any_model_and_names_what_does_not_go_with_it(tmp_path: P
     refused = conrod("validate", str(model), "--invariances", "--preset", "stock")
     assert refused.returncode == 2
     assert "--preset does not go with --invariances" in refused.stderr
+    assert "--json, --invariances" not in refused.stderr
+    other = tmp_path / "other.xml"
+    bench_of(other)
+    refused = conrod("validate", str(model), str(other), "--invariances", "--json", str(model))
+    assert (refused.returncode, "same file as the model" in refused.stderr) == (2, True)
+    twice = conrod("validate", str(model), str(model), "--invariances")
+    assert (twice.returncode, "another has the same name in the report" in twice.stderr) == (2, True)

@@ -119,7 +119,9 @@ def refuse(asked: Any, subject: str, *which: str) -> None:
 def refuse_others(asked: Any, subject: str, *taken: str) -> None:
     """Refuse all options but some; raises InvalidInput, which names what is taken."""
     if other := next((name for name in as_given(asked) if name not in taken), None):
-        raise InvalidInput(f"{other} does not go with {subject}, which takes {', '.join(taken)}")
+        raise InvalidInput(
+            f"{other} does not go with {subject}, which takes {', '.join(one for one in taken if one != subject)}"
+        )
 
 
 def as_given(asked: Any, *left_out: str) -> dict[str, Any]:

@@ -11,9 +11,10 @@ from conrod.cli import waiting
 from conrod.cli.options import refuse_others
 from conrod.cli.validate_request import MODELS, Judging, Request
 from conrod.engines import engine_named
+from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.results import Invariance, InvarianceStudy
-from conrod.own.files import check_readable
+from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import Controls, controls_of
 from conrod.report.invariances import KIND, finding, invariances_table, notes
 from conrod.report.terminal import Part, said
@@ -21,7 +22,7 @@ from conrod.scenes import Scene
 from conrod.studies.execution.local import FILE_TIMEOUT, confined
 from conrod.studies.frame.resolve_arguments import select_scenes
 
-TAKEN = ("--keyframe", "--seconds", "--ctrl", "--set", "--out", "--json", "--invariances")
+TAKEN = ("--keyframe", "--seconds", "--ctrl", "--set", "--out", "--html", "--json", "--invariances")
 
 
 def judging(asked: Request) -> Judging:
@@ -30,8 +31,10 @@ def judging(asked: Request) -> Judging:
     if asked.seconds is not None:
         check_number("--seconds", asked.seconds, 1e-9, 1e9, "s")
     models = [name for name in asked.subjects if name.lower().endswith(MODELS)]
+    inputs = dict[str, Path]()
     for name in models:
         check_readable(Path(name))
+        inputs |= as_outputs_must_not_be(Path(name))
     controls, named = controls_of(asked.controls), [name for name in asked.subjects if name not in models]
     scenes = select_scenes(named, asked.assignments) if named or not models else {}
 
@@ -43,8 +46,10 @@ def judging(asked: Request) -> Judging:
         return [[*found, *(of_scene(name, scene, asked) for name, scene in one.items())] for one in others]
 
     parts = [*(Path(name).stem for name in models), *scenes]
+    if hidden := next((name for k, name in enumerate([*models, *scenes]) if parts[k] in parts[:k]), None):
+        raise InvalidInput(f"{hidden}: another has the same name in the report: judge it by itself")
     typed = dict(zip(parts, [*models, *(named or scenes)], strict=True))
-    return Judging(KIND, typed, parts, judge, invariances_found, finding, scenes)
+    return Judging(KIND, typed, parts, judge, invariances_found, finding, scenes, inputs)
 
 
 def of_file(name: str, path: Path, asked: Request, controls: Controls) -> InvarianceStudy:

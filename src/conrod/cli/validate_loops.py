@@ -43,7 +43,7 @@ def judging(asked: Request) -> Judging:
     parts = {name if name in MACHINES else Path(name).stem: name for name in subjects}
     if hidden := [name for name in subjects if name not in parts.values()] or subjects[len(parts) :]:
         raise InvalidInput(f"{hidden[0]}: another has the same name in the report: judge it by itself")
-    for name in named:
+    for name in [*named, *([asked.scene] if asked.scene and asked.scene not in MACHINES else [])]:
         inputs |= as_outputs_must_not_be(Path(name))
 
     def judged(part: str, name: str) -> LoopStudy:

@@ -74,7 +74,7 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
 def as_outputs_must_not_be(path: Path) -> dict[str, Path]:
     """The files of a model by what a user calls them, for `conrod.studies.frame.files.files_to_write`."""
     first, *others = files_of_model(path)
-    return {"the model": first} | {f"{other}, which the model is made of": other for other in others}
+    return {f"the model {first}": first} | {f"{other}, which the model is made of": other for other in others}
 
 
 # -- pedigree: hashes of what was read and of the software installed, with sources -------------------------------------

@@ -23,6 +23,8 @@ def file_to_write(text: str, option: str) -> Path:
     if is_no_file(real):
         what = "a folder; give the name of a file" if is_folder(real) else "not a regular file"
         raise InvalidInput(f"cannot write {path}: it is {what}")
+    if real.exists() and real.name.lower().endswith(".toml"):
+        raise InvalidInput(f"cannot write {path}: it is a mechanism file; give another name")
     if not real.parent.is_dir():
         raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
     _try_folder(real.parent, path)
