@@ -18,10 +18,12 @@ from conrod.engines.engine import Machine, run_of
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, Saw, scene_named
+from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
 from conrod.studies.frame.case import Measurement, key_of
 from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, study_of
 from conrod.studies.frame.run import RunCase
+from conrod.studies.free_motion.results import ExactSummary, MotionResult
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import Tolerance, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validate_kinematic
@@ -53,6 +55,23 @@ def test_an_error_that_is_not_within_is_out_of_tolerance(error: float | None) ->
     ((name, (size, allowed)),) = found.exceeded().items()
     assert (name, allowed) == ("position", ALLOWED)
     assert repr(size) == repr(error)
+
+
+def test_what_is_no_number_is_not_passed_over_beside_a_smaller_error() -> None:
+    by = {"engine": "mujoco", "engine_version": "1", "preset": "tuned", "scene": "saw"}
+    sizes = [dict.fromkeys(("max", "rms", "final"), size) for size in (WITHIN, math.nan)]
+    forces = ForceResult(
+        **by, parameters={}, steps_per_revolution=1, revolutions=1.0, groups={"reactions": ("a", "b")},
+        errors={n: ForceErrors(s["max"], s["rms"], None, 1.0, True) for n, s in zip("ab", sizes, strict=True)},
+        tolerance={"reactions": ALLOWED},
+    )  # fmt: skip
+    motion = MotionResult(
+        **by, motion="free", exact=ExactSummary(0.0, "", 1.0, ""), step=1.0, seconds=1.0, leaving=1.0,
+        errors=dict(zip("ab", sizes, strict=True)), tolerance={"position": ALLOWED},
+    )  # fmt: skip
+    assert [one.judged().passed for one in (forces, motion)] == [False, False]
+    kept = Measurement("completed", errors={n: {"position": s} for n, s in zip("ab", sizes, strict=True)})
+    assert math.isnan(kept.largest("position") or 0.0)
 
 
 @pytest.mark.parametrize("error", [0.0, WITHIN, ALLOWED])

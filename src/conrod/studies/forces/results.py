@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
+import numpy as np
+
 from conrod.exact.dynamics.inverse import TORQUE
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
@@ -89,7 +91,9 @@ class ForceResult(Result):
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a group; None where nothing of it is reported. `measure`: max, rms or between."""
         found = [self.errors[name] for name in self.groups.get(quantity, ()) if self.errors and name in self.errors]
-        return max((size for one in found if (size := getattr(one, measure)) is not None), default=None)
+        sizes = [size for one in found if (size := getattr(one, measure)) is not None]
+        # `max` would pass over what is no number.
+        return float(np.max(sizes)) if sizes else None
 
     def judged_error(self, name: str) -> float | None:
         """The error that is compared with a tolerance: of contact rms between the cam's arc joints, else the max."""

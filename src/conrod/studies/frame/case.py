@@ -54,7 +54,9 @@ class Measurement:
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a quantity over the observed points; None unless the run completed."""
-        return None if self.errors is None else max(point[quantity][measure] for point in self.errors.values())
+        # `max` would pass over what is no number.
+        found = [point[quantity][measure] for point in (self.errors or {}).values()]
+        return float(np.max(found)) if found else None
 
     def signed_of(self, point: str, quantity: str) -> Array:
         """Signed errors (K, 2) of a point; ValueError unless the run completed."""

@@ -91,7 +91,7 @@ def _energy(course: ExactCourse, run: FreeRun) -> Array:
 def _point(course: ExactCourse, step: float, run: FreeRun) -> StepPoint:
     if run.outcome is not Outcome.COMPLETED:
         return StepPoint(step, run.outcome.slug, None, None)
-    worst = max(float(error.max()) for error in _errors(course, run).values())
+    worst = float(np.max([error.max() for error in _errors(course, run).values()]))
     return StepPoint(step, run.outcome.slug, worst, float(_energy(course, run).max()))
 
 

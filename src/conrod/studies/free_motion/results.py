@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
+import numpy as np
+
 from conrod.exact.motion import Array
 from conrod.studies.frame.result import Result, SceneResults
 
@@ -89,7 +91,9 @@ class MotionResult(Result):
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         if quantity == "position":
-            return max((sizes[measure] for sizes in (self.errors or {}).values()), default=None)
+            # `max` would pass over what is no number.
+            found = [sizes[measure] for sizes in (self.errors or {}).values()]
+            return float(np.max(found)) if found else None
         return None if self.energy is None else self.energy[measure]
 
     def _held_to(self, asked: Mapping[str, float]) -> Self:
