@@ -10,7 +10,6 @@ import csv
 import os
 import pickle
 import random
-import resource
 import shutil
 import sqlite3
 import subprocess
@@ -106,19 +105,14 @@ def arena(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 @pytest.fixture
 def report(capsys: pytest.CaptureFixture[str]) -> Callable[[str], None]:
     """Prints a line of what was counted, with the CPU time that it took."""
-    begun = sum(map(cpu, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+    begun = sum(os.times()[:4])
 
     def say(text: str) -> None:
-        took = sum(map(cpu, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))) - begun
+        took = sum(os.times()[:4]) - begun
         with capsys.disabled():
             print(f"\nattack, seed {SEED}: {text}; {took:.0f} s of CPU time")
 
     return say
-
-
-def cpu(whose: int) -> float:
-    used = resource.getrusage(whose)
-    return used.ru_utime + used.ru_stime
 
 
 def test_what_is_planted_is_executed_by_who_looks_for_it(tmp_path: Path) -> None:
@@ -160,9 +154,9 @@ def ended(future: Future[models.End], case: Any) -> models.End:
     try:
         return future.result()
     except Exception:
-        before = cpu(resource.RUSAGE_CHILDREN)
+        before = sum(os.times()[2:4])  # of children
         end = models.attempt(*case)
-        return models.End(end.status, end.wrong, cpu(resource.RUSAGE_CHILDREN) - before)
+        return models.End(end.status, end.wrong, sum(os.times()[2:4]) - before)
 
 
 def test_kills_of_a_sweep(arena: Path, report: Callable[[str], None]) -> None:

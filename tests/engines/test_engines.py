@@ -204,7 +204,7 @@ def test_the_law_is_the_error_from_whatever_start(name: str, preset: str, start_
         assert other.acceleration / law.acceleration != pytest.approx(1.0, rel=0.1)
 
 
-def test_local_errors_are_those_of_order_four_and_a_wrong_length_is_not_in_them() -> None:
+def test_local_errors_are_those_of_order_four() -> None:
     scene: Any = EVERY_SCENE["saw-500rpm"]
     settings = MuJoCoSettings.hardened(scene, 250)
     tree, constant = build(scene, settings).tree, abs(scene.speed) * settings.solref[0]
@@ -213,10 +213,6 @@ def test_local_errors_are_those_of_order_four_and_a_wrong_length_is_not_in_them(
         np.abs(local_errors(tree, Course.of(scene, 0.0, h, constant), constant, h)[0]).max() for h in (step, step / 2.0)
     ]
     assert sizes[0] / sizes[1] == pytest.approx(16.0, rel=0.05)
-    # Negative control: an engine whose rod is a hundred thousandth too long is out of the law.
-    wrong = whole_run(engine_named("mujoco"), replace(scene, rod=1.00001 * scene.rod), settings, 1.0)
-    law = engine_named("mujoco").expected_error(scene, settings)
-    assert compare(wrong, scene).worst("position") > 50.0 * law.position
 
 
 # -- the cam, by contact ---------------------------------------------------------------------------------------------
@@ -227,15 +223,13 @@ CONTACT_PATH = (3927, 7854, 15708)
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_is_of_order_two(engine: str) -> None:
-    cam = CAM
-    assert fitted_order(cam, engine, "tuned", CONTACT_PATH, "position") == pytest.approx(2.0, abs=0.1)
+    assert fitted_order(CAM, engine, "tuned", CONTACT_PATH, "position") == pytest.approx(2.0, abs=0.1)
 
 
 @pytest.mark.parametrize("steps", CONTACT_PATH)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_lies_within_what_the_engines_law_allows(engine: str, steps: int) -> None:
-    cam = CAM
-    found, law = measured(cam, engine, "tuned", steps), expected(cam, engine, "tuned", steps)
+    found, law = measured(CAM, engine, "tuned", steps), expected(CAM, engine, "tuned", steps)
     assert found.worst("position") <= law.position
     assert found.worst("velocity", "rms") <= law.velocity_rms
     # The law is worth something: it allows no more than three times what is there; MuJoCo's eight, of velocities.

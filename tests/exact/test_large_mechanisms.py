@@ -52,20 +52,16 @@ def test_a_wrong_length_in_a_deep_loop_is_seen(largest: DescribedScene) -> None:
     assert off["A"] < 1e-12  # the first loop knows nothing of it
 
 
-def test_loops_of_a_chain_are_closed_one_at_a_time(largest: DescribedScene) -> None:
+def test_loops_of_a_chain_are_closed_one_at_a_time_and_each_in_the_models(largest: DescribedScene) -> None:
     factors = largest.kinematics._equations.elimination(largest.kinematics.start)
     assert len(factors.order.blocks) == 24
     assert max(len(rows) for rows, _ in factors.order.blocks) == 2
+    assert len(tree_of(largest).cuts) == 24
 
 
 def test_what_cannot_be_told_apart_is_one_block() -> None:
     assert len(triangular_blocks({0: (0, 1), 1: (1, 2), 2: (2, 0)}, (0, 1, 2))) == 1
     assert len(triangular_blocks({0: (0, 1), 1: (0, 1), 2: (2, 0)}, (0, 1, 2))) == 2
-
-
-def test_every_loop_is_closed_in_the_models(largest: DescribedScene) -> None:
-    tree = tree_of(largest)
-    assert len(tree.cuts) == 24
 
 
 @pytest.mark.slow

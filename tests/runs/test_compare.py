@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, PRESS, SAW, SCENES
+from catalogue import DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, PRESS, SAW, SCENES, WITH_A_ROD
 from synthetic import (
     STAGGERED,
     STEPS,
@@ -38,8 +38,6 @@ QUANTITIES = ("position", "velocity", "acceleration")
 # The reference's own agreement: velocities and accelerations of a cam carry the conditioning of its joints.
 REFERENCES_AGREE = 1e-12
 STEP = 2.0 * math.pi / STEPS  # [rad]
-
-LINKAGES: dict[str, Any] = {name: s for name, s in EVERY_SCENE.items() if isinstance(s, ShearPress | Saw)}
 
 
 def slopes(scene: Scene, point: str, angles: Array) -> tuple[Array, Array, Array, Array]:
@@ -86,9 +84,9 @@ def test_a_shift_by_one_step_is_an_error_of_the_next_derivative_times_the_step(n
         assert errors.position.size.max > 100.0 * ROUNDING
 
 
-@pytest.mark.parametrize("name", LINKAGES)
+@pytest.mark.parametrize("name", WITH_A_ROD)
 def test_a_velocity_stamped_half_a_step_early_is_off_by_half_a_step_of_acceleration(name: str) -> None:
-    scene = LINKAGES[name]
+    scene = EVERY_SCENE[name]
     staggered = synthetic_trajectory(scene, stamps=STAGGERED)
     early = {
         point: replace(tracks, velocity=replace(tracks.velocity, instants=tracks.position.instants))
@@ -151,7 +149,7 @@ def test_a_drive_a_millionth_too_fast_shows_in_drive_phase_and_total_but_not_in_
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
 def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_says(name: str) -> None:
-    scene = LINKAGES[name]
+    scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene, longer_rod(scene))
     found = compare(trajectory, scene)
     assert not nothing_found(found)
@@ -167,7 +165,7 @@ def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_s
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
 def test_the_other_branch_is_an_error_of_twice_the_rod_and_no_gap_at_all(name: str) -> None:
-    scene = LINKAGES[name]
+    scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene, other_branch(scene))
     found = compare(trajectory, scene)
     slider = found.points[scene.output]
@@ -194,9 +192,9 @@ def test_a_cam_or_crank_turned_by_a_hundredth_degree_is_an_error_of_the_slope_ti
         assert errors.position.size.max > 1e-5
 
 
-@pytest.mark.parametrize("name", LINKAGES)
+@pytest.mark.parametrize("name", WITH_A_ROD)
 def test_a_slider_that_drifts_off_its_pin_is_closure_of_that_level(name: str) -> None:
-    scene = LINKAGES[name]
+    scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene)
     assert trajectory.bodies is not None
     length, w = max(scene.lengths.values()), abs(scene.speed)

@@ -6,29 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import CAM, DEFECTIVE_LINKAGES, SAW, SCENES
+from catalogue import CAM, DEFECTIVE_LINKAGES, LINKAGES, SAW, SCENES
 from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
 
 from conrod import Outcome, compare
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict, judge, prevailing
 from conrod.runs.trajectory import BodyStates, BodyTracks
-from conrod.scenes import Saw, ShearPress
+from conrod.scenes import ShearPress
 from conrod.studies.frame.resolve_arguments import select_scene
 
-LINKAGES: dict[str, Any] = {name: s for name, s in SCENES.items() if isinstance(s, ShearPress | Saw)}
-
 Change = Callable[[BodyStates], BodyStates]
-
-
-@pytest.fixture(autouse=True)
-def _log_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """MuJoCo writes its warnings into a file of the working folder."""
-    monkeypatch.chdir(tmp_path)
 
 
 @cache

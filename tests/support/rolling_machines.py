@@ -41,9 +41,6 @@ def gear_pair(driving: float = TOOTH, following: float = WHEEL) -> Mechanism:
     )
 
 
-WHEEL_BODY = Body("wheel", 1.0, 3e-3)
-
-
 def wheel_on_a_track() -> Mechanism:
     """A pinion drives a rack that carries the axle of a wheel; the wheel rolls on the ground beneath, over a span.
 
@@ -52,7 +49,7 @@ def wheel_on_a_track() -> Mechanism:
     """
     return Mechanism(
         name="wheel-on-a-track",
-        bodies=(Body("pinion", 0.5, 1e-3), Body("carriage", 0.7, 1e-3), WHEEL_BODY),
+        bodies=(Body("pinion", 0.5, 1e-3), Body("carriage", 0.7, 1e-3), Body("wheel", 1.0, 3e-3)),
         joints=(
             Revolute("shaft", "ground", "pinion", (0.0, 0.0), (0.0, 0.0)),
             Prismatic("slide", "ground", "carriage", (0.0, TOOTH), (0.0, 0.0), direction=0.0),
@@ -73,13 +70,7 @@ def swinging_four_bar(span: tuple[float, float] | None = (-0.4, 0.3)) -> Mechani
     return replace(
         machine,
         name="swinging-four-bar",
-        bodies=(
-            Body("crank", 0.5, 1e-3),
-            Body("coupler", 1.0, 4e-3, (0.1, 0.0)),
-            Body("rocker", 0.7, 2e-3, (0.07, 0.0)),
-        ),
-        joints=tuple(replace(joint, name="shaft" if joint.name == "O12" else joint.name) for joint in machine.joints),
-        driver=replace(machine.driver, joint="shaft", span=span),
+        driver=replace(machine.driver, span=span),
         observed=(ObservedPoint("joint", "coupler", (0.21, 0.0)),),
         gravity=GRAVITY,
     )
