@@ -83,14 +83,10 @@ DRIVEN = replace(
 )
 
 
-SPRUNG, DAMPED, BOTH = anchored(SPRING), anchored(DAMPER), anchored(SPRING, DAMPER)
+SPRUNG = anchored(SPRING)
 
 
-@pytest.mark.parametrize(
-    "mechanism",
-    [SPRUNG, DAMPED, BOTH, DRIVEN],
-    ids=["spring", "damper", "spring and damper", "motor, pulse and friction"],
-)
+@pytest.mark.parametrize("mechanism", [SPRUNG, anchored(DAMPER), anchored(SPRING, DAMPER), DRIVEN])
 def test_under_loads_free_motion_has_order_two(mechanism: Mechanism) -> None:
     errors = pose_errors(mechanism)
     assert min(orders(errors)) > 1.8

@@ -48,19 +48,20 @@ JOINTS: dict[str, Joint] = {
 }
 
 
+def two_links(joint: Joint) -> Mechanism:
+    return Mechanism("two", (Body("a", 1.0, 1.0), Body("b", 1.0, 1.0)), (joint,), Driver(joint.name), {}, ())
+
+
 def coefficients(joint: Joint, *series: Array) -> Array:
     """Of the residual along Taylor coefficients of the poses; one row for each equation."""
-    bodies = (Body("a", 1.0, 1.0), Body("b", 1.0, 1.0))
-    two = Mechanism("two links", bodies, (joint,), Driver(joint.name), {}, ())
-    left = joint_residual(joint, pose_jets(two, series))
+    left = joint_residual(joint, pose_jets(two_links(joint), series))
     return np.array([[float(np.ravel(c)[0]) for c in equation.coefficients] for equation in left])
 
 
 @pytest.mark.parametrize("name", JOINTS)
 def test_jacobian_and_series_of_a_joint_are_the_derivatives_of_its_residual(name: str) -> None:
     joint, start = JOINTS[name], NEAR if "law" in name else POSES
-    two = Mechanism("two", (Body("a", 1.0, 1.0), Body("b", 1.0, 1.0)), (joint,), Driver(joint.name), {}, ())
-    rows = joint_jacobian(joint, pose_jets(two, [start]))
+    rows = joint_jacobian(joint, pose_jets(two_links(joint), [start]))
     told = np.array([[float(np.ravel(value)[0]) for side in row for value in side] for row in rows])
     told[:, 3:] *= joint.b != GROUND
     shifts = STEP * np.eye(6)[:, None, :]

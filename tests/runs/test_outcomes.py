@@ -108,16 +108,12 @@ def test_a_crank_that_stops_where_the_linkage_is_singular_is_locked() -> None:
     assert verdict(scene, with_rate(0.0, quarter)).outcome is Outcome.LOCKED
 
     def stop_early(states: BodyStates) -> BodyStates:
-        return with_rate(0.0, quarter // 2)(_held(states, quarter // 2))
+        poses = states.poses.copy()
+        poses[quarter // 2 :] = poses[quarter // 2]
+        return with_rate(0.0, quarter // 2)(replace(states, poses=poses))
 
     # The same stop at 45 degrees, far from there, is the drive's.
     assert verdict(scene, stop_early).outcome is Outcome.STALLED
-
-
-def _held(states: BodyStates, first: int) -> BodyStates:
-    poses = states.poses.copy()
-    poses[first:] = poses[first]
-    return replace(states, poses=poses)
 
 
 @pytest.mark.parametrize("name", LINKAGES)
