@@ -23,7 +23,7 @@ from conrod.testing import EngineConformance
 
 FAST_SAW = EVERY_SCENE["saw-500rpm"]
 INSTALLED = find_spec("mujoco.mjx") is not None and find_spec("jax") is not None
-needs_mjx = pytest.mark.skipif(not INSTALLED, reason="the extra conrod[mjx] is not installed")
+pytestmark = pytest.mark.skipif(not INSTALLED, reason="the extra conrod[mjx] is not installed")
 
 
 @cache
@@ -38,7 +38,6 @@ def error(preset: str, steps: int, quantity: str = "position", **fields: Any) ->
     return compare(ran("mjx", preset, steps, **fields), FAST_SAW).worst(quantity)
 
 
-@needs_mjx
 @pytest.mark.slow
 class TestConformance(EngineConformance):
     scenes = ("saw-40rpm",)
@@ -54,7 +53,6 @@ class TestConformance(EngineConformance):
 # -- its constraints ---------------------------------------------------------------------------------------------------
 
 
-@needs_mjx
 @pytest.mark.slow
 def test_mujocos_defaults_open_a_loop_that_mujoco_holds() -> None:
     assert ran("mujoco", "stock", 250).outcome is Outcome.COMPLETED
@@ -63,7 +61,6 @@ def test_mujocos_defaults_open_a_loop_that_mujoco_holds() -> None:
     assert "slider-pin: gap up to 0.08" in opened.reason
 
 
-@needs_mjx
 @pytest.mark.slow
 def test_a_short_time_constant_makes_up_for_it_at_second_order_after_a_first_step_that_nothing_helps() -> None:
     assert error("tuned", 250) / error("tuned", 500) == pytest.approx(4.0, rel=0.02)
@@ -84,7 +81,6 @@ def largest_errors(scene: Any, steps: int, machine: Any = None) -> list[tuple[fl
     return [(found.worst(name), getattr(law, name)) for name in ("position", "velocity", "acceleration")]
 
 
-@needs_mjx
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["saw-500rpm", "crank-shaper", "planetary-gear"])
 def test_its_law_holds_and_is_near(name: str) -> None:
@@ -101,7 +97,6 @@ def test_its_law_holds_and_is_near(name: str) -> None:
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
-@needs_mjx
 @pytest.mark.parametrize(
     ("scene", "fields", "reason"),
     [
@@ -121,7 +116,6 @@ def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: di
 # -- a batch: machines of other sizes in one call ----------------------------------------------------------------------
 
 
-@needs_mjx
 @pytest.mark.slow
 def test_each_machine_of_a_batch_is_that_machine_alone() -> None:
     from benchmarks.batch import STEPS, Batch, judged, page, saws  # loads JAX, after which nothing may fork

@@ -81,9 +81,8 @@ def planted_error(settings: PlantedSettings) -> float:
 
 def validated(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str | None, dict[str, Any]]]:
     """Exit status and results by preset."""
-    done = user(
-        "validate", "saw-40rpm", "--engine", NAME, "--steps-per-rev", str(STEPS), *arguments, "--json", "r.json"
-    )
+    asked = ("--engine", NAME, "--steps-per-rev", str(STEPS), *arguments)
+    done = user("validate", "saw-40rpm", *asked, "--json", "r.json")
     assert done.returncode in (0, 1), done.stderr
     found = json.loads((folder / "r.json").read_text())["parts"]["saw-40rpm"]["findings"]
     return done.returncode, {result["preset"]: result for result in found["results"]}

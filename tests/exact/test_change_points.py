@@ -57,12 +57,8 @@ def with_third_crank() -> dict[str, Any]:
     whole["bodies"]["rod"] = {"points": {"B": [0, 0], "C": [0.3, 0]}, "uniform": "bar", "mass": 2.0}
     whole["bodies"]["third"] = {"points": {"O": [0, 0], "C": [CRANK, 0]}, "uniform": "bar", "mass": 1.0}
     whole["ground"]["points"]["O6"] = [GROUND + 0.3, 0]
-    for name, ends in {
-        "B2": ["follower.B", "rod.B"],
-        "C": ["rod.C", "third.C"],
-        "O6": ["ground.O6", "third.O"],
-    }.items():
-        whole["joints"][name] = {"kind": "revolute", "connects": ends}
+    pins = {"B2": ["follower.B", "rod.B"], "C": ["rod.C", "third.C"], "O6": ["ground.O6", "third.O"]}
+    whole["joints"] |= {name: {"kind": "revolute", "connects": ends} for name, ends in pins.items()}
     whole["start"]["rod"] = {"turn": 0}
     whole["observed"]["C"] = "third.C"
     return whole

@@ -10,7 +10,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from command_line import conrod
 from described import FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
 
 from conrod import MuJoCoSettings
@@ -87,15 +86,6 @@ def test_what_cannot_be_used_is_refused_by_its_place(defect: str, write: Path) -
         text = text.replace("[parameters]\n", '[parameters]\nm = "-3 kg"\n')
     with pytest.raises(InvalidInput, match=re.escape(message)):
         scene_of_text(text, write)
-
-
-def test_set_changes_a_named_number_on_the_command_line(write: Path) -> None:
-    write.write_text(EXAMPLE, encoding="utf-8")
-    shown = conrod("show", str(write), "--set", "crank=90mm")
-    assert shown.returncode == 0, shown.stderr
-    assert re.search(r"^crank +90 +mm ", shown.stdout, re.MULTILINE)
-    wrong = conrod("show", str(write), "--set", "crnak=90mm")
-    assert "did you mean 'crank'? choose from" in wrong.stderr
 
 
 @pytest.mark.parametrize(
