@@ -7,9 +7,12 @@ n / 2 - 1 independent loops; each higher pair adds half a loop. So 50 links of m
 
 from __future__ import annotations
 
+import json
+import math
+from typing import Any
+
 import numpy as np
 import pytest
-from large_mechanisms import large_mechanism
 
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
@@ -19,6 +22,91 @@ from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import DescribedScene, scene_of
+
+Point = tuple[float, float]
+
+
+class LargeMechanism:
+    """A loop is added as one of three pairs of links: coupler and rocker, two bars between them, or rod and slider."""
+
+    def __init__(self, loops: int) -> None:
+        self.ground: dict[str, Point] = {"O": (0.0, 0.0)}
+        self.bodies: dict[str, Any] = {}
+        self.joints: dict[str, Any] = {}
+        self._rocker = 0
+        tip = (0.1 * math.cos(1.0), 0.1 * math.sin(1.0))
+        self._bar("crank", 1.0, O=self.ground["O"], P=tip)
+        self._pin("shaft", "ground.O", "crank.O")
+        self._end, self._at = "crank.P", tip
+        for k in range(1, loops + 1):
+            (self._slider, self._next_rocker, self._bars)[k % 3](k)
+
+    def tables(self) -> dict[str, Any]:
+        """What stands in the file, drawn at crank angle 0."""
+        return {
+            "name": "large-linkage",
+            "title": "Linkage of many loops",
+            "source": "a generator of tests",
+            "drawn": True,
+            "output": "P",
+            "gravity": [0.0, -9.81],
+            "driver": {"joint": "shaft", "speed": 6.0},
+            "ground": {"points": self.ground},
+            "bodies": self.bodies,
+            "joints": self.joints,
+            "observed": {"P": f"rocker{self._rocker}.P", "A": "coupler1.R"},
+        }
+
+    def _next_rocker(self, k: int) -> None:
+        x, y = 0.25 + k / 6.0, -0.2 - 0.02 * math.sin(1.3 * k)
+        length, turn = 0.3 * (1.0 + 0.04 * math.sin(2.1 * k)), math.radians(90.0 + 4.0 * math.sin(1.7 * k))
+        top = (x + length * math.cos(turn), y + length * math.sin(turn))
+        above = (0.5 * (self._at[0] + top[0]), 0.5 * (self._at[1] + top[1]) + 0.1)
+        within = (x + 0.6 * (top[0] - x), y + 0.6 * (top[1] - y))
+        self.ground[f"O{k}"] = (x, y)
+        self._bar(f"coupler{k}", 0.8, L=self._at, R=top, C=above)
+        self._bar(f"rocker{k}", 1.2, O=(x, y), P=top, M=within)
+        self._pin(f"left{k}", self._end, f"coupler{k}.L")
+        self._pin(f"right{k}", f"coupler{k}.R", f"rocker{k}.P")
+        self._pin(f"pivot{k}", f"ground.O{k}", f"rocker{k}.O")
+        self._end, self._at, self._rocker = f"rocker{k}.P", top, k
+        self._carriers = (above, within)
+
+    def _bars(self, k: int) -> None:
+        above, within = self._carriers
+        top = (within[0] + 0.2, within[1] + 0.1)
+        self._bar(f"strut{k}", 0.5, A=above, T=top)
+        self._bar(f"link{k}", 0.5, B=within, T=top)
+        self._pin(f"strut-pin{k}", f"coupler{k - 1}.C", f"strut{k}.A")
+        self._pin(f"link-pin{k}", f"rocker{k - 1}.M", f"link{k}.B")
+        self._pin(f"tie{k}", f"strut{k}.T", f"link{k}.T")
+        self._carried = top
+
+    def _slider(self, k: int) -> None:
+        place = (self._carried[0] + 0.1, self._carried[1] - 0.45)
+        self.ground[f"S{k}"] = place
+        self._bar(f"rod{k}", 0.6, A=self._carried, S=place)
+        self.bodies[f"slider{k}"] = {"points": {"S": place}, "mass": 0.7, "inertia": 1e-3, "centre_of_gravity": place}
+        self._pin(f"rod-pin{k}", f"link{k - 1}.T", f"rod{k}.A")
+        self._pin(f"slider-pin{k}", f"rod{k}.S", f"slider{k}.S")
+        self.joints[f"way{k}"] = {
+            "kind": "prismatic",
+            "guide": f"ground.S{k}",
+            "direction": 0.5 * math.pi,
+            "slider": f"slider{k}.S",
+        }
+
+    def _bar(self, name: str, mass: float, **points: Point) -> None:
+        self.bodies[name] = {"points": points, "uniform": "bar", "ends": list(points)[:2], "mass": mass}
+
+    def _pin(self, name: str, first: str, second: str) -> None:
+        self.joints[name] = {"kind": "revolute", "connects": [first, second]}
+
+
+def large_mechanism(loops: int) -> dict[str, Any]:
+    """Tables of a file of so many loops, with 2 loops + 2 links, the ground among them."""
+    return dict(json.loads(json.dumps(LargeMechanism(loops).tables())))  # with lists, as a TOML file has them
+
 
 DEEP = "bodies.rocker19.points.P.y"
 
