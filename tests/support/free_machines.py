@@ -1,15 +1,12 @@
-"""Machines that swing freely, and how exactly an engine follows them."""
+"""Machines that swing freely."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
-import numpy as np
 from linkages import four_bar, slider_crank
 
-from conrod.engines.tracks import FreeRun
-from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Joint, Mechanism, ObservedPoint, Revolute
 
 GRAVITY = (0.0, -9.81)
@@ -37,30 +34,3 @@ def chain(four_bars: int) -> Mechanism:
     driver = Driver("pivot0", -1, 0.5 * math.pi)
     tip = (ObservedPoint("tip", "rocker0", (1.0, 0.0)),)
     return Mechanism(f"chain-{four_bars}", tuple(bodies), tuple(joints), driver, poses, tip, gravity=GRAVITY)
-
-
-_EXACT: dict[tuple[int, float, int, float], tuple[Mechanism, FreeMotion]] = {}
-
-
-def exact(mechanism: Mechanism, timestep: float, steps: int, crank_rate: float, every: int = 1) -> FreeMotion:
-    """The exact motion at the instants of a free run; made once for runs that are told at the same ones."""
-    count = steps // every + 1
-    # A mechanism is known by its identity, and kept, so that no other one gets it.
-    key = id(mechanism), round(timestep * every, 12), count, crank_rate
-    if key not in _EXACT:
-        times = timestep * (every * np.arange(count))
-        _EXACT[key] = (
-            mechanism,
-            ForwardDynamics(mechanism).motion(times, {mechanism.crank: mechanism.driver.sense * crank_rate}),
-        )
-    return _EXACT[key][1]
-
-
-def pose_error(run: FreeRun, exact: FreeMotion) -> float:
-    """Largest error of a coordinate of a body [m] or [rad]."""
-    return float(np.abs(run.poses - exact.poses).max())
-
-
-def energy_drift(run: FreeRun, exact: FreeMotion) -> float:
-    """Largest change of energy, against the largest kinetic energy of the exact motion."""
-    return float(np.abs(run.energy - run.energy[0]).max()) / exact.scale
