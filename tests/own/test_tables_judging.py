@@ -248,3 +248,12 @@ def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(tmp_path
         archive.writestr("time.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head)
     done = conrod("validate", "t.npz", "--scene", "saw-500rpm", cwd=tmp_path)
     assert (done.returncode, done.stderr[:19], len(done.stderr.splitlines())) == (2, "conrod: t.npz: it c", 1)
+
+
+def test_a_report_whose_columns_have_another_shape_is_of_another_version(tmp_path: Path) -> None:
+    file, out = tmp_path / "t.csv", tmp_path / "r"
+    file.write_text(csv_text(exact_table(SAW)))
+    conrod("validate", str(file), "--scene", "saw-500rpm", "--out", str(out))
+    document = out / "results.json"
+    document.write_text(document.read_text().replace('"schema": 3', '"schema": 2'))
+    assert "another version of conrod" in conrod("report", str(out), "--out", str(tmp_path / "again")).stderr

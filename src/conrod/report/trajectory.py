@@ -136,4 +136,5 @@ KIND = Kind(
     title=lambda study: f"{study.file} against {study.scene_name}",
     summary=_summary,
     one_part=True,
+    schema=3,
 )
