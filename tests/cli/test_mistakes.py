@@ -25,6 +25,7 @@ MISTAKES = {
     "export saw-40rpm": ("say with --format", "mjcf"),
     # A missing file, before anything else is asked for.
     "validate none.xml": ("conrod: none.xml: there is no such file",),
+    "validate foreign --scene saw-40rpm": ("conrod: foreign: it is a folder, not a file",),
     # Parameters and their units.
     "validate shear-press --set offset=1mm": ("'offset'", "slider_mass"),
     "validate saw-40rpm --set crank=80mm --set crank=70mm": ("crank", "twice", "'80mm'", "'70mm'"),

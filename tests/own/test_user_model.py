@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,10 @@ from own_model_edits import (
     without,
 )
 
+from conrod import scene
 from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
+from conrod.own.models.identity import MOST_SETS, _changes
 from conrod.own.models.request import ModelFacts, Place
 from conrod.report.user_model import length, verdict
 
@@ -191,3 +194,12 @@ def test_a_plane_that_cannot_be_told_is_an_error_with_its_size(tmp_path: Path) -
     riding = replaced(SAW, '<joint name="crank-pin" type="hinge"', '<joint name="crank-pin" type="hinge" armature="1"')
     with pytest.raises(InvalidInput, match="axis itself moves"):
         seen(tmp_path, "saw", riding, crank="crank-pin")
+
+
+@pytest.mark.parametrize(("name", "sizes"), [("saw-40rpm", [1, 2, 3]), ("six-bar", [1])])
+def test_sets_of_lengths_are_tried_as_far_as_they_are_few(name: str, sizes: list[int]) -> None:
+    search: Any = SimpleNamespace(scene=scene(name), scan=SimpleNamespace(points=["C"]), lengths=("crank",))
+    *some, everything = list(_changes(search))
+    assert [len(lengths) + len(points) for lengths, points in (changes[0] for changes in some)] == sizes
+    assert max(map(len, some)) <= MOST_SETS
+    assert everything == [(("crank",), ())]

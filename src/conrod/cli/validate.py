@@ -112,7 +112,7 @@ def _check_endings(asked: Request) -> None:
     for name in asked.subjects:
         if name.lower().endswith(MECHANISMS):
             continue
-        if Path(name).is_file() or (asked.scene is not None and Path(name).suffix):
+        if Path(name).is_file() or (asked.scene is not None and (Path(name).suffix or Path(name).is_dir())):
             check_readable(Path(name))
             known = ", ".join(FILES)
             raise InvalidInput(f"{name}: a file is known by its ending, one of {known}; save a sheet as CSV")

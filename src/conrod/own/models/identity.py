@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
 MOST_TOGETHER = 3
+# Sets of one size are tried up to so many: each is a fit, and a mechanism file has dozens of lengths.
+MOST_SETS = 150
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,8 @@ def _changes(search: Search) -> Iterator[list[Change]]:
     single: list[Change] = [((name,), ()) for name in length_names(search.scene)]
     single += [((), (point,)) for point in search.scan.points]
     for count in range(1, MOST_TOGETHER + 1):
+        if count > 1 and comb(len(single), count) > MOST_SETS:
+            break
         together = (tuple(zip(*some, strict=True)) for some in combinations(single, count))
         yield [(tuple(chain(*lengths)), tuple(chain(*points))) for lengths, points in together]
     yield [(search.lengths, ())]
