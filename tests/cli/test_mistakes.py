@@ -39,6 +39,7 @@ MISTAKES = {
     "validate --steps-per-rev 10000000 --revolutions 3": ("samples", "20000000"),
     "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
     "validate double-rocker --steps-per-rev 5 --engine pymunk --preset tuned": ("are 0 of the pass: at least 3",),
+    "export bennett --format mjcf --set crank=3": ("bennett is a machine in space",),
     "recommend saw-500rpm --position 0": ("--position",),
     "validate saw-40rpm --cell-memory nanGB": ("--cell-memory",),
     "validate saw-40rpm --json l.sqlite --ledger l.sqlite": ("it is the same file as the ledger",),

@@ -59,6 +59,8 @@ def export(
     if kind == "fmu" and file is None:
         raise InvalidInput("--format fmu is not text: give a file with -o")
     if kind == "mjcf" and scene in MACHINES:
+        if assignments or steps_per_rev is not None or revolutions is not None:
+            raise InvalidInput(f"{scene} is a machine in space: its model is written as it is, without options")
         content: str | bytes = MACHINES[scene]().mjcf
     else:
         content = _content(kind, *select_scene(scene, assignments), steps_per_rev, revolutions)
