@@ -22,8 +22,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import cell_tasks as tasks
 import model_mutants as models
-import planted_faults as faulty
 import pytest
 
 from conrod.studies.execution.local import LocalProcesses
@@ -37,7 +37,7 @@ pytestmark = pytest.mark.slow
 
 SEED = int(os.environ.get("CONROD_ATTACK_SEED", "1"))
 LONGEST = 60.0  # [s]
-MODELS, KILLS, FAULTS = 1000, 20, 20
+MODELS, KILLS = 1000, 20
 PATIENCE, MEMORY = 600.0, 6_000_000_000  # [s] of wall time, [bytes]: of a worker that has many of them
 
 
@@ -197,14 +197,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 def test_faults_in_cells(arena: Path, report: Callable[[str], None]) -> None:
-    undisturbed = faulty.runs(80)
-    cells, faults = faulty.with_faults(undisturbed, FAULTS // len(faulty.ENDS))
-    with Ledger.open(arena / "l.sqlite") as ledger:
-        table = faulty.run_with_faults(ledger, cells)
-        assert table == ledger.measurements(cell.key for cell in cells)
-    found = {key: (table[key].outcome, table[key].reason) for key in faults}
-    report(f"{len(faults)} faults in {len(cells)} cells: {dict(Counter(outcome for outcome, _ in found.values()))}")
-    assert found == {key: faulty.ENDS[kind] for key, kind in faults.items()}
-    sound = [cell for cell in undisturbed if cell.key in table and cell.key not in faults]
-    assert len(sound) == len(cells) - FAULTS
-    assert {table[cell.key].outcome for cell in sound} == {"completed"}
+    limits: Any = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
+    with Ledger.open(arena / "l.sqlite") as ledger, LocalProcesses(2, **limits) as executor:
+        tasks.check_that_faults_cost_their_own_cells(80, ledger, executor)
+    report("24 faults in 80 cells, each the outcome of its own cell")

@@ -12,15 +12,14 @@ from typing import Any
 
 import cell_tasks as tasks
 import pytest
+from cell_tasks import After
 
 from conrod import InvalidInput
 from conrod.studies.execution import cluster as dask_cluster
 from conrod.studies.execution.cluster import DaskCluster
-from conrod.studies.execution.dispatch import Watcher, run_cases
+from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.case import Case
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.run import measure
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
 
@@ -33,22 +32,10 @@ def cluster(tmp_path: Path) -> Iterator[Any]:
         yield running
 
 
-class KillingAfter(Watcher):
-    """Kills a process after so many results."""
-
-    def __init__(self, count: int, process: int) -> None:
-        self.count, self.process = count, process
-
-    def advanced(self, case: Case, how: str) -> None:
-        self.count -= 1
-        if self.count == 0:
-            os.kill(self.process, signal.SIGKILL)
-
-
 def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(cluster: Any, tmp_path: Path) -> None:
     cells = tasks.cells(40)
     killed, lives = (worker.pid for worker in cluster.workers.values())
-    killer = KillingAfter(10, killed)
+    killer = After(10, lambda: os.kill(killed, signal.SIGKILL))
     with (
         Ledger.open(tmp_path / "cluster") as ledger,
         DaskCluster(cluster.scheduler_address, cell_timeout=60.0) as executor,
@@ -60,20 +47,14 @@ def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(cluster: An
     with Ledger.open(tmp_path / "local") as ledger, LocalProcesses(2) as local:
         assert run_cases(cells, ledger, local) == table
         assert list(ledger.rows()) == rows
-    assert table[cells[0].key] == measure(cells[0])
+    assert table[cells[0].key] == cells[0].perform()
 
 
 @pytest.mark.slow
-def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Any, tmp_path: Path) -> None:
-    cells = tasks.cells(20)
-    limits = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
-    with Ledger.open(tmp_path / "cluster") as ledger, DaskCluster(cluster.scheduler_address, **limits) as executor:  # type: ignore[arg-type]
-        there = run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor)
-        stopped = ledger.stopped(there)
-    with Ledger.open(tmp_path / "local") as ledger, LocalProcesses(2, **limits) as local:  # type: ignore[arg-type]
-        assert run_cases(tasks.assigned(cells, tasks.misbehave), ledger, local) == there
-        assert ledger.stopped(there) == stopped
-    assert {m.outcome for m in there.values()} == {"completed", "crashed", "timed-out", "out-of-memory"}
+def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Any, ledger: Ledger) -> None:
+    limits: Any = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
+    with DaskCluster(cluster.scheduler_address, **limits) as executor:
+        tasks.check_that_faults_cost_their_own_cells(20, ledger, executor)
 
 
 @pytest.mark.slow

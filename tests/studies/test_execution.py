@@ -17,11 +17,11 @@ from typing import Any
 
 import cell_tasks as tasks
 import pytest
-from cell_tasks import Here
+from cell_tasks import AGAIN, After, Here
 
 from conrod import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.dispatch import POLL, Watcher, run_cases
+from conrod.studies.execution.dispatch import POLL, run_cases
 from conrod.studies.execution.local import Ended, LocalProcesses, confined, isolated
 from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Measurement
@@ -74,25 +74,9 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
 # -- what a cell does to its process ---------------------------------------------------------------------------------
 
 
-def test_crashes_a_hang_and_a_memory_hog_cost_their_own_cells_alone(ledger: Ledger) -> None:
-    cells = tasks.cells(40)
+def test_each_fault_costs_its_own_cell_alone(ledger: Ledger) -> None:
     with LocalProcesses(2, cell_timeout=tasks.TIMEOUT, cell_memory=tasks.MEMORY) as executor:
-        table = run_cases(tasks.assigned(cells, tasks.misbehave), ledger, executor)
-    assert len(table) == 40
-    wrong = {
-        tasks.CRASHES: ("crashed", "ended by signal SIGABRT"),
-        tasks.HANGS: ("timed-out", "no result after 5 s"),
-        tasks.HOARDS: ("out-of-memory", "the limit was 3000000000 bytes more than it began with"),
-        tasks.LEAVES: ("crashed", "ended with status 3"),
-    }
-    for cell in cells:
-        k = tasks.number(cell)
-        expected = wrong.get(k, wrong[tasks.CRASHES] if k % 10 == tasks.CRASHES else ("completed", str(k)))
-        assert (table[cell.key].outcome, table[cell.key].reason) == expected
-    assert ledger.stopped(table) == {
-        cells[tasks.HANGS].key: ("timed-out", 5.0),
-        cells[tasks.HOARDS].key: ("out-of-memory", 3e9),
-    }
+        tasks.check_that_faults_cost_their_own_cells(20, ledger, executor)
 
 
 def test_workers_are_used_again_until_one_dies(ledger: Ledger, local: LocalProcesses) -> None:
@@ -131,31 +115,16 @@ def test_a_process_that_cannot_start_is_no_outcome_of_a_cell(
 # -- interrupted and killed ------------------------------------------------------------------------------------------
 
 
-class Interrupter(Watcher):
-    """Presses Ctrl-C after so many results."""
-
-    def __init__(self, after: int) -> None:
-        self.left = after
-        self.told: tuple[int, int] | None = None
-        self.kept: list[int] = []
-
-    def started(self, total: int, already_finished: int) -> None:
-        self.told = (total, already_finished)
-
-    def advanced(self, cell: RunCase, how: str) -> None:
-        self.kept.append(tasks.number(cell))
-        self.left -= 1
-        if self.left == 0:
-            raise KeyboardInterrupt
+def interrupt() -> None:
+    raise KeyboardInterrupt
 
 
 def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(ledger: Ledger) -> None:
-    watcher = Interrupter(5)
+    watcher = After(5, interrupt)
     with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
         run_cases(tasks.assigned(CELLS, tasks.echo), ledger, executor, watcher=watcher)
-    assert watcher.told == (30, 0)
     kept = ledger.measurements(cell.key for cell in CELLS)
-    assert {tasks.number(c) for c in CELLS if c.key in kept} == set(watcher.kept)
+    assert {tasks.number(c) for c in CELLS if c.key in kept} == set(watcher.seen)
     assert 5 <= len(kept) < 30
     rest = Here()
     table = run_cases(tasks.assigned(CELLS, tasks.echo), ledger, rest)
@@ -203,8 +172,6 @@ def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(t
 
 # -- killed from outside -----------------------------------------------------------------------------------------------
 
-AGAIN = "ended by signal SIGKILL, and again with nothing beside it"
-
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
@@ -224,15 +191,6 @@ def test_a_cell_whose_worker_is_killed_from_outside_is_repeated_alone(ledger: Le
     for killed in tasks.KILLS:
         begin, end = spans[killed]
         assert all(last <= begin or first >= end for number, (first, last) in spans.items() if number != killed)
-
-
-def test_a_cell_that_ends_so_twice_has_crashed_and_no_other_has(ledger: Ledger) -> None:
-    cells = tasks.cells(8)
-    with LocalProcesses(2) as executor:
-        table = run_cases(tasks.assigned(cells, tasks.kill_itself), ledger, executor)
-    crashed = {tasks.number(cell): table[cell.key].reason for cell in cells if table[cell.key].outcome == "crashed"}
-    assert crashed == {tasks.CRASHES: AGAIN}
-    assert sum(m.outcome == "completed" for m in table.values()) == 7
 
 
 def wait_once(mark: Path, times: int) -> str:

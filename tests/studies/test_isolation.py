@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import cell_tasks as planted
 import command_line
-import planted_faults as planted
 import pytest
+from cell_tasks import MEMORY
 from own_model_edits import HACKSAW
-from planted_faults import MEMORY
 from table_files import csv_text, exact_table
 
 from conrod import InvalidInput, PymunkSettings, Saw, run

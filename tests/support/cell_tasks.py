@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import os
 import signal
@@ -9,33 +10,38 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from copy import copy
 from pathlib import Path
 from typing import Any
 
-from conrod import InvalidInput, PymunkSettings, Saw
+import numpy as np
+
+from conrod import InvalidInput, MuJoCoSettings, PymunkSettings
+from conrod.runs.trajectory import Settings
+from conrod.scenes import SCENES
 from conrod.studies.execution.dispatch import Watcher, run_cases
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits
 from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.ledger_file import Claims
-from conrod.studies.frame.run import RunCase
+from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.limits.case import LimitCase
 
-SAW = Saw()
-BASE = PymunkSettings.tuned(SAW, 20)
-# Far more than any trivial task takes on a busy machine, and the time that a test of a hang takes.
+SAW = SCENES["saw-500rpm"]
+SETTINGS = (PymunkSettings.tuned(SAW, 20), MuJoCoSettings.hardened(SAW, 20), PymunkSettings.tuned(SAW, 30))
+# Far more than any of these takes on a busy machine, and the time that a test of a hang takes.
 TIMEOUT = 5.0
 MEMORY = 3_000_000_000
-CRASHES, HANGS, HOARDS, LEAVES = 3, 7, 11, 13
+CRASHES = 3
 HERE = str(Path(__file__).parent)
 
 
-def cells(count: int, steps: int = 20) -> list[RunCase]:
-    """Cheap runs that differ in the angle that they start from; a task tells them apart by it."""
-    settings = dataclasses.replace(BASE, steps_per_revolution=steps, timestep=BASE.timestep * 20 / steps)
-    return [RunCase("saw-500rpm", SAW, settings, revolutions=1.0, start_angle=1e-3 * k) for k in range(count)]
+def cells(count: int) -> list[RunCase]:
+    """Cheap runs in both engines, every tenth watched; a task tells them apart by the angle that they start from."""
+    kinds = [RunCase if k % 10 else LimitCase for k in range(count)]
+    return [kind("saw-500rpm", SAW, SETTINGS[k % 3], 1.0, start_angle=1e-3 * k) for k, kind in enumerate(kinds)]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,8 +111,20 @@ def running(
             begun.kill()
 
 
+class After(Watcher):
+    """Does something after so many results, and keeps what they are of."""
+
+    def __init__(self, count: int, act: Callable[[], None]) -> None:
+        self.count, self.act, self.seen = count, act, list[int]()
+
+    def advanced(self, case: Case, how: str) -> None:
+        self.seen.append(number(case))
+        if len(self.seen) == self.count:
+            self.act()
+
+
 class Here(RepeatingExecutor):
-    """Runs everything at once in the calling thread, and keeps which cases it ran."""
+    """Runs one after the other in this process, and keeps which cases it ran."""
 
     def __init__(self, limits: Limits | None = None) -> None:
         super().__init__(limits or Limits(), 64, 1)
@@ -116,17 +134,9 @@ class Here(RepeatingExecutor):
     def ran(self) -> list[int]:
         return [number(case) for case in self.cases]
 
-    def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
-        self.cases.append(args[-1])
-        future: Future[Measurement] = Future()
-        future.set_running_or_notify_cancel()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-    def call(self, function, *arguments, **named): ...  # type: ignore[no-untyped-def]
+    def call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+        self.cases.append(arguments[-1])
+        return function(*arguments, **named)
 
     def stop(self) -> None: ...
 
@@ -137,20 +147,6 @@ def echo(cell: RunCase) -> Measurement:
 
 def count_processes(cell: RunCase) -> Measurement:
     return Measurement("completed", str(os.getpid()))
-
-
-def misbehave(cell: RunCase) -> Measurement:
-    """Most do what they should; every tenth, and some others, do to their process what engines do."""
-    k = number(cell)
-    if k == HANGS:
-        time.sleep(1000.0)
-    if k == HOARDS:
-        bytearray(2 * MEMORY)
-    if k == LEAVES:
-        os._exit(3)
-    if k % 10 == CRASHES:
-        os.abort()
-    return echo(cell)
 
 
 def refuse(cell: RunCase) -> Measurement:
@@ -173,7 +169,7 @@ def kept_in(folder: Path, cells: list[RunCase]) -> list[RunCase]:
     return [dataclasses.replace(cell, name=str(folder)) for cell in cells]
 
 
-KILLS = {CRASHES: signal.SIGKILL, HANGS: signal.SIGTERM}
+KILLS = {3: signal.SIGKILL, 7: signal.SIGTERM}
 
 
 def killed_once(cell: RunCase) -> Measurement:
@@ -189,7 +185,97 @@ def killed_once(cell: RunCase) -> Measurement:
     return echo(cell)
 
 
-def kill_itself(cell: RunCase) -> Measurement:
-    if number(cell) == CRASHES:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return echo(cell)
+# -- what engines do to their process ----------------------------------------------------------------------------------
+
+HELD: list[Any] = []
+
+
+def unchecked(settings: Settings, **changes: Any) -> Settings:
+    """Settings with values that their class refuses, for what an engine does when it is given them."""
+    changed = copy(settings)
+    for name, value in changes.items():
+        object.__setattr__(changed, name, value)
+    return changed
+
+
+def abort() -> None:
+    """By an engine's own assertion."""
+    measure(RunCase("saw-500rpm", SAW, unchecked(SETTINGS[0], iterations=0)))
+
+
+def segfault() -> None:
+    """Reads where there is nothing."""
+    ctypes.string_at(0)
+
+
+def hang() -> None:
+    """In C, where no Python signal gets through, and at no cost to others: it waits for a lock that it has itself."""
+    c, lock = ctypes.CDLL(None), ctypes.create_string_buffer(256)
+    c.pthread_mutex_init(lock, None)
+    while True:
+        c.pthread_mutex_lock(lock)
+
+
+def hoard() -> None:
+    """Takes memory to the last kilobyte and keeps it; the large pieces are not touched, to leave others theirs."""
+    size = 1 << 30
+    while True:
+        try:
+            HELD.append(np.empty(size, dtype=np.uint8))
+        except MemoryError:
+            if size < 1024:
+                raise
+            size //= 2
+
+
+AGAIN = "ended by signal SIGKILL, and again with nothing beside it"
+# By the number of a cell, what it does, and how it ends.
+FAULTS: dict[int, tuple[Callable[[], Any], str, str]] = {
+    CRASHES: (abort, "crashed", "ended by signal SIGABRT"),
+    7: (hang, "timed-out", "no result after 5 s"),
+    11: (hoard, "out-of-memory", "the limit was 3000000000 bytes more than it began with"),
+    13: (lambda: os._exit(3), "crashed", "ended with status 3"),
+    17: (segfault, "crashed", "ended by signal SIGSEGV"),
+    19: (lambda: os.kill(os.getpid(), signal.SIGKILL), "crashed", AGAIN),
+}
+
+
+def misbehave(cell: RunCase) -> Measurement:
+    """A run, or of every twenty cells some that have one of these faults each."""
+    FAULTS.get(number(cell) % 20, (lambda: None,))[0]()
+    return cell.perform()
+
+
+def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor: RepeatingExecutor) -> None:
+    """Of so many cells each ends as its fault does, or well; the executor has the limits from above."""
+    table, ends = run_cases(assigned(cells(count), misbehave), ledger, executor), (None, "completed", "")
+    assert {key: (found.outcome, found.reason) for key, found in table.items()} == {
+        cell.key: FAULTS.get(number(cell) % 20, ends)[1:] for cell in cells(count)
+    }
+    assert table == ledger.measurements(table)
+    limits = {7: ("timed-out", TIMEOUT), 11: ("out-of-memory", float(MEMORY))}
+    stopped = {cell.key: limits.get(number(cell) % 20) for cell in cells(count)}
+    assert ledger.stopped(table) == {key: limit for key, limit in stopped.items() if limit}
+
+
+def hoard_but(megabytes: int) -> None:
+    """Takes all memory but so much, and keeps it."""
+    kept_free = np.empty(megabytes << 20, dtype=np.uint8)
+    with suppress(MemoryError):
+        hoard()
+    del kept_free
+
+
+def engine_with_little(megabytes: int) -> Measurement:
+    """A MuJoCo run in a process that has little memory left; it fails in the engine's own ways."""
+    hoard_but(megabytes)
+    return measure(RunCase("saw-500rpm", SAW, MuJoCoSettings.hardened(SAW, 2000), 1.0))
+
+
+def mistake_with_little(megabytes: int) -> Measurement:
+    hoard_but(megabytes)
+    raise ZeroDivisionError("a mistake in the task")
+
+
+def wrong_value(megabytes: int) -> Measurement:
+    raise ValueError("a mistake in the task")
