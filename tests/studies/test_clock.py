@@ -140,7 +140,6 @@ def test_the_steps_that_are_timed_are_those_of_a_recorded_run(engine: str, prese
     advance: Any = engine_named(engine).stepper(machine, settings)
     advance(333)
     advance(667)
-    assert recorded is not None
     poses, rates = poses_and_rates(engine, machine, settings, advance)
     assert np.array_equal(poses[0], recorded.position.poses[-1])
     assert np.array_equal(rates[0], recorded.position.rates[-1])
@@ -216,7 +215,6 @@ class ThreadedEngine:
 def test_what_an_engine_spends_in_threads_of_its_own_is_its_cost(clock: Any, least: int) -> None:
     options = {} if clock is None else {"clock": clock}
     found = time_run(ThreadedEngine(), SAW, MuJoCoSettings.stock(SAW, 100), **options)  # type: ignore[arg-type]
-    assert found is not None
     spent = 1e9 * found.seconds_per_revolution * found.steps / 100
     # The negative control: on the calling thread's clock next to nothing was spent.
     assert least <= spent < least + 0.6 * MILLISECOND * math.ceil(found.steps / BLOCK)

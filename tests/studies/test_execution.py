@@ -140,7 +140,6 @@ def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_
     kept_before = 0
     for after in (3, 12):
         with tasks.running(tmp_path / "killed", count) as running:
-            assert running.stdout is not None
             assert len(list(islice(running.stdout, after))) == after
         with Ledger.open(tmp_path / "killed") as ledger:
             kept = len(ledger.finished(cell.key for cell in cells))
@@ -160,7 +159,6 @@ def children(process: int) -> list[int]:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
 def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(tmp_path: Path) -> None:
     with tasks.running(tmp_path / "ledger", 8, "misbehave") as running:
-        assert running.stdout is not None
         assert running.stdout.readline()
         workers = children(running.pid)
         assert workers
@@ -214,7 +212,6 @@ def test_what_a_limit_ends_is_not_killed_from_outside() -> None:
     # Negative control: conrod's own SIGKILL is an outcome at once.
     begin = time.monotonic()
     ended = isolated(time.sleep, 1000.0, timeout=1.0)
-    assert isinstance(ended, Ended)
     assert ended.outcome is Outcome.TIMED_OUT
     assert time.monotonic() - begin >= 1.0
 

@@ -40,7 +40,6 @@ def found_with(force: float = 1.0) -> FollowerFloat:
     """
 
     def flown(cell: LimitCase) -> Measurement:
-        assert isinstance(cell.scene, CamFollower)
         length = 0.1 * max(1.0 - force * cell.scene.preload, 0.0) + 6.0 / cell.settings.steps_per_revolution
         flights = (Flight(1.0, 1.0 + length),)
         return Measurement("completed", extremes=plain(Extremes(1, True, {}, None, PENETRATION, flights, "")))
@@ -120,7 +119,6 @@ def test_the_longest_flight_is_found_across_the_borders_of_pieces(length: int) -
             flights.add(angle[begin : begin + length], gap[begin : begin + length])
         assert flights.penetration == DEPTH
         found = flights.longest()
-        assert found is not None
         # A parabola passes the threshold a little later than it leaves the ground.
         late = TIMES * DEPTH / (4.0 * HEIGHT) * planted.length
         assert found.start == pytest.approx(planted.start + late, abs=0.1 * late + 1e-5)
@@ -134,7 +132,6 @@ def test_a_follower_that_lost_its_cam_is_followed_until_it_lands(settings: Any) 
     assert (lost.outcome, lost.errors) == ("lost-contact", None)
     seen = extremes(lost)
     assert seen.samples == 1001
-    assert seen.penetration is not None
     assert 0.0 < seen.penetration < 1e-3
     assert seen.flights[0].length > 1.5
     held = extremes(watched(CAM, coarse_cam(settings(CAM, 1000)), 1.0))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import os
@@ -16,27 +15,22 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cell_tasks import Here, assigned
-from click.testing import CliRunner
+from cell_tasks import Here, assigned, cells
 from command_line import conrod
 
-from conrod import InvalidInput, PymunkSettings, Saw
-from conrod.cli import cli
+from conrod import InvalidInput
 from conrod.studies.execution.dispatch import run_cases
 from conrod.studies.execution.local import Ended, isolated
 from conrod.studies.frame import ledger_file
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 
-SAW = Saw()
-BASE = PymunkSettings.tuned(SAW, 20)
-
-
-CELLS = [RunCase("saw-500rpm", SAW, dataclasses.replace(BASE, iterations=k), revolutions=1.0) for k in range(1, 51)]
+CELLS = cells(50)
 KEYS = [c.key for c in CELLS]
-MEASURED = measure(CELLS[20])
+MEASURED = CELLS[21].perform()
+SLOW = pytest.mark.slow
 STOPPED = Measurement("timed-out", "no result after 3 s")
 
 
@@ -150,7 +144,7 @@ def test_an_error_of_conrod_itself_is_not_dressed_as_one_of_the_file(ledger: Led
 # -- damaged -----------------------------------------------------------------------------------------------------------
 
 FEW = CELLS[:6]
-RESULTS = {cell.key: measure(cell) for cell in FEW}
+RESULTS = {cell.key: cell.perform() for cell in FEW}
 TIMING = Timing(2e-3, 1e-6, 2000.0, 1000, 5, "one machine")
 
 
@@ -171,9 +165,8 @@ def resumed(path: Path) -> list[str]:
 def overwrite_value(path: Path, chance: random.Random) -> tuple[str, str]:
     """Overwrite some bytes of a value; gives the key of its row, and its column."""
     key = chance.choice(KEYS[:6])
-    table, column = chance.choice(
-        [("runs", "measurement"), ("cells", "identity"), ("runs", "key"), ("runs", "outcome")]
-    )
+    column = chance.choice(["measurement", "identity", "key", "outcome"])
+    table = "cells" if column == "identity" else "runs"
     with closing(sqlite3.connect(path)) as raw, raw:
         raw.execute("PRAGMA synchronous = OFF")
         raw.text_factory = bytes
@@ -232,8 +225,8 @@ def test_results_leave_out_what_is_damaged_and_say_so(whole: Path, tmp_path: Pat
         # Still JSON, of another run: what would be shown is not what was run.
         raw.execute("UPDATE cells SET identity = replace(identity, '7.', '8.') WHERE key = ?", (KEYS[0],))
         raw.execute("UPDATE runs SET measurement = x'00' WHERE key = ?", (KEYS[1],))
-    done = CliRunner().invoke(cli, ["results", "--ledger", str(path)])
-    assert done.exit_code == 0
+    done = conrod("results", "--ledger", str(path))
+    assert done.returncode == 0
     assert "2 runs in" in done.stderr
     assert len(done.stdout.splitlines()) == 1 + len(FEW) - 2
     assert done.stderr.count("\n") == 1
@@ -242,41 +235,40 @@ def test_results_leave_out_what_is_damaged_and_say_so(whole: Path, tmp_path: Pat
 
 # -- `conrod validate` goes on where it stopped ------------------------------------------------------------------------
 
-TUNED = ("--preset", "tuned")
-KINDS = {
-    "validate": ("saw-40rpm", "--steps-per-rev", "200", "--revolutions", "1", *TUNED),
-    "forces": ("saw-40rpm", "--quantity", "torque", "--steps-per-rev", "200", "--revolutions", "1", *TUNED),
-    "motion": ("pendulum", "--motion", "free", "--seconds", "0.5", *TUNED),
-}
-OTHER = {"validate": ("--steps-per-rev", "100"), "forces": ("--steps-per-rev", "100"), "motion": ("--seconds", "0.25")}
-TIGHT = {"validate": "position=1e-200", "forces": "torque=1e-200", "motion": "energy=1e-200"}
 
-
-def validated(kind: str, folder: Path, *more: str, ledger: str = "ledger.sqlite") -> tuple[str, dict[str, Any], int]:
+def validated(folder: Path, asked: str, *more: str) -> tuple[str, dict[str, Any], int]:
     """What a validation says of the runs it makes, the document that it writes, and its exit status."""
     file = folder / "results.json"
-    done = conrod("validate", *KINDS[kind], *more, "--jobs", "1", "--json", str(file), ledger=folder / ledger)
+    given = (*asked.split(), "--preset", "tuned", "--jobs", "1", "--json", str(file), *more)
+    done = conrod("validate", *given, ledger=folder / "ledger.sqlite")
     assert done.returncode in (0, 1), done.stderr
     return done.stderr.splitlines()[0], json.loads(file.read_text()), done.returncode
 
 
-EVERY = ["validate", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("forces", "motion"))]  # by one frame
-
-
-@pytest.mark.parametrize("kind", EVERY)
-def test_what_the_ledger_has_is_not_run_again_unless_asked_for(kind: str, tmp_path: Path) -> None:
-    said, first, status = validated(kind, tmp_path)
+@pytest.mark.parametrize(
+    ("asked", "other", "tight"),
+    [
+        ("saw-40rpm --steps-per-rev 200 --revolutions 1", "--steps-per-rev 100", "position=1e-200"),
+        # By one frame.
+        pytest.param(
+            "saw-40rpm --quantity torque --steps-per-rev 200", "--steps-per-rev 100", "torque=1e-200", marks=SLOW
+        ),
+        pytest.param("pendulum --motion free --seconds 0.5", "--seconds 0.25", "energy=1e-200", marks=SLOW),
+    ],
+)
+def test_what_the_ledger_has_is_not_run_again_unless_asked_for(
+    asked: str, other: str, tight: str, tmp_path: Path
+) -> None:
+    said, first, status = validated(tmp_path, asked)
     count = int(said.split()[1])
-    assert said == f"runs: {count} to do, 0 in the ledger"
-    said, again, _ = validated(kind, tmp_path)
-    assert (said, again) == (f"runs: 0 to do, {count} in the ledger", first)
-    said, fresh, _ = validated(kind, tmp_path, "--fresh")
-    assert (said, fresh) == (f"runs: {count} to do, 0 in the ledger", first)
+    anew, kept = f"runs: {count} to do, 0 in the ledger", f"runs: 0 to do, {count} in the ledger"
+    assert said == anew
+    assert validated(tmp_path, asked) == (kept, first, status)
+    assert validated(tmp_path, asked, "--fresh") == (anew, first, status)
     # Another tolerance is judged without a run, and its verdict is not what is kept.
-    said, _, strict = validated(kind, tmp_path, "--tolerance", TIGHT[kind])
-    assert (said, strict) == (f"runs: 0 to do, {count} in the ledger", 1)
-    assert validated(kind, tmp_path)[1:] == (first, status)
+    assert validated(tmp_path, asked, "--tolerance", tight)[::2] == (kept, 1)
+    assert validated(tmp_path, asked) == (kept, first, status)
     # Negative control: what is not the same run is run.
-    said, other, _ = validated(kind, tmp_path, *OTHER[kind])
+    said, found, _ = validated(tmp_path, asked, *other.split())
     assert not said.startswith("runs: 0 to do")
-    assert other != first
+    assert found != first

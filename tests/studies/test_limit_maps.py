@@ -52,7 +52,6 @@ def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
     assert [line.get_color() == UNDETECTED_COLOUR for line in figure.axes[0].lines] == [undetected]
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("undetected" in text for text in legend) is undetected
-    assert KIND.spots is not None
     (spots,) = KIND.spots(LimitStudy("saw-500rpm", "saw", "", {}, {}, (), (found,), (), ())).values()
     said = f"10 steps per revolution, mass of slider : rod 1, broken, opened, {'un' if undetected else ''}detected"
     assert said in {words for *_, words in spots}

@@ -84,7 +84,6 @@ def test_signed_errors_are_those_at_equal_angles_of_the_last_turn_or_of_the_midd
         angles = 0.3 + 2.0 * np.pi * (1.0 + np.arange(ANGLES) / ANGLES)
     else:
         angles = span[0] + (span[1] - span[0]) * (np.arange(ANGLES) + 0.5) / ANGLES
-    assert found.signed is not None
     assert (found.largest("position") or 0.0) > 1e-9, "errors of nothing but rounding would prove nothing"
     for point in scene.lengths:
         for k, quantity in enumerate(QUANTITIES):
@@ -122,7 +121,6 @@ def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and
 
 def test_errors_of_drawn_poses_are_those_of_the_points_and_a_planted_one_is_not() -> None:
     run = validate_dynamic("saw", SAW, engine_named("pymunk"), "stock", Plan(240))
-    assert run.poses is not None
     assert run.poses.values.shape == (POSES + 1, 9)
     exact = SAW.motion(run.poses.angle, SAW.speed).point("C").position
     for share, right in ((1.0, True), (1.1, False)):

@@ -59,7 +59,6 @@ def test_the_same_bits_are_no_change_and_each_other_one_is_seen(
 ) -> None:
     assert change_between(SAME, SAME, LINKAGE_STEPS) is None
     found = change_between(SAME, other, LINKAGE_STEPS)
-    assert found is not None
     assert (found.differ, found.last_digits) == (differ, last_digits)
     assert found.outcomes == ("completed", other.outcome)
     assert found.size.get("position") == (None if size is None else pytest.approx(size, rel=1e-3))
@@ -201,6 +200,4 @@ def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch:
     assert tuned.changes[0].size["acceleration"] > 1e-4
     assert all(one.changes[0].explained for one in (tuned, hardened))
     before, after = tuned.changes[0].errors
-    assert before is not None
-    assert after is not None
     assert before > 100.0 * after

@@ -49,17 +49,6 @@ def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: 
     assert extremes(told).finite
 
 
-def test_an_error_in_one_sample_of_one_piece_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = PymunkSettings.tuned(SAW, LINKAGE_STEPS)
-    unharmed = watched(SAW, settings).largest("position")
-    assert unharmed is not None
-    planted_in(monkeypatch, "pymunk", 7, lambda piece: moved(piece, 0.01))
-    largest = stream_run(cell(SAW, settings)).largest("position")
-    assert largest is not None
-    assert largest > 0.9 * 0.01 / SAW.lengths["C"]
-    assert largest > 10.0 * unharmed
-
-
 def ended(outcome: Outcome) -> Callable[[Piece], Piece]:
     return lambda piece: replace(piece, trajectory=replace(piece.trajectory, outcome=outcome, reason=outcome.slug))
 
@@ -125,8 +114,6 @@ def test_a_hardened_drive_gives_the_exact_torque_which_is_the_drivers_reaction(n
     assert bool(np.abs(exact.at(angle) - told).max() < 1e-12 * exact.peak) is gravity
     hardened = replace(MuJoCoSettings.hardened(scene, 400), gravity=gravity)
     error, soft = (extremes(watched(scene, one)).torque for one in (hardened, replace(hardened, hardening=None)))
-    assert error is not None
-    assert soft is not None
     assert error < min(1e-6, 0.05 * soft)
 
 
@@ -138,7 +125,6 @@ def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest
     def told(*args: Any) -> Iterator[Piece]:
         for piece in pieces(*args):
             bodies = piece.trajectory.bodies
-            assert bodies is not None
             torque = exact.at(bodies.acceleration.instants.angle)
             torque[-1] += off * exact.peak
             yield replace(piece, drive_torque=torque)
