@@ -36,12 +36,20 @@ MISTAKES = {
     # Tolerances, steps and revolutions.
     "validate --tolerance position=-1": ("position = -1",),
     "validate --tolerance jerk=1": ("'jerk'", "acceleration"),
+    "validate saw-40rpm --quantity torq": ("unknown quantity 'torq'",),
+    "validate saw-40rpm --quantity contact": ("no joint of saw-40rpm acts by contact",),
+    "validate saw-40rpm --quantity torque --tolerance reactions=1e-3": ("unknown quantity 'reactions'",),
+    "validate pendulum --motion torque": ("no torque that drives its crank",),
+    "validate pendulum --motion free --tolerance velocity=1": ("velocity",),
+    "validate pendulum --motion free --seconds -1": ("--seconds = -1 s is out of range",),
+    "validate pendulum --motion free --step 1e-6 --seconds 10": ("steps; it must be 1 to",),
     "validate --steps-per-rev 10000000 --revolutions 3": ("samples", "20000000"),
     "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
     "validate double-rocker --steps-per-rev 5 --engine pymunk --preset tuned": ("are 0 of the pass: at least 3",),
     "export bennett --format mjcf --set crank=3": ("bennett is a machine in space",),
     "recommend saw-500rpm --position 0": ("--position",),
     "validate saw-40rpm --cell-memory nanGB": ("--cell-memory",),
+    "validate saw-40rpm --cell-timeout 0": ("--cell-timeout",),
     "validate saw-40rpm --json l.sqlite --ledger l.sqlite": ("it is the same file as the ledger",),
     "show pass.toml --json pass.toml": ("cannot write pass.toml: it is a mechanism file",),
     "results --csv x.out --json ./x.out --ledger l.sqlite": ("it is the same file as --csv",),
@@ -162,3 +170,5 @@ def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
     for words in MISTAKES[command]:
         assert words in line
     assert contents(folder) == before
+    # Nor a ledger, but where only the settings of a run tell that it is too short.
+    assert any(tmp_path.iterdir()) is ("double-rocker" in command)

@@ -8,9 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-from command_line import conrod
-
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.writing import PLANNED, STAGING, staging_in
 
@@ -103,10 +100,3 @@ def test_a_planted_plan_touches_nothing_outside_its_folder(tmp_path: Path) -> No
         check_writable_folder(folder)
         assert precious.read_text() == "mine"
         assert list(folder.iterdir()) == []
-
-
-@pytest.mark.parametrize("refused", [("--jobs", "0"), ("--cell-timeout", "0"), ("--cluster", "x", "--jobs", "2")])
-def test_a_refused_command_makes_no_ledger(refused: tuple[str, ...], tmp_path: Path) -> None:
-    done = conrod("validate", "saw-500rpm", *refused, "--ledger", "new/l.sqlite", cwd=tmp_path)
-    assert done.returncode == 2
-    assert list(tmp_path.iterdir()) == []

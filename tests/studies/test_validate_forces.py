@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import conrod
 
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
@@ -167,24 +166,6 @@ def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
     found = validate_forces("shear-press", scene_of("shear-press"), broken, "tuned", FEW)
     assert (found.outcome, found.reason, found.passed) == ("opened", "it opened", False)
     assert validate_forces("shear-press", scene_of("shear-press"), broken, "stock", FEW).passed is None
-
-
-# -- the command -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("saw-40rpm", "--quantity", "torq"), "unknown quantity 'torq'"),
-        (("saw-40rpm", "--quantity", "contact"), "no joint of saw-40rpm acts by contact"),
-        (("saw-40rpm", "--quantity", "torque", "--tolerance", "reactions=1e-3"), "unknown quantity 'reactions'"),
-    ],
-)
-def test_what_cannot_be_asked_is_said_in_a_line(arguments: tuple[str, ...], said: str) -> None:
-    done = conrod("validate", *arguments)
-    assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert said in done.stderr
 
 
 def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None:

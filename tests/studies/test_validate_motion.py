@@ -189,22 +189,3 @@ def test_the_example_of_the_documentation_runs(capsys: pytest.CaptureFixture[str
     assert float(drift) < EXACT_DRIFT
     assert 0.0 < float(error) < 1e-6
     assert passed == "True"
-
-
-# -- the command -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--motion", "free", "--seconds", "-1"), "--seconds = -1 s is out of range"),
-        (("--motion", "free", "--step", "1e-6", "--seconds", "10"), "steps; it must be 1 to"),
-        (("--motion", "free", "--tolerance", "velocity=1"), "velocity"),
-        (("--motion", "torque"), "no torque that drives its crank"),
-    ],
-)
-def test_bad_usage_is_one_line_and_status_2(arguments: tuple[str, ...], said: str) -> None:
-    done = conrod("validate", "pendulum", *arguments)
-    assert done.returncode == 2
-    assert said in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
