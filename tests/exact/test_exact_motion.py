@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 from catalogue import CAMS, CAMS_WITH_JOINTS, DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, slow_but_for_a_few
-from synthetic import longer_rod, other_branch, turned_crank, with_longer_rod
+from synthetic import longer_rod, other_branch, turned_crank
 
 from conrod.errors import InvalidInput
 from conrod.exact import GenericReference
@@ -121,7 +121,7 @@ def test_both_references_take_the_same_side_at_a_break(name: str) -> None:
 
 def test_a_linkage_that_cannot_turn_is_refused_in_one_line() -> None:
     with pytest.raises(InvalidInput, match="cannot be assembled at crank angle") as refusal:
-        Kinematics(with_longer_rod(Saw().mechanism(), 0.6)).motion(np.linspace(0.0, TURN, 9), 1.0)
+        longer_rod(Saw(), 0.6).motion(np.linspace(0.0, TURN, 9), 1.0)
     assert "\n" not in str(refusal.value)
 
 
