@@ -232,3 +232,27 @@ def test_public_names_mean_the_same_whichever_is_used_first() -> None:
 def test_modules_stay_readable() -> None:
     long = [name for name, path in MODULES.items() if len(path.read_text(encoding="utf-8").splitlines()) > 400]
     assert long == []
+
+
+MOST_FILES = 50
+COUNTING = """
+import sys, threading
+called = set()
+def seen(frame, event, _):
+    if event == "call" and frame.f_code.co_flags & 1:  # a function, not the body of a module or class
+        called.add(frame.f_code.co_filename)
+threading.setprofile(seen)
+sys.setprofile(seen)
+from conrod.cli import main
+sys.argv = ["conrod", "validate", "saw-500rpm", "--fresh", "--ledger", sys.argv[1]]
+main()
+sys.setprofile(None)
+print(*called, sep="\\n", file=sys.stderr)
+"""
+
+
+def test_a_validation_calls_functions_in_few_files(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", COUNTING, tmp_path / "l.sqlite"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    own = [file for file in done.stderr.splitlines() if file.startswith(str(ROOT))]
+    assert 20 < len(own) <= MOST_FILES, own

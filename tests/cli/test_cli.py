@@ -6,15 +6,27 @@ import csv
 import io
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from command_line import conrod, conrod_process, refusal, said
 from described import FOUR_BAR
 
+from conrod.cli import VERBS, cli
+from conrod.cli.options import SHARED
 from conrod.scenes.described_scene import read_scene
 
 # A run of a tenth of a second.
 QUICK = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "tuned", "--steps-per-rev", "100")
+
+
+@pytest.mark.parametrize("option", SHARED)
+def test_an_option_means_the_same_in_every_verb(option: str) -> None:
+    context = click.Context(cli)
+    commands = [cli.get_command(context, name) for name in VERBS]
+    options = [one for command in commands if command is not None for one in command.params if option in one.opts]
+    assert options
+    assert len({(one.metavar, one.help, one.multiple, one.default, str(one.type)) for one in options}) == 1
 
 
 def files_in(folder: Path) -> list[str]:

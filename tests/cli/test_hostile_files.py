@@ -30,7 +30,6 @@ def model(folder: Path, beside: str = "", worldbody: str = "") -> None:
     (folder / "m.xml").write_text(text, encoding="utf-8")
 
 
-@pytest.mark.usefixtures("at_once")
 def test_figures_that_are_not_finite_are_null_in_json() -> None:
     # A mutated model had one, and `harden` ended in a traceback.
     assert json.loads(json_document({"a": [np.inf, -np.inf, np.nan], "b": 1e-5})) == {"a": [None] * 3, "b": 1e-5}

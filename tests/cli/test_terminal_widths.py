@@ -14,7 +14,6 @@ from typing import Any
 import click
 import pytest
 from command_line import conrod
-from rich.table import Table as CutTable
 
 from conrod.cli.ablate import ablations
 from conrod.cli.harden import hardened
@@ -26,8 +25,7 @@ from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
 from conrod.report.folder import restored
 from conrod.report.kind import kind_named
-from conrod.report.table import Toned, table, text_of
-from conrod.report.terminal import Part, console, tell
+from conrod.report.terminal import Part, tell
 
 ROOT = Path(__file__).parents[2]
 WIDTHS = (60, 100)
@@ -100,24 +98,10 @@ def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.Capt
         check_whole(lines_of(what, width, capsys), piped, width)
 
 
-# -- the renderer ----------------------------------------------------------------------------------------------------
-
-ROWS = [("saw", one, "1.2e-7", "3.4e-11", Toned("within tolerance", "good")) for one in ("stock", "tuned")]
-TABLE = table(("scene", "preset", "position", "velocity", "verdict"), ROWS, ("position", "velocity"), names=2)
-
-
-def test_a_table_of_cut_cells_is_found(capsys: pytest.CaptureFixture[str]) -> None:
-    """Control: rich's own table, which conrod printed before, loses exponents and verdicts at 40 columns."""
-
-    def cut() -> None:
-        made = CutTable()
-        for heading in TABLE.headings:
-            made.add_column(heading, no_wrap=True)
-        for row in TABLE.rows:
-            made.add_row(*map(text_of, row))
-        console().print(made)
-
-    piped = lines_of(lambda: tell([TABLE]), None, capsys)
-    with pytest.raises(AssertionError):
-        check_whole(lines_of(cut, 40, capsys), piped, 40)
-    check_whole(lines_of(lambda: tell([TABLE]), 40, capsys), piped, 40)
+def test_lines_that_are_cut_or_lose_a_word_are_found(capsys: pytest.CaptureFixture[str]) -> None:
+    # Negative control.
+    piped = lines_of(lambda: tell(PRINTED["sweep"]()), None, capsys)
+    for width, narrow in ((60, piped), (60, [line[:60] for line in piped])):
+        with pytest.raises(AssertionError):
+            check_whole(narrow, piped, width)
+    check_whole(piped, piped, max(map(len, piped)))
