@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from conrod.report import numbers
-from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
 from conrod.report.validation import KIND
@@ -135,14 +134,6 @@ def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_w
         svg = figures(study)[name].svg()
         assert svg == figures(same)[name].svg()
         assert svg != figures(other)[name].svg()
-
-
-def test_figures_do_not_depend_on_the_users_settings_of_matplotlib() -> None:
-    import matplotlib as mpl
-
-    before = mechanism_svg(SCENES["saw-40rpm"])
-    with mpl.rc_context({"font.size": 31.0, "svg.fonttype": "none", "axes.grid": False}):
-        assert mechanism_svg(SCENES["saw-40rpm"]) == before
 
 
 # -- pages -----------------------------------------------------------------------------------------------------------
