@@ -12,6 +12,7 @@ ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 MADE = {"benchmarks/results.json"}  # written by a command, not committed
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md")])
+REPORTS = sorted((ROOT / "reports").rglob("*.md"))
 
 
 def text(page: Path) -> str:
@@ -24,7 +25,7 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", [*PAGES, *REPORTS], ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)\s]+)\)", text(page)):
         if not link.startswith("http"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -103,6 +104,9 @@ def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_oth
     write_together([batch])
     (again,) = rendered_again(tmp_path)
     assert again.files == batch.files
+    # Every file that a page refers to is written.
+    for name in (name for name in batch.files if name.endswith(".md")):
+        assert set(re.findall(r"\]\(([^)#]+)\)", str(batch.files[name]))) <= set(batch.files)
     beside = report_batch(kind_named(kind), {"another": replace(found, name="another")}, tmp_path, COMMAND)
     assert f"{found.name}.md" not in beside.files
     assert set(json.loads(str(beside.files["results.json"]))["parts"]) == {found.name, "another"}

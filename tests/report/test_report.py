@@ -157,14 +157,6 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_every_file_that_a_page_refers_to_is_written(tmp_path: Path) -> None:
-    write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
-    for page in tmp_path.glob("*.md"):
-        for target in page.read_text(encoding="utf-8").split("](")[1:]:
-            assert (page.parent / target.split(")")[0]).is_file()
-
-
-@pytest.mark.usefixtures("undrawn")
 def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
