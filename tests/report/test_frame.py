@@ -153,29 +153,27 @@ def test_a_file_beside_must_be_none_of_the_report(tmp_path: Path) -> None:
 # -- rendered again --------------------------------------------------------------------------------------------------
 
 
-def test_a_report_is_rendered_again_byte_for_byte_where_no_engine_is_installed(tmp_path: Path) -> None:
-    first, second = tmp_path / "first", tmp_path / "second"
-    write(first, study("saw-40rpm"), study("cam-follower"))
+def rendered_without_engines(report: Path, out: Path) -> dict[str, bytes]:
+    """Files of a report that is rendered again where no engine is installed."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     done = subprocess.run(
-        [sys.executable, "-c", BLOCKED, "report", str(first), "--out", str(second)],
+        [sys.executable, "-c", BLOCKED, "report", str(report), "--out", str(out)],
         capture_output=True, text=True, check=False, env=environment,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert contents(second) == contents(first)
+    return contents(out)
+
+
+def test_a_report_is_rendered_again_byte_for_byte_where_no_engine_is_installed(tmp_path: Path) -> None:
+    write(tmp_path / "first", study("saw-40rpm"), study("cam-follower"))
+    assert rendered_without_engines(tmp_path / "first", tmp_path / "second") == contents(tmp_path / "first")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", ["", "sweep", "ablate", "limits"])
 def test_the_committed_reports_are_what_their_saved_findings_give(folder: str, tmp_path: Path) -> None:
     committed = Path(__file__).parents[2] / "reports" / folder
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    done = subprocess.run(
-        [sys.executable, "-c", BLOCKED, "report", str(committed), "--out", str(tmp_path)],
-        capture_output=True, text=True, check=False, env=environment,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    rendered = contents(tmp_path)
+    rendered = rendered_without_engines(committed, tmp_path)
     assert rendered == {name: (committed / name).read_bytes() for name in rendered}
 
 

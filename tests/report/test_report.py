@@ -21,13 +21,8 @@ from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.writing import write_together
-from conrod.studies.validation.results import (
-    Curve,
-    RefinementPoint,
-    SceneStudy,
-    Tolerance,
-    ValidationResult,
-)
+from conrod.studies.validation.results import Curve, RefinementPoint, SceneStudy, Tolerance, ValidationResult
+from tests.report.test_frame import contents
 
 COMMAND = Reproduction("conrod validate {scene} --out reports")
 ALL = sorted(SCENES)
@@ -150,10 +145,6 @@ def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome:
 
 
 # -- writing ---------------------------------------------------------------------------------------------------------
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
 @pytest.mark.usefixtures("undrawn")
