@@ -70,7 +70,6 @@ MISTAKES = {
     "validate --out .": ("README.md that is not of this report",),
     "validate --out foreign": ("results.json that is not",),
     "validate --out report --json link/results.json": ("link/results.json", "report"),
-    "validate --out report --json link/figures/saw-40rpm-error.svg": ("link/figures/saw-40rpm-error.svg", "report"),
     "validate --json pipe": ("pipe", "regular file"),
     "validate --json link-to-pipe": ("link-to-pipe", "regular file"),
     "export saw-40rpm --format csv -o itself": ("itself", "regular file"),

@@ -22,10 +22,12 @@ FIVE_BAR = BAR.replace(
 ).replace('<site name="C" pos="0.3 0 0"/></body>', '<site name="C" pos="0.3 0 0"/></body></body>')
 
 
+pytestmark = pytest.mark.usefixtures("at_once")
+
+
 @pytest.fixture(autouse=True)
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Models are looked at in this process, and steps timed as coarsely as may be: all else takes less."""
-    monkeypatch.setattr("conrod.cli.validate_loops.confined", lambda task, *given, **_: task(*given))
+def timed_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps are timed as coarsely as may be: all else takes less."""
     monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
 
 

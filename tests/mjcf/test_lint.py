@@ -24,8 +24,7 @@ from conrod.mjcf.lint.bench import differing
 from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
 from conrod.mjcf.lint.linting import RULES, lint
 from conrod.mjcf.results import Kept
-from conrod.own.files import as_outputs_must_not_be, files_of_model
-from conrod.studies.frame.files import files_to_write
+from conrod.own.files import files_of_model
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank
 Look = Callable[..., Report]
@@ -288,11 +287,3 @@ def test_sarif_gives_each_finding_its_line_and_no_text_breaks_out(
     assert {unquote(place["artifactLocation"]["uri"]) for place in places} == {name}
     assert {found["ruleId"] for found in run["results"]} == {rule["id"] for rule in run["tool"]["driver"]["rules"]}
     assert run["results"][1]["message"]["text"].startswith(hostile)
-
-
-def test_what_a_model_is_made_of_is_not_written_over(gripper: Path) -> None:
-    guarded = as_outputs_must_not_be(gripper)
-    with pytest.raises(InvalidInput, match="which the model is made of"):
-        files_to_write({"--fix": str(gripper.parent / "shapes" / "cube.obj")}, guarded)
-    # Negative control: a file beside it may be written.
-    assert files_to_write({"--fix": str(gripper.parent / "parts" / "found.json")}, guarded)
