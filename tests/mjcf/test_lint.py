@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 import string
 from collections.abc import Callable
 from dataclasses import replace
@@ -184,6 +185,12 @@ def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(look: Lo
     assert finding.evidence["opening when stiff [m]"] <= 0.1 * finding.evidence["opening [m]"]
     # Negative control: what opens by the step and not by its softness is none.
     assert look(text, **request).findings == ()
+
+
+def test_the_rules_are_those_of_their_page() -> None:
+    page = (MJCF.parent / "docs" / "lint.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([\w-]+)` \| (.)(.*?) \|", page, re.MULTILINE)
+    assert {name: f"{first.upper()}{rest}." for name, first, rest in rows} == {n: r.__doc__ for n, r in RULES.items()}
 
 
 # -- files -----------------------------------------------------------------------------------------------------------
