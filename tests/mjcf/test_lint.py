@@ -8,7 +8,6 @@ import re
 import string
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -28,7 +27,6 @@ from conrod.mjcf.results import Kept
 from conrod.own.files import files_of_model
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank
-Look = Callable[..., Report]
 MJCF = Path(__file__).parents[2] / "mjcf"
 SAW = (MJCF / "saw-500rpm.xml").read_text(encoding="utf-8")
 REFERENCES = ("name", "site1", "site2", "objname", "mesh", "geom1", "geom2", "site", "refsite", "body1", "body2")
@@ -84,7 +82,7 @@ CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 0.1) for y in (0, 0.1) for z in (
 # A gripper on a floating palm: two fingers by a replicate, an include with defaults and a mesh, and no names.
 GRIPPER = """<mujoco>
   <compiler meshdir="shapes"/>
-  <option timestep="0.001"><flag autoreset="disable"/></option>
+  <option timestep="0.001"/>
   <include file="parts/defaults.xml"/>
   <worldbody><body><freejoint/><geom type="mesh" mesh="cube" density="500"/>
     <replicate count="2" offset="0 0.1 0"><body><joint/><geom/><body pos="0 0 0.1"><joint/><geom/></body></body>
@@ -105,22 +103,6 @@ def at(folder: Path, text: str, **request: Any) -> Report:
     return lint(path, **{"seconds": SHORT} | request)
 
 
-@pytest.fixture
-def look(tmp_path: Path) -> Look:
-    return partial(at, tmp_path)
-
-
-@pytest.fixture
-def gripper(tmp_path: Path) -> Path:
-    folder = tmp_path / "robot"
-    for part in ("parts", "shapes"):
-        (folder / part).mkdir(parents=True)
-    (folder / "parts" / "defaults.xml").write_text(DEFAULTS)
-    (folder / "shapes" / "cube.obj").write_text(CUBE)
-    (folder / "gripper.xml").write_text(GRIPPER)
-    return folder / "gripper.xml"
-
-
 # -- what is planted -------------------------------------------------------------------------------------------------
 
 
@@ -129,32 +111,34 @@ def rules_of(report: Report) -> set[str]:
 
 
 @pytest.mark.parametrize("planted", PLANTED)
-def test_what_is_planted_is_found_and_nothing_else(planted: str, look: Look) -> None:
+def test_what_is_planted_is_found_and_nothing_else(planted: str, tmp_path: Path) -> None:
     edit, rule = PLANTED[planted]
     seconds = 10.0 if rule == "step-too-long" else SHORT
-    report = look(renamed(edit(SAW), seed=len(planted)), seconds=seconds)
+    report = at(tmp_path, renamed(edit(SAW), seed=len(planted)), seconds=seconds)
     assert [(finding.rule, finding.safe) for finding in report.findings] == [(rule, rule in SAFE)]
-    assert not rules_of(look(edit(SAW), seconds=seconds, ignored=[rule]))
+    assert not rules_of(at(tmp_path, edit(SAW), seconds=seconds, ignored=[rule]))
     assert set(RULES) == {rule for _, rule in PLANTED.values()}
 
 
 @pytest.mark.parametrize(("constant", "found"), [(0.003, set()), (0.0034, {"soft-closure"})])
 def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
-    constant: float, found: set[str], look: Look
+    constant: float, found: set[str], tmp_path: Path
 ) -> None:
     """By 0.88 and 1.1 ten-thousandths of the machine's size."""
-    assert rules_of(look(replaced(CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"')(SAW))) == found
+    assert (
+        rules_of(at(tmp_path, replaced(CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"')(SAW))) == found
+    )
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-4])
-def test_a_loop_twice_is_redundant_and_a_pin_across_a_tilted_plane_is_not(off: float, look: Look) -> None:
+def test_a_loop_twice_is_redundant_and_a_pin_across_a_tilted_plane_is_not(off: float, tmp_path: Path) -> None:
     twice = four_bar().replace('pos="0.3 0 0"/>', f'pos="0.3 0 0"/><site name="D" pos="{0.3 + off} 0 0"/>')
     twice = twice.replace("</equality>", '<connect name="again" site1="B" site2="D"/></equality>')
     # Also where both contradict each other by a tenth of a millimetre.
-    (found,) = (one for one in look(twice).findings if one.rule == "redundant-closure")
+    (found,) = (one for one in at(tmp_path, twice).findings if one.rule == "redundant-closure")
     assert (found.subjects, found.evidence["redundant"]) == (("again",), 2)
     # Negative control: the one pin has three rows, of which the plane leaves two.
-    assert "redundant-closure" not in rules_of(look(four_bar()))
+    assert "redundant-closure" not in rules_of(at(tmp_path, four_bar()))
 
 
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("shear-press", "saw-40rpm", "cam-follower")]
@@ -166,9 +150,9 @@ def test_conrods_own_models_have_no_finding(name: str) -> None:
     assert report.findings == ()
 
 
-def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(look: Look) -> None:
+def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(tmp_path: Path) -> None:
     text = replaced('timestep="0.00012"', 'timestep="0.05"')(replaced('autoreset="disable" ', "")(SAW))
-    report = look(text, seconds=10.0)
+    report = at(tmp_path, text, seconds=10.0)
     assert rules_of(report) == {"step-too-long", "silent-reset"}
     evidence = next(finding.evidence for finding in report.findings if finding.rule == "step-too-long")
     assert evidence["step [s]"] == 0.05
@@ -177,14 +161,14 @@ def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(look: Loo
     assert report.notes == ("all other rules are judged with a step of 0.0125 s",)
 
 
-def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(look: Look) -> None:
+def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
     text = replaced('timestep="0.00012" integrator="RK4"', 'timestep="0.004" integrator="Euler"')(SAW)
     request: dict[str, Any] = {"seconds": 0.12, "ignored": ["step-too-long"]}
-    (finding,) = look(replaced(f" {CLOSURE}", "")(text), **request).findings
+    (finding,) = at(tmp_path, replaced(f" {CLOSURE}", "")(text), **request).findings
     assert finding.evidence["with a step of [s]"] < 0.004
     assert finding.evidence["opening when stiff [m]"] <= 0.1 * finding.evidence["opening [m]"]
     # Negative control: what opens by the step and not by its softness is none.
-    assert look(text, **request).findings == ()
+    assert at(tmp_path, text, **request).findings == ()
 
 
 def test_the_rules_are_those_of_their_page() -> None:
@@ -196,23 +180,24 @@ def test_the_rules_are_those_of_their_page() -> None:
 # -- files -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_text(
-    gripper: Path, tmp_path: Path
-) -> None:
-    text = replaced('<flag autoreset="disable"/>', "")(GRIPPER)
-    gripper.write_text(text)
-    before = {path: path.read_bytes() for path in gripper.parent.rglob("*.*")}
-    parts = ("gripper.xml", "parts/defaults.xml", "shapes/cube.obj")
+def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_text(tmp_path: Path) -> None:
+    gripper = tmp_path / "robot" / "gripper.xml"
+    parts = {"gripper.xml": GRIPPER, "parts/defaults.xml": DEFAULTS, "shapes/cube.obj": CUBE}
+    for name, text in parts.items():
+        (gripper.parent / name).parent.mkdir(parents=True, exist_ok=True)
+        (gripper.parent / name).write_text(text)
     assert set(files_of_model(gripper)) == {gripper.parent / name for name in parts}
     report = lint(gripper, seconds=0.02, fix_folder=gripper.parent)
     assert report.fixed.edits == ('<option><flag autoreset="disable"/></option>',)
     assert report.fixed.change == 0.0
-    assert [line for line in report.fixed.text.decode().splitlines() if line in text.splitlines()] == text.splitlines()
+    lines = GRIPPER.splitlines()
+    assert [line for line in report.fixed.text.decode().splitlines() if line in lines] == lines
     with pytest.raises(InvalidInput, match=r"write it into .*robot, beside the model"):
         lint(gripper, seconds=0.02, fix_folder=tmp_path)
     _, found = study(gripper, 0.02, None, (), "")
     assert next(one.outcome for one in found if one.change == "order of declaration") is Kept.HOLDS
-    assert {path: path.read_bytes() for path in gripper.parent.rglob("*.*")} == before
+    left = {str(path.relative_to(gripper.parent)): path.read_text() for path in gripper.parent.rglob("*.*")}
+    assert left == parts
     (gripper.parent / "fixed.xml").write_bytes(report.fixed.text)
     fixed, model = (mujoco.MjModel.from_xml_path(str(gripper.parent / name)) for name in ("fixed.xml", "gripper.xml"))
     assert differing(fixed, model) == "option"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -21,8 +19,7 @@ from conrod.mjcf.loops.study import _Bench
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
-
-DEGREE = math.pi / 180.0
+from tests.mjcf.loops.test_differences import DEFECTS, edited
 
 
 def bench_of(text: str, drives: dict[str, str], seconds: float | None = None, step: float = 5e-3) -> _Bench:
@@ -82,32 +79,16 @@ def test_mujoco_places_a_machine_as_its_exact_motion_does(name: str) -> None:
     assert remarks == ()
 
 
-def longer_leg(model: mujoco.MjModel) -> None:
-    """0.1 % more from the rod's first joint to its end."""
-    model.site("rod_end").pos *= 1.001
-
-
-def turned_axis(model: mujoco.MjModel) -> None:
-    """The rocker's axis 0.1 degrees off."""
-    model.joint("output").axis[:] = [math.cos(0.1 * DEGREE), math.sin(0.1 * DEGREE), 0.0]
-
-
-def shifted_closure(model: mujoco.MjModel) -> None:
-    """The rod's end is anchored 0.1 mm off on the rocker."""
-    model.site("rocker_pin").pos += [0.0, 6e-5, 8e-5]
-
-
-@pytest.mark.parametrize("defect", [longer_leg, turned_axis, shifted_closure])
-def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_runs(
-    defect: Callable[[mujoco.MjModel], None],
-) -> None:
-    bench = machine_bench("rssr", 0.4, 4e-3)
-    edited = replace(bench, model=copy.copy(bench.model))
-    defect(edited.model)
-    shares, _ = kinematic_mode(edited.model, bench.machine, bench.points, bench.machine.motion(np.linspace(0, 0.4, 9)))
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_runs(defect: str) -> None:
+    bench, model = machine_bench("rssr", 0.4, 4e-3), mujoco.MjModel.from_xml_string(edited("rssr", DEFECTS[defect][0]))
+    model.opt.timestep = bench.model.opt.timestep
+    shares, _ = kinematic_mode(model, bench.machine, bench.points, bench.machine.motion(np.linspace(0, 0.4, 9)))
     assert max(shares["position"], shares["closures"]) > 1e4 * KINEMATIC
     # And so much more than a healthy run is off.
-    healthy, planted = (b._run("hardened", 4.0, travel(bench)).errors["position"] for b in (bench, edited))
+    healthy, planted = (
+        b._run("hardened", 4.0, travel(bench)).errors["position"] for b in (bench, replace(bench, model=model))
+    )
     assert planted > 1e-5 > 1e3 * healthy
 
 
