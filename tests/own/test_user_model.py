@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +13,6 @@ import pytest
 from own_model_edits import (
     CRANK_PIN,
     HACKSAW,
-    PIECES,
     ROD_END,
     TEXTS,
     judged,
@@ -25,7 +25,6 @@ from own_model_edits import (
     scaled,
     scanned,
     seen,
-    without,
 )
 
 from conrod import scene
@@ -151,7 +150,7 @@ WELD = '<weld body1="crank" body2="world"/>'
 
 
 @pytest.mark.parametrize(("text", "told"), [
-    (without(SAW, PIECES["equality"]), r"mobility is 3 .* machine is 1: .* slide, crank-pin can still move"),
+    (re.sub(r"(?s)<equality>.*</equality>", "", SAW), r"mobility is 3 .* is 1: .* slide, crank-pin can still move"),
     (replaced(SAW, "</worldbody>", f"{FLAP}</worldbody>"), r"mobility is 2 .* flap can still move"),
     (replaced(SAW, "</equality>", f"{WELD}</equality>"), r"leaves 0; 1 of its 1 drives is too many"),
     (replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.12 0 0"'), "goes no further than"),

@@ -143,14 +143,10 @@ def test_a_wrong_clock_is_out_of_tolerance(tmp_path: Path, clock: Any, tolerance
 MOTOR = '<actuator><velocity name="motor" kv="{}" joint="crank"/></actuator></mujoco>'
 
 
-def with_motor(kv: float) -> str:
+def servo_at(tmp_path: Path, speed: float, kv: float = 30.0, tolerance: float = 1e-4) -> ModelStudy:
     """The saw with a velocity servo on its crank in place of the flywheel."""
     text = replaced(replaced(SAW, ' armature="1e+14"', ""), 'autoreset="disable"', 'autoreset="enable"')
-    return replaced(text, "</mujoco>", MOTOR.format(kv))
-
-
-def servo_at(tmp_path: Path, speed: float, kv: float = 30.0, tolerance: float = 1e-4) -> ModelStudy:
-    text, controls = with_motor(kv), (("motor", speed),) if speed else ()
+    text, controls = replaced(text, "</mujoco>", MOTOR.format(kv)), (("motor", speed),) if speed else ()
     return judged(tmp_path, "saw", text, points=("C",), tolerance={"position": tolerance}, controls=controls)
 
 

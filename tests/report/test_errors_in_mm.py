@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -50,13 +49,8 @@ def planted(name: str, preset: str | None = "tuned") -> ValidationResult:
     )
 
 
-@cache
-def _validation(name: str) -> SceneStudy:
-    return SceneStudy(name, SCENES[name], (planted(name), planted(name, None)))
-
-
 def of_validation(name: str) -> Iterator[Table]:
-    study = _validation(name)
+    study = SceneStudy(name, SCENES[name], (planted(name), planted(name, None)))
     yield from (tables.verdicts_table([study]), tables.points_table(study), tables.joints_table(study))
     yield tables.tolerances_table(study)
 

@@ -32,10 +32,6 @@ def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -
     return report_batch(KIND, {study.name: study}, folder, command)
 
 
-def kept(batch: Batch) -> LimitStudy:
-    return restored(LimitStudy, json.loads(str(batch.files[f"data/{SCENE}.json"])))
-
-
 # -- figures -----------------------------------------------------------------------------------------------------------
 
 
@@ -124,7 +120,7 @@ def test_one_axis_alone_replaces_that_axis_alone(tmp_path: Path) -> None:
     command = Reproduction("conrod limits {scene} --axis mass-ratio --out reports/limits")
     batch = rendered(replace(again, walks=tuple(walks)), tmp_path, command)
     write_together([batch])
-    found = kept(batch)
+    found = restored(LimitStudy, json.loads(str(batch.files[f"data/{SCENE}.json"])))
     assert [(w.axis, w.engine, w.preset) for w in found.walks] == [(w.axis, w.engine, w.preset) for w in study.walks]
     assert {w.axis for w in found.walks if any(p.reason == "new" for p in w.probes)} == {"mass-ratio"}
     assert found.determinism == study.determinism

@@ -23,7 +23,6 @@ HACKSAW = Path(__file__).parent / "own_models" / "hacksaw.xml"
 FILES = {"saw": "saw-40rpm", "press": "shear-press", "cam": "cam-follower"}
 TEXTS = {name: (ROOT / "mjcf" / f"{file}.xml").read_text(encoding="utf-8") for name, file in FILES.items()}
 POINTS = {"saw": ("C", "M"), "press": ("A", "G"), "cam": ("roller",)}
-PIECES = {"slide": r"\s*<joint name=\"slide\".*?/>", "equality": r"<equality>.*?</equality>"}
 
 ROD_END = 'name="slider-pin.rod" pos="0.3 0 0"'
 CRANK_PIN = '<body name="rod" pos="0.1 0 0"'
@@ -85,13 +84,6 @@ def other_branch_of_the_press() -> str:
     return replaced(
         text, '<body name="rod" pos="0.0325 0 0"', '<body name="rod" pos="0.0325 0 0" euler="0 0 3.14159265"'
     )
-
-
-def without(text: str, pattern: str) -> str:
-    """Without a piece."""
-    found, count = re.subn(pattern, "", text, flags=re.DOTALL)
-    assert count == 1, pattern
-    return found
 
 
 def settled(text: str, option: str, closure: str = "") -> str:

@@ -155,14 +155,10 @@ WELDS = (
 )
 
 
-def scalar_joints(seed: int) -> list[str]:
-    """Hinges and slides of the random tree."""
-    model = random_tree(seed)
-    return [model.joint(j).name for j in range(model.njnt) if model.jnt_type[j] >= 2 and model.joint(j).name != "F1"]
-
-
 def closed_by(closure: str, seed: int) -> mujoco.MjModel:
-    names = scalar_joints(seed)
+    model = random_tree(seed)
+    # Hinges and slides.
+    names = [model.joint(j).name for j in range(model.njnt) if model.jnt_type[j] >= 2 and model.joint(j).name != "F1"]
     tendons = (
         f'<fixed name="T1"><joint joint="F1" coef="0.7"/><joint joint="{names[0]}" coef="-1.3"/></fixed>'
         f'<fixed name="T2"><joint joint="{names[-1]}" coef="0.4"/></fixed>'
