@@ -25,7 +25,6 @@ TEXTS = {name: (ROOT / "mjcf" / f"{file}.xml").read_text(encoding="utf-8") for n
 POINTS = {"saw": ("C", "M"), "press": ("A", "G"), "cam": ("roller",)}
 
 ROD_END = 'name="slider-pin.rod" pos="0.3 0 0"'
-CRANK_PIN = '<body name="rod" pos="0.1 0 0"'
 
 
 def replaced(text: str, old: str, new: str) -> str:
@@ -70,20 +69,6 @@ def mirrored(text: str) -> str:
         return [-values[0], values[1], values[2]] if name == "axis" else values
 
     return changed(text, change)
-
-
-def other_branch_of_the_saw() -> str:
-    """The slider to the right of the shaft."""
-    text = replaced(TEXTS["saw"], '<body name="slider" pos="0 0 0"', '<body name="slider" pos="0.57236352 0 0"')
-    return replaced(text, 'euler="0 0 2.836899999574396"', 'euler="0 0 0.30469265"')
-
-
-def other_branch_of_the_press() -> str:
-    """The slider below the shaft."""
-    text = replaced(TEXTS["press"], '<body name="slider" pos="0 0.4225 0"', '<body name="slider" pos="0 -0.3575 0"')
-    return replaced(
-        text, '<body name="rod" pos="0.0325 0 0"', '<body name="rod" pos="0.0325 0 0" euler="0 0 3.14159265"'
-    )
 
 
 def settled(text: str, option: str, closure: str = "") -> str:
