@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -73,30 +75,31 @@ def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> No
 # -- wrong masses ----------------------------------------------------------------------------------------------------
 
 
-class Defective:
+def with_forces(engine: str, forces: Callable[..., ForceTracks]) -> Any:
+    """An engine that tells other forces."""
+    made: Any = copy(engine_named(engine))
+    made.forces = forces
+    return made
+
+
+def defective(engine: str, name: str, quality: str, change: float) -> Any:
     """An engine in whose models one body is another than in the scene."""
 
-    def __init__(self, name: str, body: str, quality: str, change: float) -> None:
-        self._engine, self._wrong = engine_named(name), (body, quality, change)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._engine, name)
-
-    def forces(self, scene: Scene, settings: Any, revolutions: float, start: float) -> ForceTracks:
-        mechanism = scene.kinematics.mechanism
-        bodies = tuple(self._changed(body) for body in mechanism.bodies)
-        wrong = GenericReference(replace(mechanism, bodies=bodies), scene.speed)
-        made: ForceTracks = self._engine.forces(wrong, settings, revolutions, start)
-        return made
-
-    def _changed(self, body: Body) -> Body:
-        name, quality, change = self._wrong
+    def changed(body: Body) -> Body:
         if body.name != name:
             return body
         if quality in LENGTHS:
             (x, y), (a, b) = body.centre_of_gravity, LENGTHS[quality]
             return replace(body, centre_of_gravity=(x + a * change, y + b * change))
         return replace(body, **{quality: getattr(body, quality) + change})
+
+    def forces(scene: Scene, *run: Any) -> ForceTracks:
+        right = scene.kinematics.mechanism
+        wrong = replace(right, bodies=tuple(map(changed, right.bodies)))
+        made: Any = engine_named(engine)
+        return made.forces(GenericReference(wrong, scene.speed), *run)
+
+    return with_forces(engine, forces)
 
 
 @pytest.mark.parametrize(("name", "engine", "preset"), PLANTED)
@@ -111,7 +114,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
     for one in sensitivities(scene.kinematics, even_state(scene)):
         body, quality, unseen = one.body, one.quality, (one.body, one.quality) not in seen
         # What nothing depends on may be wrong by much.
-        wrong: Any = Defective(engine, body, quality, (20.0 if unseen else 1.0) * one.change)
+        wrong = defective(engine, body, quality, (20.0 if unseen else 1.0) * one.change)
         found = validate_forces(name, scene_of(name), wrong, preset, plan)
         assert found.outcome == "completed"
         assert bool(found.passed) == unseen, (body, quality, found.exceeded(), found.mistaken())
@@ -131,7 +134,7 @@ def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -
     few = measured("cam-follower", "pymunk", "tuned", ForcePlan(7854, 1.0, refined=False))
     assert not few.mistaken()
     assert "follower.mass" not in (few.likeness or {})
-    wrong: Any = Defective("pymunk", "follower", quality, change)
+    wrong = defective("pymunk", "follower", quality, change)
     found = validate_forces("cam-follower", scene_of("cam-follower"), wrong, "tuned", plan)
     assert found.passed is False
     assert (found.likeness or {})[f"follower.{quality}"] == pytest.approx(1.0, abs=0.2)
@@ -153,16 +156,12 @@ def test_what_an_engine_does_not_report_is_unsupported_with_its_reason() -> None
     assert (cam.outcome, cam.reason) == ("unsupported", "hardening does not apply to contact")
 
 
-class Broken(Defective):
-    def forces(self, scene: Scene, settings: Any, revolutions: float, start: float) -> ForceTracks:
-        none = np.zeros(0)
-        joints = {joint.name: "it opened" for joint in scene.kinematics.mechanism.joints}
-        unreported = {"drive torque": "it opened", **joints}
-        return ForceTracks(Instants(none, none, none, none), None, {}, unreported, Outcome.OPENED)
-
-
 def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
-    broken: Any = Broken("pymunk", "", "", 0.0)
+    none = np.zeros(0)
+    joints = [joint.name for joint in scene_of("shear-press").kinematics.mechanism.joints]
+    unreported = dict.fromkeys(["drive torque", *joints], "it opened")
+    opened = ForceTracks(Instants(none, none, none, none), None, {}, unreported, Outcome.OPENED)
+    broken = with_forces("pymunk", lambda *_: opened)
     found = validate_forces("shear-press", scene_of("shear-press"), broken, "tuned", FEW)
     assert (found.outcome, found.reason, found.passed) == ("opened", "it opened", False)
     assert validate_forces("shear-press", scene_of("shear-press"), broken, "stock", FEW).passed is None

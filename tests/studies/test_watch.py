@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from catalogue import CAM, PRESS, SAW
-from watched import cell, coarse_cam, extremes, in_pieces_of, moved, planted_in, watched
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
@@ -18,24 +17,40 @@ from conrod.engines.running import whole_run
 from conrod.exact.dynamics.inverse import reactions
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.limits import stream_run as watching
+from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.recorders import ExactTorque
+from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import piece_length, stream_run
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500
 
 
-def every_preset() -> Iterator[Any]:
-    for name in ("shear-press", "saw-40rpm", "cam-follower"):
-        for engine, preset in ((e, p) for e in ENGINES for p in engine_named(e).presets):
-            yield pytest.param(name, engine, preset, id=f"{name}, {engine} {preset}")
+extremes = Extremes.of
 
 
-@pytest.mark.parametrize(("name", "engine", "preset"), list(every_preset()))
+def watched(scene: Any, settings: Any, revolutions: float = 2.0) -> Measurement:
+    return stream_run(LimitCase("a machine", scene, settings, revolutions))
+
+
+def planted_in(monkeypatch: pytest.MonkeyPatch, engine: str, defect: Callable[[int, Piece], Piece]) -> None:
+    """A defect in the pieces of every run of an engine, by their numbers."""
+    pieces = engine_named(engine).run
+    monkeypatch.setattr(engine_named(engine), "run", lambda *run: (defect(*one) for one in enumerate(pieces(*run))))
+
+
+EVERY_PRESET = [(engine, preset) for engine in ENGINES for preset in engine_named(engine).presets]
+
+
+@pytest.mark.parametrize("name", ["shear-press", "saw-40rpm", "cam-follower"])
+@pytest.mark.parametrize(("engine", "preset"), EVERY_PRESET)
 def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: str) -> None:
     scene: Any = SCENES[name]
     steps = CONTACT_STEPS if scene is CAM else LINKAGE_STEPS
-    settings = coarse_cam(engine_named(engine).presets[preset](scene, steps))
+    # A cam of few facets is made sooner.
+    settings = replace(engine_named(engine).presets[preset](scene, steps), cam_vertices=400)
     told, measured = watched(scene, settings), measure(RunCase(name, scene, settings))
     assert told.outcome == measured.outcome
     if measured.outcome == Outcome.UNSUPPORTED.slug:
@@ -49,19 +64,21 @@ def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: 
     assert extremes(told).finite
 
 
-def ended(outcome: Outcome) -> Callable[[Piece], Piece]:
-    return lambda piece: replace(piece, trajectory=replace(piece.trajectory, outcome=outcome, reason=outcome.slug))
+def ended(outcome: Outcome, first: int) -> Callable[[int, Piece], Piece]:
+    """Judged so from a piece on."""
+    judged = {"outcome": outcome, "reason": outcome.slug}
+    return lambda k, piece: piece if k < first else replace(piece, trajectory=replace(piece.trajectory, **judged))
 
 
 def test_a_run_ends_where_nothing_is_left_of_the_machine_and_two_revolutions_after_it_came_apart(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    planted = cell(SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS), 10.0)
-    planted_in(monkeypatch, "pymunk", 1, ended(Outcome.OPENED), on=True)
+    planted = LimitCase("a machine", SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS), 10.0)
+    planted_in(monkeypatch, "pymunk", ended(Outcome.OPENED, 1))
     opened = stream_run(planted)
     assert (opened.outcome, opened.errors) == ("opened", None)
     assert 200 <= extremes(opened).samples <= 200 + 3 * piece_length(planted)
-    planted_in(monkeypatch, "pymunk", 3, ended(Outcome.EXPLODED), on=True)
+    planted_in(monkeypatch, "pymunk", ended(Outcome.EXPLODED, 3))
     failed = stream_run(planted)
     assert (failed.outcome, failed.reason, failed.errors) == ("exploded", "exploded", None)
     assert extremes(failed).samples == 4 * piece_length(planted) + 1
@@ -78,8 +95,8 @@ def test_a_run_ends_as_the_whole_of_it_is_judged(
     whole = whole_run(engine_named(engine), saw, settings, 2.0)
     assert whole.outcome is not Outcome.COMPLETED
     for length in (3, 5, 1000):
-        in_pieces_of(monkeypatch, length)
-        assert stream_run(cell(saw, settings)).outcome == whole.outcome.slug
+        monkeypatch.setattr(watching, "piece_length", lambda _, length=length: length)
+        assert watched(saw, settings).outcome == whole.outcome.slug
         # Where and how far, too: a gap of a later piece may be larger than that of the first one which shows it.
         *_, last = engine_named(engine).run(saw, settings, 2.0, 0.0, length)
         assert (last.trajectory.outcome, last.trajectory.reason) == (whole.outcome, whole.reason)
@@ -93,15 +110,25 @@ def test_warnings_are_told() -> None:
     assert extremes(watched(SAW, MuJoCoSettings.tuned(SAW, 100))).warnings == {}
 
 
+def last_bit_moved(k: int, piece: Piece) -> Piece:
+    """The first piece with its last position of point C moved by 1e-16."""
+    if k > 0:
+        return piece
+    tracks = piece.trajectory.points["C"]
+    values = tracks.position.values.copy()
+    values[-1, 0] += 1e-16
+    points = piece.trajectory.points | {"C": replace(tracks, position=replace(tracks.position, values=values))}
+    return replace(piece, trajectory=replace(piece.trajectory, points=points))
+
+
 @pytest.mark.parametrize("settings", [MuJoCoSettings.tuned(SAW, 100), PymunkSettings.tuned(SAW, 100)])
 def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     known = extremes(watched(SAW, settings)).fingerprint
-    planted_in(monkeypatch, settings.engine, 0, lambda piece: piece)
     for steps in (7, 64, 1000):
-        in_pieces_of(monkeypatch, steps)
-        assert extremes(stream_run(cell(SAW, settings))).fingerprint == known
-    planted_in(monkeypatch, settings.engine, 0, lambda piece: moved(piece, 1e-16))
-    assert extremes(stream_run(cell(SAW, settings))).fingerprint != known
+        monkeypatch.setattr(watching, "piece_length", lambda _, steps=steps: steps)
+        assert extremes(watched(SAW, settings)).fingerprint == known
+    planted_in(monkeypatch, settings.engine, last_bit_moved)
+    assert extremes(watched(SAW, settings)).fingerprint != known
 
 
 @pytest.mark.parametrize("gravity", [True, False])
@@ -120,16 +147,13 @@ def test_a_hardened_drive_gives_the_exact_torque_which_is_the_drivers_reaction(n
 def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = PRESS
     exact = ExactTorque(scene.kinematics, scene.speed, gravity=True)
-    pieces = engine_named("pymunk").run
 
-    def told(*args: Any) -> Iterator[Piece]:
-        for piece in pieces(*args):
-            bodies = piece.trajectory.bodies
-            torque = exact.at(bodies.acceleration.instants.angle)
-            torque[-1] += off * exact.peak
-            yield replace(piece, drive_torque=torque)
+    def told(_: int, piece: Piece) -> Piece:
+        torque = exact.at(piece.trajectory.bodies.acceleration.instants.angle)
+        torque[-1] += off * exact.peak
+        return replace(piece, drive_torque=torque)
 
-    monkeypatch.setattr(engine_named("pymunk"), "run", told)
+    planted_in(monkeypatch, "pymunk", told)
     for off in (0.0, 1e-9, -1e-9):
-        error = extremes(stream_run(cell(PRESS, PymunkSettings.tuned(PRESS, LINKAGE_STEPS)))).torque
+        error = extremes(watched(PRESS, PymunkSettings.tuned(PRESS, LINKAGE_STEPS))).torque
         assert error == pytest.approx(abs(off), abs=1e-15)
