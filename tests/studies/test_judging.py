@@ -125,25 +125,26 @@ def test_tolerances_that_are_asked_for_take_the_place_of_all_others() -> None:
     assert found.judged({"position": 1e-8}).passed is False
 
 
+def validation(preset: str | None, tolerance: dict[str, float] | None = None) -> ValidationCase:
+    return ValidationCase("saw", SAW, "mujoco", preset, Plan(100, 1.0, tolerance))
+
+
+def forces(preset: str, tolerance: dict[str, float] | None = None) -> ForceCase:
+    return ForceCase("saw", SAW, "mujoco", preset, ForcePlan(100, tolerance=tolerance))
+
+
 @pytest.mark.parametrize(
-    ("preset", "tolerance", "passed"), [("tuned", None, False), (None, None, False), ("stock", None, None),
-                                        ("stock", {"position": 1.0}, False)],
+    ("case", "passed"),
+    [
+        (validation("tuned"), False), (validation(None), False), (validation("stock"), None),
+        (validation("stock", {"position": 1.0}), False), (forces("hardened"), False), (forces("stock"), None),
+        (forces("stock", {"torque": 1.0}), False),
+    ],
 )  # fmt: skip
-def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(
-    preset: str | None, tolerance: dict[str, float] | None, passed: bool | None
-) -> None:
-    case = ValidationCase("saw", SAW, "mujoco", preset, Plan(100, 1.0, tolerance))
+def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(case: Any, passed: bool | None) -> None:
     found = case.ended(Outcome.CRASHED, "signal 11")
-    assert (found.outcome, found.reason, found.passed) == ("crashed", "signal 11", passed)
-
-
-def test_forces_of_a_process_that_died_have_failed_where_they_were_to_be_judged() -> None:
-    cases = [ForceCase("saw", SAW, "mujoco", preset, ForcePlan(100)) for preset in ("hardened", "stock")]
-    asked = replace(cases[1], plan=ForcePlan(100, tolerance={"torque": 1.0}))
-    ended = [case.ended(Outcome.CRASHED, "signal 11") for case in (*cases, asked)]
-    assert [one.passed for one in ended] == [False, None, False]
-    assert {(one.outcome, one.reason, one.scene) for one in ended} == {("crashed", "signal 11", "saw")}
-    assert (cases[0].effort, asked.tolerance) == (100, {"torque": 1.0})
+    assert (found.scene, found.outcome, found.reason, found.passed) == ("saw", "crashed", "signal 11", passed)
+    assert case.effort == 100
 
 
 def test_a_study_asks_once_for_each_scene_engine_and_preset_and_finds_them_by_scene() -> None:
@@ -238,7 +239,7 @@ def test_a_machine_of_a_file_is_known_by_the_kinds_of_its_joints_and_its_speed()
 
 def test_an_identity_names_all_that_determines_a_validation() -> None:
     """By names that stay: another name would be another key, and every kept result lost."""
-    case = ValidationCase("saw", SAW, "mujoco", "tuned", Plan(100, 1.0))
+    case = validation("tuned")
     assert replace(case, name="other", plan=Plan(100, 1.0, {"position": 1.0})).key == case.key
     others = [replace(case, preset=one) for one in ("hardened", None)] + [replace(case, plan=Plan(100, 2.0))]
     assert len({one.key for one in (case, *others)}) == 1 + len(others)
