@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 import pytest
+from cell_tasks import pursued
 
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
@@ -28,7 +29,7 @@ from conrod.studies.ablate_findings import (
     levels,
     verdict,
 )
-from conrod.studies.frame.case import Measurement, pursue
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.paired_timing import PairedTiming
 from conrod.studies.frame.run import RunCase, measure
 
@@ -105,20 +106,14 @@ def answer(case: RunCase) -> Measurement:
     """A run in the engine; a timing that no clock took: more iterations cost a third, all else nothing."""
     if not isinstance(case, CostCase):
         return measure(case)
-    dear = [settings.iterations > 100 for settings in (case.settings, case.against)]  # type: ignore[attr-defined]
+    dear = [settings.iterations > 100 for settings in (case.settings, case.against)]
     return Measurement("completed", beside={"paired": plain(timing(1.3 ** (dear[0] - dear[1])))})
 
 
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    known: dict[str, Measurement] = {}
-
-    def run(cases: list[Any]) -> dict[str, Measurement]:
-        known.update({case.key: answer(case) for case in cases if case.key not in known})
-        return known
-
     monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: PLANTED)
     monkeypatch.setattr(MuJoCo, "minimal", lambda self, machine, steps: base(machine, steps))
-    found = pursue([ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2)], run)[0]
+    found = pursued(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), answer)
     verdicts = {one.name: (one.verdict, one.because) for one in found.ingredients}
     assert verdicts == {
         "gravity": (Verdict.FREE, ""),
@@ -151,8 +146,8 @@ def test_a_change_is_that_of_the_deviations_of_two_runs_and_of_none_that_did_not
 
 def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
     cost = CostCase(SCENE, SAW, base(SAW, STEPS), against=base(SAW, STEPS), machine="a", rounds=2)
-    others = ({"against": replace(cost.against, gravity=True)}, {"machine": "b"}, {"rounds": 3})  # type: ignore[call-arg]
-    keys = {replace(cost, **change).key for change in others}  # type: ignore[arg-type]
+    others = ({"against": replace(cost.against, gravity=True)}, {"machine": "b"}, {"rounds": 3})
+    keys = {replace(cost, **change).key for change in others}
     assert len(keys | {cost.key, RunCase(SCENE, SAW, cost.settings).key}) == 5
 
 

@@ -8,27 +8,17 @@ from dataclasses import replace
 
 import pytest
 from catalogue import SAW
+from cell_tasks import pursued
 
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import Measurement, pursue
+from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.determinism import (
-    RUNS,
-    Determinism,
-    RepeatedCase,
-    Task,
-    determinism_search,
-    repeated,
-)
+from conrod.studies.limits.determinism import RUNS, Determinism, Task, determinism_search, repeated
 from conrod.studies.limits.stream_run import stream_run
 
 
 def found(case: Setup, task: Task = stream_run) -> Determinism:
-    def run(cells: list[RepeatedCase]) -> dict[str, Measurement]:
-        return {cell.key: repeated(cell, task) for cell in cells}
-
-    (one,) = pursue([determinism_search(case)], run)
-    return one
+    return pursued(determinism_search(case), lambda cell: repeated(cell, task))
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])

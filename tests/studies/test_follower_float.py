@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cell_tasks import pursued
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.exact.motion import Array
@@ -15,7 +16,7 @@ from conrod.report.limits.tables import onset_table
 from conrod.report.table import Toned
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower
-from conrod.studies.frame.case import Measurement, Results, pursue
+from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.follower_float import STEPS, WITHIN, FollowerFloat, float_search
 from conrod.studies.limits.recorders import TIMES, Flights
@@ -44,8 +45,7 @@ def found_with(force: float = 1.0) -> FollowerFloat:
         flights = (Flight(1.0, 1.0 + length),)
         return Measurement("completed", extremes=plain(Extremes(1, True, {}, None, PENETRATION, flights, "")))
 
-    (found,) = pursue([float_search(case())], lambda cells: {cell.key: flown(cell) for cell in cells})
-    return found
+    return pursued(float_search(case()), flown)
 
 
 def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
@@ -85,11 +85,7 @@ def test_engines_fly_as_far_as_the_exact_parabola(engine: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned"), ("pymunk", "stock")])
 def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> None:
-    def run(cells: list[LimitCase]) -> Results:
-        return {cell.key: cell.perform() for cell in cells}
-
-    (found,) = pursue([float_search(case(engine, preset))], run)
-    assert found.onset == pytest.approx(1.0, abs=WITHIN)
+    assert pursued(float_search(case(engine, preset))).onset == pytest.approx(1.0, abs=WITHIN)
 
 
 STEP = 1e-3  # [rad]

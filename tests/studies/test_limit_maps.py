@@ -8,18 +8,17 @@ from itertools import product
 
 import numpy as np
 import pytest
+from cell_tasks import pursued
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.limits.charts import UNDETECTED_COLOUR
 from conrod.report.limits.map_figure import map_figure
-from conrod.report.limits.report import KIND
+from conrod.report.limits.report import map_of
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import pursue
 from conrod.studies.limits import maps
 from conrod.studies.limits.case import Setup
-from conrod.studies.limits.results import LimitStudy
 
 # -- searching ---------------------------------------------------------------------------------------------------------
 
@@ -29,9 +28,7 @@ def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     steps, _ = maps.grid_of(case, "mass-ratio", (65, 33))
     assert (steps[0], steps[-1]) == (1000.0, 4.0)
     assert all(value == round(value) for value in steps)
-    found = pursue([maps.map_search(case, "mass-ratio", (3, 3), 1)], lambda cells: {c.key: c.perform() for c in cells})[
-        0
-    ]
+    found = pursued(maps.map_search(case, "mass-ratio", (3, 3), 1))
     assert [found.shown[0, j].level for j in range(3)] == ["safe"] * 3
     assert [maps.standing(found.shown[2, j].level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")
@@ -52,9 +49,8 @@ def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
     assert [line.get_color() == UNDETECTED_COLOUR for line in figure.axes[0].lines] == [undetected]
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("undetected" in text for text in legend) is undetected
-    (spots,) = KIND.spots(LimitStudy("saw-500rpm", "saw", "", {}, {}, (), (found,), (), ())).values()
     said = f"10 steps per revolution, mass of slider : rod 1, broken, opened, {'un' if undetected else ''}detected"
-    assert said in {words for *_, words in spots}
+    assert said in {words for *_, words in map_of(found).places()}
 
 
 Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from cell_tasks import pursued
 
 from conrod.runs.plain import plain
 from conrod.scenes import scene_named
-from conrod.studies.frame.case import Measurement, pursue
+from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import walk_search
@@ -41,10 +42,9 @@ def answer(rule: Rule, value: float) -> Measurement:
 
 
 def boundaries(axis: Axis, rule: Rule) -> tuple[dict[str, Boundary], Walk]:
-    def run(cells: list[LimitCase]) -> dict[str, Measurement]:
-        return {cell.key: answer(rule, cell.start_angle) for cell in cells}
-
-    walk = pursue([walk_search(axis, SETUP, axis.safe_end, axis.failing_end)], run)[0]
+    walk = pursued(
+        walk_search(axis, SETUP, axis.safe_end, axis.failing_end), lambda cell: answer(rule, cell.start_angle)
+    )
     return {boundary.criterion: boundary for boundary in walk.boundaries}, walk
 
 

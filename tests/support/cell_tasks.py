@@ -23,7 +23,7 @@ from conrod.scenes import SCENES
 from conrod.studies.execution.dispatch import Watcher, run_cases
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import Limits
-from conrod.studies.frame.case import Case, Measurement
+from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.ledger_file import Claims
 from conrod.studies.frame.run import RunCase, measure
@@ -67,6 +67,11 @@ def number(cell: Case) -> int:
     run = cell.case if isinstance(cell, Assigned) else cell
     assert isinstance(run, RunCase)
     return round(1e3 * run.start_angle)
+
+
+def pursued(study: Study[Any], answer: Callable[[Any], Measurement] = lambda case: case.perform()) -> Any:
+    """What a study finds where its cases are answered so."""
+    return pursue([study], lambda cases: {case.key: answer(case) for case in cases})[0]
 
 
 def noted(cell: Any) -> Measurement:
