@@ -129,10 +129,15 @@ def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
 
 
 def test_the_uncertainty_is_the_distance_from_a_step_of_zero_with_its_factor_of_safety() -> None:
-    path = [(n, 0.3 + 5.0 * n**-2.0) for n in (50, 100, 200)]
-    found = numerical_uncertainty(path, 100)
-    assert found is not None
-    assert found == pytest.approx((2.0, 0.3, 1.25 * 5.0 / 100**2))
+    path = [(20, 7.0), *((n, 0.3 + 5.0 * n**-2.0) for n in (50, 150, 450))]  # the three finest count
+    for steps, finer in ((150, 150), (1000, 450)):
+        assert numerical_uncertainty(path, steps) == pytest.approx((2.0, 0.3, 1.25 * 5.0 / finer**2))
+    # An order counts up to the formal one: to 2 where none is stated.
+    steep = [(n, 0.3 + (100 / n) ** 4) for n in (50, 100, 200)]
+    for formal, limit in ((4, 0.3), (None, 0.3 + 1 / 16 - 15 / 16 / 3)):
+        assert numerical_uncertainty(steep, 200, formal) == pytest.approx((4.0, limit, 1.25 * (0.3 + 1 / 16 - limit)))
+    assert numerical_uncertainty([(25, 17.0), (100, 13.0), (400, 11.0)], 400) == (0.5, 9.0, 2.5)  # a half is shown
+    assert numerical_uncertainty([(50, 1.0), (100, 1.0), (200, 1.5)], 200) == (None, 2.0, 1.5)
     assert numerical_uncertainty([(50, 1.0), (100, 2.0), (200, 1.5)], 200) == (None, 1.0, 1.5)
     assert numerical_uncertainty([(50, 1.0), (100, None), (200, 1.5)], 200) is None
 

@@ -48,6 +48,10 @@ def test_the_floor_is_that_of_the_best_fit_without_negative_terms(seed: int, flo
     assert fitted_floor(np.array(LONG), values) == pytest.approx(min(fits)[1], rel=1e-6, abs=1e-20)
 
 
+def test_no_floor_is_fitted_where_the_error_grows() -> None:
+    assert fitted_floor(np.array(STEPS), np.array([1e-4, 2e-4, 4e-4, 8e-4])) == 0.0
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_no_order_is_claimed_for_noise(seed: int) -> None:
     values = 10.0 ** np.random.default_rng(seed).uniform(-9, -3, len(LONG))

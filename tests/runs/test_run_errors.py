@@ -23,7 +23,8 @@ from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
 
 NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
-COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 65_536, 70_001)
+# Halves end at a multiple of 8: near 8192 that decides whether there is another half.
+COUNTS = (1, 7, 8, 128, 129, 4096, 4097, *range(8190, 8230, 3), 12_345, 65_536, 70_001)
 
 
 def in_pieces_of(monkeypatch: pytest.MonkeyPatch, engine: Engine[Any], steps: int) -> None:

@@ -52,6 +52,7 @@ def test_a_front_has_the_completed_and_timed_points_of_an_engine_that_nothing_be
         ([1e-2, 1e-4, 1e-4, 1e-5], None, None),
         ([1e-4, 1e-4, 2e-4, 4e-4], None, None),  # grows
         ([1e-4, 0.0, 1e-4, 1e-4], None, None),
+        ([0.0, 1e-4, 1e-4, 1e-4], None, 1e-4),
         ([1e-4, 1e-4, 1e-4], None, 1e-4),
         ([1e-4, 1e-4], None, None),
         ([1e-2, 1e-4, 1e-4 * 2.0**0.099, 1e-4], None, 1e-4),  # up to a tenth of an order
