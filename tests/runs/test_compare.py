@@ -25,6 +25,7 @@ from synthetic import (
 from conrod import Comparison, Outcome, compare
 from conrod.engines import engine_named
 from conrod.engines.running import whole_run
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import ExactMotions, track_errors
 from conrod.runs.outcome import judge
@@ -219,6 +220,18 @@ def test_max_rms_and_final_are_what_they_are_called() -> None:
     assert size.max == pytest.approx(5e-3 / length)
     assert size.final == pytest.approx(1e-3 / length)
     assert size.rms == pytest.approx(math.sqrt((5e-3**2 + 1e-3**2) / (2 * STEPS + 1)) / length)
+
+
+@pytest.mark.parametrize(
+    ("asked", "line"),
+    [
+        (("positon",), "unknown quantity 'positon': did you mean 'position'"),
+        (("position", "maxx"), "unknown measure 'maxx': did you mean 'max'"),
+    ],
+)
+def test_what_a_comparison_has_not_is_refused_with_its_choices(asked: tuple[str, ...], line: str) -> None:
+    with pytest.raises(InvalidInput, match=f"^{line}"):
+        compare(synthetic_trajectory(SAW), SAW).worst(*asked)
 
 
 @pytest.mark.parametrize("sample", [0, STEPS, -1], ids=["first", "middle", "last"])

@@ -74,6 +74,18 @@ def test_the_order_is_that_of_the_finest_points() -> None:
     assert observed_order(steps, [16e-3, 8e-3, 4e-3, 2e-3, 0.5e-3]).claimed is None
 
 
+def test_coarse_points_have_an_order_beside_the_plateau_of_the_finest() -> None:
+    values = errors(5.0, LONG, floor=4.5e-5, size=1.0)
+    found = observed_order(LONG, values)
+    assert found.claimed == pytest.approx(5.0, abs=PAIRS_AGREE)
+    assert found.plateau == values[-1]
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_an_error_that_is_not_finite_gives_no_order(bad: float) -> None:
+    assert observed_order(STEPS, [*errors(2.0)[:3], bad]).claimed is None
+
+
 def test_an_order_is_claimed_from_the_runs_that_have_an_error() -> None:
     found = [(100, 4e-3), (200, None), (400, 2.5e-4), (800, 6.25e-5)]
     assert claimed_order(found) == pytest.approx(2.0, abs=1e-9)

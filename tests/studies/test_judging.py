@@ -20,7 +20,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
-from conrod.studies.frame.case import Measurement, key_of
+from conrod.studies.frame.case import QUANTITIES, Measurement, key_of
 from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, study_of
 from conrod.studies.frame.run import RunCase
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
@@ -276,6 +276,17 @@ def tuned(steps: int) -> Any:
 def kept() -> tuple[ValidationCase, Measurement]:
     case = ValidationCase("saw", SAW, "pymunk", "tuned", Plan(40, 1.0))
     return case, case.perform()
+
+
+def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
+    case, measurement = kept()
+    found = case.result(measurement)
+    assert replace(found, curves=None, poses=None) == replace(case.run(), curves=None, poses=None)
+    assert measurement.beside["passed"] is found.passed
+    sizes = {q: {m: found.largest(q, m) for m in ("max", "rms", "final")} for q in (*QUANTITIES, "total")}
+    assert measurement.beside["sizes"] == sizes
+    for name in ("outcome", "reason", "phase", "closure", "drive", "prediction"):
+        assert getattr(measurement, name) == getattr(found, name) is not None
 
 
 def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
