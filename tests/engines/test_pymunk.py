@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from catalogue import CAM
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain
 
 from benchmarks.healthy import variant
@@ -106,6 +107,30 @@ def test_under_loads_free_motion_has_order_two(mechanism: Mechanism) -> None:
     errors = pose_errors(mechanism)
     assert min(orders(errors)) > 1.8
     assert errors[-1] < 5e-4
+
+
+def test_a_pushed_cam_has_order_one() -> None:
+    """A contact is corrected by velocities of its own, so nothing here is in the middle of a step."""
+    push = Load("push", Turn(GROUND, CAM.mechanism().crank), TimePulse(0.2, 0.02, 0.3))
+    cam = replace(CAM.mechanism(), loads=(push,))
+    errors = [pose_error(*swing(cam, h, 0.2)) for h in (4e-4, 2e-4)]
+    assert errors[0] < 2e-3
+    assert orders(errors) == pytest.approx([1.0], abs=0.1)
+
+
+@pytest.mark.parametrize("mechanism", [DRIVEN, CAM.mechanism()], ids=["driven", "cam"])
+@pytest.mark.parametrize("piece", [2, 40])
+def test_what_is_told_of_a_free_run_is_a_part_of_its_every_step(
+    mechanism: Mechanism, piece: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = ForwardDynamics(mechanism).motion(np.zeros(1), {mechanism.crank: 1.0})
+    asked = mechanism, "tuned", 1e-3, 103, right.poses[0], right.rates[0], PACE
+    whole = PYMUNK.free_run(*asked)
+    assert len(whole.times) == 104
+    monkeypatch.setattr(own, "PIECE", piece)
+    told = PYMUNK.free_run(*asked, 4)
+    for name in ("times", "poses", "rates"):
+        assert np.array_equal(getattr(told, name), getattr(whole, name)[::4]), name
 
 
 def test_forces_of_the_state_before_the_step_have_order_one(monkeypatch: pytest.MonkeyPatch) -> None:

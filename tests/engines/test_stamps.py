@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.metadata import version
 from typing import Any
 
 import mujoco
@@ -10,12 +11,12 @@ import numpy as np
 import pytest
 from catalogue import CAM, PRESS, SAW, VARIATIONS
 
-from conrod import MuJoCoSettings, Outcome
+from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import engine_named
 from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import body_states
-from conrod.engines.pymunk.dynamics import point_tracks, staggered
+from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, staggered
 from conrod.engines.running import whole_run
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
@@ -176,7 +177,7 @@ def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> 
         "velocity": times[1:] + ahead,
         "acceleration": 0.5 * (times[3:] + times[2:-1]) + ahead,
     }
-    tracks = point_tracks(mechanism, at, centres, speeds)
+    tracks, links = point_tracks(mechanism, at, centres, speeds), body_tracks(mechanism, at, centres, speeds)
     assert set(tracks) == set(scene.lengths)
     for order, (quantity, instants) in enumerate(expected.items()):
         stamps = getattr(at, quantity)
@@ -189,12 +190,29 @@ def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> 
         # Two rates of a difference: rounding over the step.
         gain = GAIN * scene.speed**2 if quantity == "acceleration" else 0.0
         np.testing.assert_allclose(stamps.acceleration, gain, rtol=1e-5, atol=0.0)
+        states, slopes = getattr(links, quantity), scene.kinematics.derivatives(angles, 2)
+        assert states.instants is stamps
+        moved = slopes[1] * rate[:, None], slopes[2] * rate[:, None] ** 2 + slopes[1] * GAIN * scene.speed**2
+        found_of = states.poses, states.rates, states.accelerations
+        for k, (values, right) in list(enumerate(zip(found_of, (slopes[0], *moved), strict=True)))[: order + 1]:
+            off = (1e-4 if k == 2 else ROUNDING) * np.abs(right).max()
+            np.testing.assert_allclose(values, right, rtol=0.0, atol=off)
         for point, track in tracks.items():
             exact = getattr(scene.motion(angles, rate, GAIN * scene.speed**2).point(point), quantity)
             found = getattr(track, quantity)
             assert found.instants is stamps
             size = scene.lengths[point] * abs(scene.speed) ** order
             np.testing.assert_allclose(found.values, exact, rtol=0.0, atol=size * (1e-4 if order == 2 else ROUNDING))
+
+
+def test_a_run_of_pymunks_says_what_it_is_of_and_begins_at_zero() -> None:
+    settings = PymunkSettings.tuned(SAW, 100)
+    (whole,) = engine_named("pymunk").run(SAW, settings, 0.1)
+    made = whole.trajectory
+    assert (made.engine, made.engine_version, made.settings) == ("pymunk", version("pymunk"), settings)
+    instants = made.bodies.position.instants
+    assert (len(instants.times), instants.times[0]) == (11, 0.0)
+    assert instants.angle[0] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_links_are_where_their_centres_of_gravity_put_them() -> None:
