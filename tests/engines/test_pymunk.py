@@ -23,7 +23,7 @@ from conrod.engines.running import whole_run
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
-from conrod.mechanism.mechanism import GROUND, Mechanism
+from conrod.mechanism.mechanism import GROUND, ConstantForce, Mechanism
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, catalogue_scene
@@ -35,8 +35,8 @@ REFINED = (2e-3, 1e-3, 5e-4)  # steps [s]
 Swing = tuple[FreeRun, FreeMotion]
 
 
-# By a mechanism's identity, which is kept so that no other one gets it, and the instants: for all runs told at these.
-_EXACT: dict[tuple[int, float, int], tuple[Mechanism, FreeMotion]] = {}
+# By a mechanism's identity, which is kept so that no other one gets it, start and instants: for all runs told at these.
+_EXACT: dict[tuple[int, float, float, int], tuple[Mechanism, FreeMotion]] = {}
 
 
 def swing(mechanism: Mechanism, h: float, seconds: float, rate: float = 0.0) -> Swing:
@@ -44,7 +44,7 @@ def swing(mechanism: Mechanism, h: float, seconds: float, rate: float = 0.0) -> 
     steps = round(seconds / h)
     every = max(1, steps // 250)
     times = h * (every * np.arange(steps // every + 1))
-    key = id(mechanism), round(h * every, 12), len(times)
+    key = id(mechanism), rate, round(h * every, 12), len(times)
     if key not in _EXACT:
         rates = {mechanism.crank: mechanism.driver.sense * rate}
         _EXACT[key] = mechanism, ForwardDynamics(mechanism).motion(times, rates)
@@ -65,8 +65,16 @@ def pose_errors(mechanism: Mechanism) -> list[float]:
     return [pose_error(*swing(mechanism, h, 1.0)) for h in REFINED]
 
 
-def test_the_free_swing_of_a_four_bar_has_order_two() -> None:
-    runs = [swing(SWINGING_FOUR_BAR, h, 1.0) for h in REFINED]
+PUSHED = replace(SWINGING_FOUR_BAR, forces=(ConstantForce(SWINGING_FOUR_BAR.crank, (1.0, 2.0)),))
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "rate"),
+    [(SWINGING_FOUR_BAR, 0.0), (SWINGING_FOUR_BAR, 2.0), (PUSHED, 0.0)],
+    ids=["", "moving", "pushed"],
+)
+def test_the_free_swing_of_a_four_bar_has_order_two(mechanism: Mechanism, rate: float) -> None:
+    runs = [swing(mechanism, h, 1.0, rate) for h in REFINED]
     for told in ("poses", "rates"):
         errors = [float(np.abs(getattr(run, told) - getattr(right, told)).max()) for run, right in runs]
         assert errors[-1] < 1e-3
@@ -97,7 +105,7 @@ DRIVEN = replace(
     SWINGING_SLIDER_CRANK,
     loads=(
         Load("motor", Turn(GROUND, "crank"), SpeedLine(2.0, 12.0)),
-        Load("push", Turn(GROUND, "crank"), TimePulse(1.0, 0.1, 0.6)),
+        Load("push", Turn(GROUND, "crank"), TimePulse(1.0, -0.5, 0.6)),
         Load("friction", Displacement("slider", (0.0, 0.0), 0.0), Friction(0.5, 0.3)),
     ),
 )
