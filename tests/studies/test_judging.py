@@ -287,6 +287,8 @@ def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
     assert measurement.beside["sizes"] == sizes
     for name in ("outcome", "reason", "phase", "closure", "drive", "prediction"):
         assert getattr(measurement, name) == getattr(found, name) is not None
+    failing = replace(case, scene=SCENES["saw-500rpm"], preset="stock", plan=Plan(20, 1.0))
+    assert failing.perform().reason == failing.run().reason != ""
 
 
 def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
