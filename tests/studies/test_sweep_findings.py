@@ -14,6 +14,7 @@ from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
+from conrod.studies.sweep.findings import SweptRule, lines_at, pareto_front, shared_lines
 from conrod.studies.sweep.study import orders_along
 
 STEPS = (100, 200, 400, 800)
@@ -41,6 +42,23 @@ def test_a_front_has_the_completed_and_timed_points_of_an_engine_that_nothing_be
     for made in (perfect, replace(best, cost=0.0)):
         others = tuple(made if p is best else p for p in study.points)
         assert made in replace(study, points=others).front("position")
+
+
+def test_of_points_with_the_same_cost_and_error_a_front_has_the_first() -> None:
+    costs = [(3.0, 1.0), (1.0, 4.0), (2.0, 2.0), (2.0, 3.0), (2.0, 2.0), (4.0, 1.0), (1.0, 5.0), (5.0, 0.5)]
+    front = pareto_front(enumerate(costs), lambda item: item[1])
+    assert front == ((1, (1.0, 4.0)), (2, (2.0, 2.0)), (0, (3.0, 1.0)), (7, (5.0, 0.5)))
+
+
+def test_a_point_that_did_not_complete_has_no_error_and_the_points_of_a_rule_run_by_steps() -> None:
+    study = handmade_sweep()
+    same_name = tuple(replace(p, engine="newcomer") for p in study.points)
+    study = replace(study, points=(*reversed(study.points), *same_name))
+    for rule in study.rules:
+        points = study.points_of(rule)
+        assert [p.steps_per_revolution for p in points] == [20, 100, 500, 2500]
+        assert {(p.engine, p.rule) for p in points} == {(rule.engine, rule.name)}
+    assert {p.error("position") is None for p in study.points if p.outcome == "opened"} == {True}
 
 
 @pytest.mark.parametrize(
@@ -105,3 +123,56 @@ def test_the_order_is_that_of_the_runs_that_completed() -> None:
     runs = {case.key: second_order(case) for case in cases} | {cases[1].key: Measurement("exploded")}
     found = orders_along(cases, runs)["position"]
     assert found.claimed == pytest.approx(2.0)
+
+
+# -- lines to paste ----------------------------------------------------------------------------------------------------
+
+
+def lines(steps: int) -> str:
+    """Lines with a number that goes with the step, two with its square, and some that stay."""
+    return (
+        f'site1 v2.5 solimp="0.9 {0.12 / steps:.15g}" '
+        f"bias = -{3.0 / steps**2:.15g}, {50.0 / steps**2:.15g}\ntolerance = 0"
+    )
+
+
+def test_lines_are_one_text_where_numbers_go_with_the_step_or_its_square() -> None:
+    shared = shared_lines({n: lines(n) for n in (500, 20, 2500)})
+    text = 'site1 v2.5 solimp="0.9 {0.12/n1}" bias = {-3/n2}, {50/n2}\ntolerance = 0'
+    assert shared == {"n": text}
+    for steps in (20, 100, 640, 20000):
+        assert lines_at(shared, steps) == lines(steps)
+
+
+@pytest.mark.parametrize(
+    ("few", "many"),
+    [
+        ("dt = 0.3 at", "dt = 0.05 at"),  # by no power of ten times the steps
+        ("dt = 1", "dt = 10"),  # more with more steps
+        ("dt = 0", "dt = 0.1"), ("dt = -1", "dt = 0.1"), ("on = 1", "off = 1"), ("dt = 1", "dt = 0.1 0.2"),
+        ("dt = 1", "dt = 0.10000000001"), ("dt = 1 2", "dt = 0.1 0.20000000001"),
+    ],
+)  # fmt: skip
+def test_lines_that_differ_in_another_way_are_kept_for_each_step(few: str, many: str) -> None:
+    kept = shared_lines({20: few, 200: many})
+    assert kept == {"20": few, "200": many}
+    assert [lines_at(kept, steps) for steps in (20, 40, 200)] == [few, "", many]
+
+
+def test_lines_that_differ_by_rounding_alone_are_one_text() -> None:
+    assert shared_lines({20: "dt = 1", 200: "dt = 0.10000000000001"}) == {"n": "dt = {20/n1}"}
+
+
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_a_rule_of_a_grid_has_one_text_and_a_point_the_lines_at_its_steps(engine: str) -> None:
+    used, study = engine_named(engine), handmade_sweep()
+    known = {rule.name: {n: used.paste(SAW, rule.settings(SAW, n)) for n in STEPS} for rule in used.grid(SAW, "coarse")}
+    assert {tuple(shared_lines(pastes)) for pastes in known.values()} == {("n",)}
+    rules = tuple(SweptRule(engine, name, {}, shared_lines(pastes)) for name, pastes in known.items())
+    others = tuple(SweptRule("another", name, {}, {"n": "# of another"}) for name in known)
+    point = next(p for p in study.points if p.engine == engine)
+    swept = replace(study, rules=(*others, *rules))
+    for name, pastes in known.items():
+        own = replace(point, rule=name, steps_per_revolution=200)
+        assert shared_lines({1: pastes[200], 2: swept.lines_of(own), 3: pastes[200]}).keys() == {"n"}
+    assert swept.lines_of(replace(point, rule="no such rule")) == ""
