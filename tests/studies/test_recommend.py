@@ -6,24 +6,26 @@ import copy
 import json
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from planted_engine import ENGINE as PLANTED
 
 from benchmarks.prior import table_of
 from conrod.engines import engine_named
 from conrod.engines.engine import shortened
 from conrod.errors import InvalidInput
-from conrod.scenes import SCENES
+from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame.case import QUANTITIES, Measurement, pursue
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import shipped
-from conrod.studies.sweep.recommend import Refusal, check_tolerances, recommend_for
-from conrod.studies.sweep.step_search import Choice, StepSearch, Tried
+from conrod.studies.sweep.recommend import Refusal, check_tolerances, confirming_cases, recommend_for
+from conrod.studies.sweep.step_search import Choice, StepSearch, Tried, finer_than, run_at
 from conrod.studies.sweep.study import SweepPlan, plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
@@ -47,7 +49,7 @@ class PretendedRuns:
 def measured(error: float | None) -> Measurement:
     """A run with an error in all quantities, or one that did not complete."""
     if error is None or math.isnan(error):
-        return Measurement("exploded")
+        return Measurement("exploded", "the loop is open")
     return Measurement("completed", errors={"C": {quantity: {"max": error} for quantity in QUANTITIES}})
 
 
@@ -124,10 +126,7 @@ def test_after_a_rejection_the_same_rule_is_tried_at_a_finer_step() -> None:
         return 1e-4 / 1.05 * (200.0 / per_step(cell)) ** 2 * (1.1 if elsewhere(cell) else 1.0)
 
     # At 200 steps, where the table has the search begin, the error just does: no step between would save anything.
-    rule = grid_of_saw().rules[0].rule.name
-    row = [1.0, *([-20, -40, -60],) * 3]
-    table = {name: {"steps": [20, 200, 2000], "pymunk": {rule: row}} for name in ("shear-press", "saw-40rpm")}
-    answer = recommended(PretendedRuns(error, per_step), table, position=1e-4)
+    answer = recommended(PretendedRuns(error, per_step), of_rules(1), position=1e-4)
     assert 200 < answer.choice.steps < 240
     assert {rejected.choice.steps for rejected in answer.rejected} == {200}
     assert recommended(PretendedRuns(lambda _: 1e-4, per_step), position=1e-4).rejected == ()  # just does everywhere
@@ -169,13 +168,65 @@ def searching(found: Mapping[int, float | None], start: int = 0, order: float = 
         (searching({}, 101), 104), (searching({100: 2.0}), 160), (searching({100: 1e3}), 400),
         # The order between the two finest that completed; an error that stands still has no hope after three runs.
         (searching({50: 64.0, 100: 8.0, 200: 2.0}, order=1.0), 320), (searching({50: 2.0, 100: 2.0, 200: 2.0}), None),
+        (searching({100: None, 200: 2.0}), 320), (searching({100: 2.0, 200: 2.0}), 800),
         (searching({100: None, 200: None}), None), (searching({20000: 2.0}), None),
-        # Within: fewer, where that saves eight per cent; or between the last that is out and the first within.
-        (searching({1000: 0.6}), 868), (searching({1000: 0.7}), None), (searching({100: 4.0, 400: 0.25}), 224),
+        # Within, if only just: fewer, where that saves eight per cent, down to a fourth.
+        (searching({1000: 0.6}), 868), (searching({1000: 0.7}), None), (searching({1000: 1.0}), None),
+        (searching({1000: 0.05}), 252),
+        # Between the last that is out and the first within; in the middle, where one has no error to go by.
+        (searching({100: 4.0, 400: 0.25}), 224), (searching({100: None, 400: 0.25}), 200),
+        (searching({100: 4.0, 400: 0.0}), 200), (searching({92: 4.0, 100: 0.25}), None),
     ],
 )  # fmt: skip
 def test_the_next_step_is_where_the_error_should_just_do(search: StepSearch, steps: int | None) -> None:
     assert search.next_steps({"position": 1e-6}) == steps
+
+
+@pytest.mark.parametrize(
+    ("tried", "error", "found", "ran"),
+    [
+        ((), 1.0, 1416, 1), ((), 1.5, None, 1),  # the error at 1416 decides
+        ((1416,), 1.0, 1416, 0), ((1200, 1416), 0.5, 1200, 0), ((1200,), 1.5, None, 0),  # one that was run
+        ((2000,), 0.5, 1416, 1), ((800,), 0.5, 1416, 1),
+    ],
+)  # fmt: skip
+def test_the_finer_step_is_the_one_that_makes_up_for_the_excess(
+    tried: tuple[int, ...], error: float, found: int | None, ran: int
+) -> None:
+    """At order 2 an excess of 1.6, with a margin of 1.25, takes 1.414 times the steps."""
+    assert finer(tried, 1000, 1.6, error) == (found, ran)
+
+
+@pytest.mark.parametrize(
+    ("steps", "excess", "found", "ran"),
+    [
+        (1000, 100.0, 4000, 1),  # four times as many, though 11,180 were wanted
+        (16000, 5.0, 40000, 1), (20000, 2.0, 31624, 1),  # up to 2.5 times the most of the grid
+        (16000, 9.0, 20000, 1), (20000, 9.0, None, 0),  # no further than the grid where that would not do
+    ],
+)  # fmt: skip
+def test_a_finer_step_goes_beyond_the_grid_only_where_that_should_do(
+    steps: int, excess: float, found: int | None, ran: int
+) -> None:
+    assert finer((), steps, excess, 0.5) == (found, ran)
+
+
+def finer(tried: tuple[int, ...], rejected: int, excess: float, error: float) -> tuple[int | None, int]:
+    """The finer step of a rule that was tried at some, all with one error; and how many runs it takes."""
+    runs = PretendedRuns(lambda _: error * 1e-6, per_step)
+    search = StepSearch(grid_of_saw().rules[0], [])
+    pursue([run_at([(search, n) for n in (rejected, *tried)])], runs.run)
+    choice, before = next(one for one in search.tried if one.steps == rejected), len(runs.ran)
+    (one,) = pursue([finer_than(search, choice, excess, {"position": 1e-6})], runs.run)
+    return one and one.steps, len(runs.ran) - before
+
+
+def test_a_pass_is_confirmed_backwards_and_at_other_speeds() -> None:
+    geneva = scene_named("geneva")
+    rule = plan_sweep("geneva", geneva, [PYMUNK], "coarse").rules[0]
+    found = dict(confirming_cases(rule, rule.cases[-1]))
+    assert list(found) == ["as pasted", "the pass backwards", "speed -10%", "speed +10%"]
+    assert [c.scene.speed / geneva.speed for c in found.values()] == pytest.approx([1.0, -1.0, 0.9, 1.1])
 
 
 def test_an_answer_says_all_that_it_rests_on() -> None:
@@ -206,6 +257,33 @@ def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> 
     assert answer.nearest.excess({"position": 1e-3}) < 1.0
 
 
+@pytest.mark.parametrize(
+    ("error", "timed", "why"),
+    [
+        (lambda _: math.nan, True, "no run completed: the loop is open"),
+        (lambda _: 1e-3, True, ""),
+        (lambda _: 1e-3, False, ""),
+        (second_order, False, "nothing within the tolerances could be timed"),
+    ],
+)
+def test_where_nothing_completes_or_can_be_timed_that_is_said(error: Any, timed: bool, why: str) -> None:
+    runs: Any = PretendedRuns(error, per_step)
+    if not timed:
+        runs.time = lambda _: {}
+    answer = recommended(runs, position=1e-4)
+    assert isinstance(answer, Refusal)
+    assert (answer.engine, answer.why) == ("pymunk", why)
+    assert answer.how.startswith("from the shipped sweeps of saw-500rpm, by ")
+
+
+def test_of_an_engine_that_cannot_be_timed_that_is_the_reason() -> None:
+    plan, runs = grid_of_saw(), PretendedRuns(lambda _: 9e-5, per_step)
+    untimed = replace(plan, rules=(replace(plan.rules[0], engine=PLANTED),))
+    (answer,) = pursue(recommend_for(untimed, {"position": 1e-4}, lambda _: {}, shipped()), runs.run)
+    assert answer.why == "planted has no stepping with nothing recorded, which timings take"
+    assert answer.how == "from the shipped sweeps of no machine like it, by 1 runs"
+
+
 # -- from the shipped sweeps -------------------------------------------------------------------------------------------
 
 
@@ -234,6 +312,40 @@ def test_a_table_that_is_wrong_by_a_hundredfold_breaks_no_promise(decibels: int,
     answer = recommended(PretendedRuns(second_order, per_step), shifted(decibels, cost), position=1e-4)
     assert 1.0 <= answer.margin < 1.6
     assert all(one.excess({"position": 1e-4}) <= 1.0 for one in answer.confirmations)
+
+
+def of_rules(count: int, order: int = 2, machines: tuple[str, ...] = ("shear-press", "saw-40rpm")) -> dict[str, Any]:
+    """A table of some machines with the first rules of the saw's grid, which promises 1e-4 at 200 steps each."""
+    rules = [rule.rule.name for rule in grid_of_saw().rules][:count]
+    row = [1.0, *([-40 + order * 10, -40, -40 - order * 10],) * 3]
+    return {name: {"steps": [20, 200, 2000], "pymunk": dict.fromkeys(rules, row)} for name in machines}
+
+
+def test_a_search_begins_with_the_order_of_the_table() -> None:
+    def tried(order: int) -> list[int]:
+        runs = PretendedRuns(lambda c: 2e-4 if c.settings.steps_per_revolution == 200 else 9e-5, per_step)
+        recommended(runs, of_rules(1, order), position=1e-4)
+        return [c.settings.steps_per_revolution for c in runs.ran if not elsewhere(c)][:2]
+
+    assert [tried(order) for order in (1, 2, 4)] == [[200, 504], [200, 320], [200, 252]]
+
+
+def test_a_search_goes_on_in_waves_and_counts_them_all() -> None:
+    """Seven rules are expected to do, of which none does elsewhere: six in the first wave, and one in the second."""
+    runs = PretendedRuns(lambda c: 1e3 if elsewhere(c) else 9e-5, per_step)
+    answer = recommended(runs, of_rules(7), position=1e-4)
+    assert {one.choice.swept.rule.name for one in answer.rejected} == set(of_rules(7)["saw-40rpm"]["pymunk"])
+    # Seven runs, and three finer ones for each rule of the first wave.
+    assert answer.how == "from the shipped sweeps of shear-press, by 25 runs"
+    assert (len(answer.rejected), answer.why) == (7 + 3 * 7, "")
+
+
+def test_a_search_names_all_machines_that_it_begins_from() -> None:
+    press, saw = of_rules(1, machines=("shear-press",)), of_rules(2, machines=("saw-40rpm",))
+    first = next(iter(press["shear-press"]["pymunk"]))
+    saw["saw-40rpm"]["pymunk"].pop(first)
+    answer = recommended(PretendedRuns(second_order, per_step), press | saw, position=1e-4)
+    assert answer.how.startswith("from the shipped sweeps of shear-press and saw-40rpm, by ")
 
 
 def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> None:
