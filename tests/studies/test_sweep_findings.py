@@ -147,10 +147,11 @@ def test_lines_are_one_text_where_numbers_go_with_the_step_or_its_square() -> No
 @pytest.mark.parametrize(
     ("few", "many"),
     [
-        ("dt = 0.3 at", "dt = 0.05 at"),  # by no power of ten times the steps
+        ("dt = 0.3 at", "dt = 0.05 at"),  # as no power of the step
         ("dt = 1", "dt = 10"),  # more with more steps
-        ("dt = 0", "dt = 0.1"), ("dt = -1", "dt = 0.1"), ("on = 1", "off = 1"), ("dt = 1", "dt = 0.1 0.2"),
-        ("dt = 1", "dt = 0.10000000001"), ("dt = 1 2", "dt = 0.1 0.20000000001"),
+        ("dt = 0", "dt = 0.1"), ("dt = 1", "dt = 0"), ("dt = -1", "dt = 0.1"),
+        ("on = 1", "off = 1"), ("dt = 1", "dt = 0.1 0.2"), ("dt = 1", "dt = 0.10000000001"),
+        ("dt = 1 2", "dt = 0.1 0.20000000001"),
     ],
 )  # fmt: skip
 def test_lines_that_differ_in_another_way_are_kept_for_each_step(few: str, many: str) -> None:
