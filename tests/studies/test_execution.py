@@ -208,14 +208,6 @@ def test_what_is_isolated_is_repeated_once(folder: Path) -> None:
     assert len(list(folder.iterdir())) == 5
 
 
-def test_what_a_limit_ends_is_not_killed_from_outside() -> None:
-    # Negative control: conrod's own SIGKILL is an outcome at once.
-    begin = time.monotonic()
-    ended = isolated(time.sleep, 1000.0, timeout=1.0)
-    assert ended.outcome is Outcome.TIMED_OUT
-    assert time.monotonic() - begin >= 1.0
-
-
 # -- processes on one ledger -------------------------------------------------------------------------------------------
 
 COUNT, CLAIMED = 24, 4  # of them, by a process of one job whose runs take long

@@ -63,10 +63,8 @@ def assigned(cases: Sequence[RunCase], task: Callable[[Any], Measurement]) -> li
     return [Assigned(case.name, case.scene, case, task) for case in cases]
 
 
-def number(cell: Case) -> int:
-    run = cell.case if isinstance(cell, Assigned) else cell
-    assert isinstance(run, RunCase)
-    return round(1e3 * run.start_angle)
+def number(cell: Any) -> int:
+    return round(1e3 * getattr(cell, "case", cell).start_angle)
 
 
 def pursued(study: Study[Any], answer: Callable[[Any], Measurement] = lambda case: case.perform()) -> Any:
