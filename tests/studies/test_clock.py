@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -29,11 +30,9 @@ REFERENCE_COST = 1000  # [ns] a step
 
 
 class FakeEngine:
-    """An engine whose steps cost what a list says, on a clock that nothing else advances.
+    """An engine whose steps cost what a list says [ns], on a clock that nothing else advances.
 
-    Args:
-        costs: [ns] a step, of one call of a stepper after the other; the last one stays.
-        dearer: share that tuned settings cost more than others.
+    The first cost is that of a stepper's first call, and so on; tuned settings are `dearer` by a share.
     """
 
     def __init__(self, *costs: int, dearer: float = 0.0) -> None:
@@ -145,25 +144,20 @@ def test_the_steps_that_are_timed_are_those_of_a_recorded_run(engine: str, prese
     assert np.array_equal(rates[0], recorded.position.rates[-1])
 
 
+def states_of(bodies: Any) -> Array:
+    """Of pymunk's bodies."""
+    return np.array([[*b.position, b.angle, *b.velocity, b.angular_velocity] for b in bodies])
+
+
 def poses_and_rates(engine: str, machine: Any, settings: Any, advance: Any) -> tuple[Array, Array]:
     """States of the bodies, as a recorded run has them."""
     if engine == "mujoco":
         return build(machine, settings).forward(advance.data.qpos[None], advance.data.qvel[None])
-    told = np.array([[*b.position, b.angle, *b.velocity, b.angular_velocity] for b in advance.made.bodies])
+    told = states_of(advance.made.bodies)
     return body_states(machine.kinematics.mechanism, told[None, :, :3].reshape(1, -1), told[:, 3:].reshape(1, -1))
 
 
 # -- the reference loops ---------------------------------------------------------------------------------------------
-
-
-def states(engine: str, loop: Any) -> list[float]:
-    if engine == "mujoco":
-        return [*loop.data.qpos, *loop.data.qvel]
-    return [
-        x
-        for body in loop.made.space.bodies
-        for x in (*body.position, body.angle, *body.velocity, body.angular_velocity)
-    ]
 
 
 # Timings of all dates and machines relate to these very loops. They are never changed; nor is this.
@@ -184,37 +178,34 @@ AFTER_100: dict[str, list[float]] = {
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_reference_loop_is_what_it_always_was(engine: str) -> None:
     loop: Any = engine_named(engine).reference_loop()
-    before = states(engine, loop)
+
+    def states() -> Array:
+        return np.hstack([loop.data.qpos, loop.data.qvel]) if engine == "mujoco" else states_of(loop.made.space.bodies)
+
+    before = states().ravel()
     loop(100)
-    after = states(engine, loop)
-    assert np.abs(np.array(after) - before).max() > 0.1
+    after = states().ravel()
+    assert np.abs(after - before).max() > 0.1
     assert after == pytest.approx(AFTER_100[engine], rel=1e-6, abs=1e-9)
 
 
-class ThreadedEngine:
-    """An engine that steps, and its reference loop too, in a thread of its own: a millisecond of CPU time a call."""
+def in_a_thread(steps: int) -> None:
+    """A millisecond of CPU time in a thread of its own."""
 
-    def stepper(self, machine: object, settings: object) -> Callable[[int], None]:
-        def burn() -> None:
-            end = time.thread_time_ns() + MILLISECOND
-            while time.thread_time_ns() < end:
-                pass
+    def burn() -> None:
+        end = time.thread_time_ns() + MILLISECOND
+        while time.thread_time_ns() < end:
+            pass
 
-        def advance(steps: int) -> None:
-            worker = threading.Thread(target=burn)
-            worker.start()
-            worker.join()
-
-        return advance
-
-    def reference_loop(self) -> Callable[[int], None]:
-        return self.stepper(None, None)
+    worker = threading.Thread(target=burn)
+    worker.start()
+    worker.join()
 
 
-@pytest.mark.parametrize(("clock", "least"), [(None, MILLISECOND), (time.thread_time_ns, 0)])
+@pytest.mark.parametrize(("clock", "least"), [({}, MILLISECOND), ({"clock": time.thread_time_ns}, 0)])
 def test_what_an_engine_spends_in_threads_of_its_own_is_its_cost(clock: Any, least: int) -> None:
-    options = {} if clock is None else {"clock": clock}
-    found = time_run(ThreadedEngine(), SAW, MuJoCoSettings.stock(SAW, 100), **options)  # type: ignore[arg-type]
+    engine: Any = SimpleNamespace(stepper=lambda *_: in_a_thread, reference_loop=lambda: in_a_thread)
+    found = time_run(engine, SAW, MuJoCoSettings.stock(SAW, 100), **clock)
     spent = 1e9 * found.seconds_per_revolution * found.steps / 100
     # The negative control: on the calling thread's clock next to nothing was spent.
     assert least <= spent < least + 0.6 * MILLISECOND * math.ceil(found.steps / BLOCK)

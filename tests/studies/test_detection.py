@@ -17,7 +17,6 @@ from conrod.scenes import SCENES, scene_named
 from conrod.studies.detection.defects import MOTION, Recording
 from conrod.studies.detection.qualification import FINE, QualificationCase, motion_judge, noticed_by, smallest_noticed
 from conrod.studies.validation.plan import Plan, begun
-from conrod.studies.validation.results import Qualified
 
 SAW = SCENES["saw-500rpm"]
 CHEAP = Plan(250, 0.5)
@@ -25,11 +24,10 @@ MASS = {"mass"}
 
 
 @cache
-def qualified(tolerance: float | None = None) -> Qualified:
+def qualified(tolerance: float | None = None) -> Any:
     asked = None if tolerance is None else {"position": tolerance}
     # Forces of tuned MuJoCo are not judged, which saves their run.
-    found = QualificationCase("saw", SAW, "mujoco", "tuned", replace(CHEAP, tolerance=asked)).run().qualified
-    return found
+    return QualificationCase("saw", SAW, "mujoco", "tuned", replace(CHEAP, tolerance=asked)).run().qualified
 
 
 @pytest.mark.parametrize("threshold", [3.7e-9, 0.9])
