@@ -216,14 +216,11 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
     assert compare(trajectory, SAW).closure.position > 0.1
 
 
-STEPS, START = 200, 0.7
-
-
 def test_a_time_constant_below_two_steps_is_two_steps_where_it_is_guarded_and_itself_where_not() -> None:
     def run(steps: float, refsafe: bool) -> bytes:
-        settings = MuJoCoSettings.tuned(SAW, STEPS)
+        settings = MuJoCoSettings.tuned(SAW, 200)
         settings = replace(settings, solref=(steps * settings.timestep, 1.0), refsafe=refsafe)
-        return advance(build(SAW, settings), SAW, settings, 150, START)[1].tobytes()
+        return advance(build(SAW, settings), SAW, settings, 150, 0.7)[1].tobytes()
 
     assert run(1.0, True) == run(2.0, True) == run(2.0, False) != run(1.0, False)
 
