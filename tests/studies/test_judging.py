@@ -276,15 +276,15 @@ KEPT = ValidationCase("saw", SAW, "pymunk", "tuned", Plan(40, 1.0))
 
 
 def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
-    case, measurement = kept()
-    found = case.result(measurement)
-    assert replace(found, curves=None, poses=None) == replace(case.run(), curves=None, poses=None)
+    measurement = KEPT.perform()
+    found = KEPT.result(measurement)
+    assert replace(found, curves=None, poses=None) == replace(KEPT.run(), curves=None, poses=None)
     assert measurement.beside["passed"] is found.passed
     sizes = {q: {m: found.largest(q, m) for m in ("max", "rms", "final")} for q in (*QUANTITIES, "total")}
     assert measurement.beside["sizes"] == sizes
     for name in ("outcome", "reason", "phase", "closure", "drive", "prediction"):
         assert getattr(measurement, name) == getattr(found, name) is not None
-    failing = replace(case, scene=SCENES["saw-500rpm"], preset="stock", plan=Plan(20, 1.0))
+    failing = replace(KEPT, scene=SCENES["saw-500rpm"], preset="stock", plan=Plan(20, 1.0))
     assert failing.perform().reason == failing.run().reason != ""
 
 
