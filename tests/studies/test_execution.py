@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
@@ -29,12 +28,6 @@ from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
 
 CELLS = tasks.cells(30)
-
-
-@pytest.fixture(scope="module")
-def local() -> Iterator[LocalProcesses]:
-    with LocalProcesses(2, cell_timeout=60.0) as executor:
-        yield executor
 
 
 def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
@@ -79,24 +72,23 @@ def test_each_fault_costs_its_own_cell_alone(ledger: Ledger) -> None:
         tasks.check_that_faults_cost_their_own_cells(20, ledger, executor)
 
 
-def test_workers_are_used_again_until_one_dies(ledger: Ledger, local: LocalProcesses) -> None:
-    table = run_cases(tasks.assigned(CELLS, tasks.count_processes), ledger, local)
-    workers = {int(m.reason) for m in table.values()}
-    assert len(workers) <= 2
-    assert os.getpid() not in workers
-    for worker in workers:
-        os.kill(worker, signal.SIGKILL)
-    # Killed while idle: nobody's result is lost, and nobody is blamed; nor where one call after another meets them.
-    (found,) = run_cases(tasks.assigned(CELLS[:1], tasks.count_processes), ledger, local, fresh=True).values()
-    assert found.outcome == "completed"
-    assert int(found.reason) not in workers
+def test_workers_are_used_again_until_one_dies(ledger: Ledger) -> None:
+    with LocalProcesses(2) as executor:
+        table = run_cases(tasks.assigned(CELLS, tasks.count_processes), ledger, executor)
+        workers = {int(m.reason) for m in table.values()}
+        assert len(workers) <= 2
+        assert os.getpid() not in workers
+        for worker in workers:
+            os.kill(worker, signal.SIGKILL)
+        # Killed while idle: nobody's result is lost, nobody is blamed; nor where one call after another meets them.
+        (found,) = run_cases(tasks.assigned(CELLS[:1], tasks.count_processes), ledger, executor, fresh=True).values()
+        assert found.outcome == "completed"
+        assert int(found.reason) not in workers
 
 
-def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(
-    ledger: Ledger, local: LocalProcesses
-) -> None:
-    with pytest.raises(InvalidInput, match="cannot be run"):
-        run_cases(tasks.assigned(CELLS, tasks.refuse), ledger, local)
+def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(ledger: Ledger) -> None:
+    with LocalProcesses(2) as executor, pytest.raises(InvalidInput, match="cannot be run"):
+        run_cases(tasks.assigned(CELLS, tasks.refuse), ledger, executor)
     kept = ledger.measurements(cell.key for cell in CELLS)
     assert all(m.outcome == "completed" for m in kept.values())
     assert CELLS[tasks.CRASHES].key not in kept
@@ -171,14 +163,9 @@ def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(t
 # -- killed from outside -----------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    made = tmp_path / "attempts"
-    made.mkdir()
-    return made
-
-
-def test_a_cell_whose_worker_is_killed_from_outside_is_repeated_alone(ledger: Ledger, folder: Path) -> None:
+def test_a_cell_whose_worker_is_killed_from_outside_is_repeated_alone(ledger: Ledger, tmp_path: Path) -> None:
+    folder = tmp_path / "attempts"
+    folder.mkdir()
     cells = tasks.kept_in(folder, tasks.cells(12))
     with LocalProcesses(3, cell_timeout=60.0) as executor:
         table = run_cases(tasks.assigned(cells, tasks.killed_once), ledger, executor)
@@ -200,12 +187,12 @@ def wait_once(mark: Path, times: int) -> str:
     return "done"
 
 
-def test_what_is_isolated_is_repeated_once(folder: Path) -> None:
-    assert isolated(wait_once, folder, 1) == "done"
-    assert confined(wait_once, folder, 1) == "done"
-    assert len(list(folder.iterdir())) == 3
-    assert isolated(wait_once, folder, 1000) == Ended(Outcome.CRASHED, AGAIN)
-    assert len(list(folder.iterdir())) == 5
+def test_what_is_isolated_is_repeated_once(tmp_path: Path) -> None:
+    assert isolated(wait_once, tmp_path, 1) == "done"
+    assert confined(wait_once, tmp_path, 1) == "done"
+    assert len(list(tmp_path.iterdir())) == 3
+    assert isolated(wait_once, tmp_path, 1000) == Ended(Outcome.CRASHED, AGAIN)
+    assert len(list(tmp_path.iterdir())) == 5
 
 
 # -- processes on one ledger -------------------------------------------------------------------------------------------

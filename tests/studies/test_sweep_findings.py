@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import pytest
 from handmade import handmade_sweep
+from synthetic import completed
 
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.variants import GRIDS, Grid, step_counts
 from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import QUANTITIES, Measurement
+from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
 from conrod.studies.sweep.findings import SweptRule, lines_at, pareto_front, shared_lines
 from conrod.studies.sweep.study import orders_along
@@ -113,14 +114,11 @@ def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: 
     assert all(n % SIGNED_ANGLES == 0 for n in steps)
 
 
-def second_order(case: RunCase) -> Measurement:
-    sizes = dict.fromkeys(("max", "rms", "final"), case.settings.steps_per_revolution**-2.0)
-    return Measurement("completed", errors={"C": dict.fromkeys(QUANTITIES, sizes)})
-
-
 def test_the_order_is_that_of_the_runs_that_completed() -> None:
     cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
-    runs = {case.key: second_order(case) for case in cases} | {cases[1].key: Measurement("exploded")}
+    runs = {case.key: completed(case.settings.steps_per_revolution**-2.0) for case in cases} | {
+        cases[1].key: Measurement("exploded")
+    }
     found = orders_along(cases, runs)["position"]
     assert found.claimed == pytest.approx(2.0)
 

@@ -12,6 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from synthetic import completed
 
 from conrod.cli.options import RunOptions
 from conrod.cli.runner import Runner
@@ -38,8 +39,7 @@ def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Measu
     if outcome != "completed":
         return Measurement(outcome, "planted", beside={"bits": named})
     signed = {"C": {quantity: [[off, 0.0]] for quantity in QUANTITIES}}
-    errors = {"C": {quantity: dict.fromkeys(("max", "rms", "final"), abs(off)) for quantity in QUANTITIES}}
-    return Measurement(outcome, errors=errors, signed=signed, beside={"bits": named})
+    return completed(abs(off), signed=signed, beside={"bits": named})
 
 
 SAME = measured(0.5, bodies_position="a", C_acceleration="b")

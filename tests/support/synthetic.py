@@ -15,6 +15,7 @@ from conrod.exact.motion import Array, Motion, motion_in_time
 from conrod.mechanism.mechanism import Joint, Revolute
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 from conrod.scenes import Saw, Scene, ShearPress
+from conrod.studies.frame.case import QUANTITIES, Measurement
 
 STEPS = 500
 # Where in a step the samples of positions, velocities and accelerations lie, in steps: as MuJoCo gives all three, and
@@ -73,6 +74,12 @@ def body_states(solver: Kinematics, at: Instants) -> BodyStates:
     """Exact states of the bodies at constant speed."""
     poses, slopes, bends = solver.derivatives(at.angle, 2)
     return BodyStates(at, poses, slopes * at.rate[:, None], bends * at.rate[:, None] ** 2)
+
+
+def completed(error: float, **more: Any) -> Measurement:
+    """A measurement of a run with an error in every quantity."""
+    sizes = dict.fromkeys(("max", "rms", "final"), error)
+    return Measurement("completed", errors={"C": dict.fromkeys(QUANTITIES, sizes)}, **more)
 
 
 def with_values(trajectory: Trajectory, quantity: str, change: Any) -> Trajectory:
