@@ -116,9 +116,8 @@ def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: 
 
 def test_the_order_is_that_of_the_runs_that_completed() -> None:
     cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
-    runs = {case.key: completed(case.settings.steps_per_revolution**-2.0) for case in cases} | {
-        cases[1].key: Measurement("exploded")
-    }
+    runs = {case.key: completed(case.settings.steps_per_revolution**-2.0) for case in cases}
+    runs[cases[1].key] = Measurement("exploded")
     found = orders_along(cases, runs)["position"]
     assert found.claimed == pytest.approx(2.0)
 
