@@ -15,16 +15,15 @@ from conrod import MuJoCoSettings, PymunkSettings, compare
 from conrod.engines import engine_named
 from conrod.engines.engine import Engine
 from conrod.engines.running import whole_run
-from conrod.runs.comparison import size_of
+from conrod.runs.comparison import QUANTITIES, Stretch, size_of
 from conrod.runs.plain import plain
-from conrod.runs.run_errors import RunningSize
+from conrod.runs.run_errors import DrawnCurve, Parts, PointSizes, RunningSize, halves, paired
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
 
 NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
-# Halves end at a multiple of 8: near 8192 that decides whether there is another half.
-COUNTS = (1, 7, 8, 128, 129, 4096, 4097, *range(8190, 8230, 3), 12_345, 65_536, 70_001)
+COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 65_536, 70_001)
 
 
 def in_pieces_of(monkeypatch: pytest.MonkeyPatch, engine: Engine[Any], steps: int) -> None:
@@ -39,6 +38,44 @@ def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(cou
     for first in range(0, count, piece):
         running.add(values[first : first + piece], max(0, count - first - piece))
     assert running.size == size_of(values)
+
+
+def test_sums_of_parts_are_put_together_as_numpy_adds_numbers_up() -> None:
+    values = np.random.default_rng(5).random(17_000)
+    # Halves end at a multiple of 8: near 8192 and 16384 that decides whether there are more of them.
+    for count in (4096, 4097, *range(8180, 8230), *range(16_370, 16_460, 3)):
+        parts = [float(np.sum(part)) for (part,) in Parts(halves(count)).add(values[:count])]
+        assert paired(count, iter(parts)) == float(np.sum(values[:count]))
+
+
+def test_a_run_that_ends_early_has_the_size_of_what_there_was() -> None:
+    running, expected = RunningSize(), size_of(NOISE[:45_000])
+    for k in range(5):
+        running.add(NOISE[9000 * k : 9000 * (k + 1)], 90_000 - 9000 * k)
+    assert (running.size.max, running.size.final) == (expected.max, expected.final)
+    assert running.size.rms == pytest.approx(expected.rms, rel=1e-14)
+
+
+def test_the_worst_of_a_run_is_that_of_its_comparison() -> None:
+    sizes, whole = PointSizes(), whole_run(engine_named("pymunk"), SAW, RUNS["pymunk"].settings, 0.5)
+    assert sizes.worst("position") is None
+    sizes.add(Stretch(whole, SAW))
+    assert [sizes.worst(quantity) for quantity in QUANTITIES] == [compare(whole, SAW).worst(q) for q in QUANTITIES]
+
+
+@pytest.mark.parametrize("piece", [7, 5000])
+@pytest.mark.parametrize("count", [100, 1800, 1801])
+def test_a_curve_has_the_largest_error_of_each_of_equal_spans(count: int, piece: int) -> None:
+    curve, angles, errors = DrawnCurve(), np.arange(count) / 8.0, NOISE[:count].copy()
+    errors[-1] = 2.0 * errors.max()
+    for k in range(0, count, piece):
+        curve.add(angles[k : k + piece], errors[k : k + piece], max(0, count - k - piece))
+    middles, largest = curve.arrays
+    assert len(middles) == len(largest) == min(180, count)
+    assert largest[-1] == errors[-1]
+    if count % 180 == 0:
+        assert np.array_equal(largest, errors.reshape(180, -1).max(axis=1))
+        np.testing.assert_allclose(middles, angles.reshape(180, -1).mean(axis=1), rtol=1e-12)
 
 
 def test_what_is_no_number_is_not_passed_over() -> None:

@@ -20,7 +20,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
-from conrod.studies.frame.case import QUANTITIES, Measurement, key_of
+from conrod.studies.frame.case import QUANTITIES, Measurement, key_of, pursue
 from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, study_of
 from conrod.studies.frame.run import RunCase
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
@@ -194,6 +194,14 @@ def test_kinematic_mode_on_the_other_branch_fails_though_every_point_is_right() 
 @pytest.mark.parametrize(("off", "passed"), [(0.5e-12, True), (2e-12, False)])
 def test_kinematic_mode_is_held_to_rounding(off: float, passed: bool) -> None:
     assert validate_kinematic("saw", SAW, OnBranch(False, off)).passed is passed
+
+
+def test_a_study_that_needs_no_run_has_its_findings() -> None:
+    def study() -> Any:
+        return "found"
+        yield []
+
+    assert pursue([study()], lambda cases: {}) == ["found"]
 
 
 # -- keys --------------------------------------------------------------------------------------------------------------
