@@ -25,7 +25,7 @@ from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, study
 from conrod.studies.frame.run import RunCase
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.results import Tolerance, ValidationResult
+from conrod.studies.validation.results import Noticed, Qualified, Tolerance, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validate_kinematic
 
 SAW: Any = SCENES["saw-40rpm"]
@@ -72,6 +72,14 @@ def test_what_is_no_number_is_not_passed_over_beside_a_smaller_error() -> None:
     assert [one.judged().passed for one in (forces, motion)] == [False, False]
     kept = Measurement("completed", errors={n: {"position": s} for n, s in zip("ab", sizes, strict=True)})
     assert math.isnan(kept.largest("position") or 0.0)
+
+
+def test_a_verdict_that_notices_nothing_is_none_but_for_one_who_asks_for_other_tolerances() -> None:
+    for smallest, passed in ((None, False), (1e-9, True)):
+        seen = Noticed("longer rod", "m", "rod", 1e-3, (), smallest)
+        found = result({"position": WITHIN}, qualified=Qualified((seen,), ()))
+        assert found.judged().passed is passed
+        assert found.judged({"position": ALLOWED}).passed is True
 
 
 @pytest.mark.parametrize("error", [0.0, WITHIN, ALLOWED])
