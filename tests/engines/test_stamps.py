@@ -13,7 +13,7 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import engine_named
-from conrod.engines.mujoco.dynamics import advance, drive_torque, verdict_of
+from conrod.engines.mujoco.dynamics import advance, drive_torque, ended_by_engine, verdict_of
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import body_states
 from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, staggered
@@ -106,6 +106,17 @@ def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_bac
     (whole,) = engine_named("mujoco").run(SAW, stiff, 0.1)
     assert np.all(np.diff(whole.clock) >= 0.0)
     assert whole.trajectory.outcome is Outcome.RESET
+
+
+@pytest.mark.parametrize(
+    ("warnings", "outcome", "step"), [({"BADQACC": 1}, Outcome.RESET, 6), ({}, Outcome.DIVERGED, 7)]
+)
+def test_a_clock_that_stands_was_reset_where_the_engine_warned(warnings: Any, outcome: Outcome, step: int) -> None:
+    settings = replace(MuJoCoSettings.stock(SAW, 100), autoreset=True)
+    clock = settings.timestep * np.array([5.0, 6.0, 6.0])
+    found = ended_by_engine(clock, 5, 4.0 * settings.timestep, warnings, settings)
+    assert found.outcome is outcome
+    assert found.reason.endswith(f"at step {step}")
 
 
 def test_what_happened_in_one_piece_is_told_of_all_that_follow() -> None:

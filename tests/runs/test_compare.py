@@ -234,6 +234,14 @@ def test_what_a_comparison_has_not_is_refused_with_its_choices(asked: tuple[str,
         compare(synthetic_trajectory(SAW), SAW).worst(*asked)
 
 
+def test_a_point_that_a_comparison_has_not_and_a_name_for_a_scene_are_refused() -> None:
+    made = synthetic_trajectory(SAW)
+    with pytest.raises(InvalidInput, match=r"^unknown observed point 'Z'"):
+        compare(made, SAW).points["Z"]
+    with pytest.raises(InvalidInput, match=r"^compare takes a scene, not its name"):
+        compare(made, "saw-500rpm")
+
+
 @pytest.mark.parametrize("sample", [0, STEPS, -1], ids=["first", "middle", "last"])
 def test_no_sample_is_left_out_of_a_maximum(sample: int) -> None:
     """One wrong sample is found wherever it is: in each error, closure, phase and drive."""
