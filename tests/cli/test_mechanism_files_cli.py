@@ -10,14 +10,9 @@ from pathlib import Path
 import pytest
 from command_line import conrod, refusal
 from described import FOUR_BAR, SLIDER_CRANK
+from table_files import written
 
 TEXT = SLIDER_CRANK.read_text(encoding="utf-8")
-
-
-def written(folder: Path, text: str) -> Path:
-    path = folder / "own.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def with_first(pattern: str, replacement: str) -> str:
@@ -27,7 +22,7 @@ def with_first(pattern: str, replacement: str) -> str:
 
 
 def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
-    file = str(written(tmp_path, TEXT))
+    file = str(written(tmp_path, TEXT, "own.toml"))
     done = conrod("validate", file, "--preset", "tuned", "--steps-per-rev", "100", "--json", "r.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (part,) = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["parts"].values()
@@ -52,7 +47,7 @@ SLIPS = {
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_slip_is_told_in_one_line(slip: str, tmp_path: Path) -> None:
     text, told = SLIPS[slip]
-    path = written(tmp_path, text)
+    path = written(tmp_path, text, "own.toml")
     line = refusal("show", str(path))
     assert line.startswith(f"conrod: {path}: ")
     assert told in line
@@ -62,7 +57,7 @@ def test_show_tells_description_and_assumptions_and_takes_no_text_for_markup(tmp
     text = with_first(r"(?m)^source = .*$", 'source = "a [/b] source [red] <b> & -- c -->"')
     text = re.sub(r'(?ms)^description = (""".*?"""|[^\n]*)\n|^assumptions = \[.*?^\]\n', "", text)
     told = 'description = "A [bold] {speed} machine [/x]."\nassumptions = ["no friction [/y]", "stiff links"]\n'
-    path = str(written(tmp_path, f"{told}{text}"))
+    path = str(written(tmp_path, f"{told}{text}", "own.toml"))
     shown = conrod("show", path, "--set", "bodies.rod.points.B.x=600mm", "--set", "speed=20rpm").stdout
     assert "source: a [/b] source [red] <b> & -- c -->" in shown
     assert "A [bold] {speed} machine [/x]." in shown

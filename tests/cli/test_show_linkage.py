@@ -18,7 +18,6 @@ CRANK, ROD, OFFSET = 0.1, 0.3, 0.09  # of the saw [m]
 
 
 def told(*arguments: str, folder: Path) -> dict[str, Any]:
-    """The JSON that a command writes."""
     done = conrod("show", *arguments, "--json", "out.json", cwd=folder)
     assert done.returncode == 0, done.stderr
     document: dict[str, Any] = json.loads((folder / "out.json").read_text())

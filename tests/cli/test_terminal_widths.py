@@ -38,7 +38,6 @@ Print = Callable[[], object]
 
 @cache
 def saved(folder: str, kind: str) -> list[Any]:
-    """All findings of a committed report."""
     files = sorted((ROOT / "reports" / folder / "data").glob("*.json"))
     return [restored(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
 

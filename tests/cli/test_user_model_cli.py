@@ -13,7 +13,6 @@ ASKED = ("--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "-
 
 
 def validate(*arguments: object) -> tuple[int, str]:
-    """Exit status and output."""
     done = conrod("validate", *map(str, arguments))
     return done.returncode, done.stdout
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import conrod, refusal
 from four_bars import GRASHOF, four_bar, key
+from table_files import written
 
 DRIVE = ("--drive", "crank=60rpm")
 BAR = four_bar()
@@ -29,12 +30,6 @@ pytestmark = pytest.mark.usefixtures("at_once")
 def timed_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps are timed as coarsely as may be: all else takes less."""
     monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
-
-
-def written(tmp_path: Path, text: str) -> Path:
-    file = tmp_path / "bar.xml"
-    file.write_text(text)
-    return file
 
 
 # -- what is refused ---------------------------------------------------------------------------------------------------
@@ -66,7 +61,7 @@ MODELS = {
 @pytest.mark.parametrize("what", MODELS)
 def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what: str, tmp_path: Path) -> None:
     text, options, words = MODELS[what]
-    file, out, document = written(tmp_path, text), tmp_path / "report", tmp_path / "result.json"
+    file, out, document = written(tmp_path, text, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
     assert words in refusal("validate", str(file), *options, "--out", str(out), "--json", str(document))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bar.xml"]
     assert file.read_text() == text
@@ -74,7 +69,7 @@ def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what:
 
 @pytest.mark.parametrize("options", [(), ("--scene",)])
 def test_none_of_several_models_is_written_over(tmp_path: Path, options: tuple[str, ...]) -> None:
-    file, other = written(tmp_path, BAR), tmp_path / "other.xml"
+    file, other = written(tmp_path, BAR, "bar.xml"), tmp_path / "other.xml"
     other.write_text(BAR)
     for target in (file, other):
         words = f"--json {target}: it is the same file as the model"
@@ -87,7 +82,7 @@ FEW = ("--seconds", "0.05")
 
 
 def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
-    file, out, document = written(tmp_path, BAR), tmp_path / "report", tmp_path / "result.json"
+    file, out, document = written(tmp_path, BAR, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
     options = (*DRIVE, *FEW, "--tolerance", "position=1mm", "--out", str(out), "--json", str(document))
     done = conrod("validate", str(file), *options)
     assert done.returncode == 0, done.stderr
@@ -107,11 +102,11 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_tolerance_that_is_missed_and_a_servo_that_mujoco_resets_have_exit_status_1(tmp_path: Path) -> None:
-    done = conrod("validate", str(written(tmp_path, BAR)), *DRIVE, *FEW, "--tolerance", "position=1e-9")
+    done = conrod("validate", str(written(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-9")
     assert done.returncode == 1
     assert "OUT OF TOLERANCE (position" in done.stdout
     servo = '<actuator><velocity name="motor" joint="crank" kv="1e5"/></actuator>'
-    file = written(tmp_path, four_bar(more=servo))
+    file = written(tmp_path, four_bar(more=servo), "bar.xml")
     done = conrod("validate", str(file), *DRIVE, *FEW, "--ctrl", "motor=6.28")
     assert done.returncode == 1
     first = "Run as the file has it, from its own pose with motor = 6.28, it ended as reset: MuJoCo reset its state"
@@ -121,7 +116,7 @@ def test_a_tolerance_that_is_missed_and_a_servo_that_mujoco_resets_have_exit_sta
 @pytest.mark.slow
 def test_a_keyframe_selects_the_branch(tmp_path: Path) -> None:
     keys = key("right", GRASHOF, 1.0, 1.0) + key("left", GRASHOF, 1.0, -1.0)
-    file, ways = written(tmp_path, four_bar(keys=keys)), {}
+    file, ways = written(tmp_path, four_bar(keys=keys), "bar.xml"), {}
     for name in ("qpos0", "right", "left"):
         document = tmp_path / f"{name}.json"
         done = conrod("validate", str(file), *DRIVE, *FEW, "--keyframe", name, "--point", "C", "--json", str(document))

@@ -6,7 +6,6 @@ import json
 import random
 import re
 import string
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import mujoco
 import pytest
 from command_line import conrod
 from four_bars import four_bar
+from own_model_edits import replaced
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.invariances.study import study
@@ -47,33 +47,20 @@ def renamed(text: str, seed: int = 0) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def replaced(old: str, new: str) -> Callable[[str], str]:
-    """An edit that is sure to change something."""
-
-    def edit(text: str) -> str:
-        assert old in text, old
-        return text.replace(old, new)
-
-    return edit
-
-
-def colliding_links(text: str) -> str:
-    return replaced(INERT, "")(replaced(' contact="disable"', "")(text))
-
-
-def closed_twice(text: str) -> str:
-    again = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
-    return replaced("</equality>", f"{again}</equality>")(text)
-
-
+RESETS = replaced(SAW, 'autoreset="disable" ', "")
+TOO_LONG = replaced(SAW, 'timestep="0.00012"', 'timestep="0.05"')
+TWICE = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
 PLANTED = {
-    "links that collide at their pin": (colliding_links, "joined-links-collide"),
-    "a loop closed twice": (closed_twice, "redundant-closure"),
-    "a soft closure": (replaced(f" {CLOSURE}", ""), "soft-closure"),
-    "a void tolerance": (replaced('tolerance="0" ', ""), "solver-stops-early"),
-    "a silent reset": (replaced('autoreset="disable" ', ""), "silent-reset"),
-    "a step that is too long": (replaced('timestep="0.00012"', 'timestep="0.05"'), "step-too-long"),
-    "an open start": (replaced('euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
+    "links that collide at their pin": (
+        SAW.replace(INERT, "").replace(' contact="disable"', ""),
+        "joined-links-collide",
+    ),
+    "a loop closed twice": (replaced(SAW, "</equality>", f"{TWICE}</equality>"), "redundant-closure"),
+    "a soft closure": (replaced(SAW, f" {CLOSURE}", ""), "soft-closure"),
+    "a void tolerance": (replaced(SAW, 'tolerance="0" ', ""), "solver-stops-early"),
+    "a silent reset": (RESETS, "silent-reset"),
+    "a step that is too long": (TOO_LONG, "step-too-long"),
+    "an open start": (replaced(SAW, 'euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
 }
 
 SAFE = ("solver-stops-early", "silent-reset")
@@ -112,11 +99,11 @@ def rules_of(report: Report) -> set[str]:
 
 @pytest.mark.parametrize("planted", PLANTED)
 def test_what_is_planted_is_found_and_nothing_else(planted: str, tmp_path: Path) -> None:
-    edit, rule = PLANTED[planted]
+    text, rule = PLANTED[planted]
     seconds = 10.0 if rule == "step-too-long" else SHORT
-    report = at(tmp_path, renamed(edit(SAW), seed=len(planted)), seconds=seconds)
+    report = at(tmp_path, renamed(text, seed=len(planted)), seconds=seconds)
     assert [(finding.rule, finding.safe) for finding in report.findings] == [(rule, rule in SAFE)]
-    assert not rules_of(at(tmp_path, edit(SAW), seconds=seconds, ignored=[rule]))
+    assert not rules_of(at(tmp_path, text, seconds=seconds, ignored=[rule]))
     assert set(RULES) == {rule for _, rule in PLANTED.values()}
 
 
@@ -126,7 +113,7 @@ def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
 ) -> None:
     """By 0.88 and 1.1 ten-thousandths of the machine's size."""
     assert (
-        rules_of(at(tmp_path, replaced(CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"')(SAW))) == found
+        rules_of(at(tmp_path, replaced(SAW, CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"'))) == found
     )
 
 
@@ -151,8 +138,7 @@ def test_conrods_own_models_have_no_finding(name: str) -> None:
 
 
 def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(tmp_path: Path) -> None:
-    text = replaced('timestep="0.00012"', 'timestep="0.05"')(replaced('autoreset="disable" ', "")(SAW))
-    report = at(tmp_path, text, seconds=10.0)
+    report = at(tmp_path, replaced(TOO_LONG, 'autoreset="disable" ', ""), seconds=10.0)
     assert rules_of(report) == {"step-too-long", "silent-reset"}
     evidence = next(finding.evidence for finding in report.findings if finding.rule == "step-too-long")
     assert evidence["step [s]"] == 0.05
@@ -162,9 +148,9 @@ def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(tmp_path:
 
 
 def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
-    text = replaced('timestep="0.00012" integrator="RK4"', 'timestep="0.004" integrator="Euler"')(SAW)
+    text = replaced(SAW, 'timestep="0.00012" integrator="RK4"', 'timestep="0.004" integrator="Euler"')
     request: dict[str, Any] = {"seconds": 0.12, "ignored": ["step-too-long"]}
-    (finding,) = at(tmp_path, replaced(f" {CLOSURE}", "")(text), **request).findings
+    (finding,) = at(tmp_path, replaced(text, f" {CLOSURE}", ""), **request).findings
     assert finding.evidence["with a step of [s]"] < 0.004
     assert finding.evidence["opening when stiff [m]"] <= 0.1 * finding.evidence["opening [m]"]
     # Negative control: what opens by the step and not by its softness is none.
@@ -208,8 +194,7 @@ def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_tex
 def test_what_needs_no_other_file_is_fixed_anywhere(tmp_path: Path) -> None:
     folder = tmp_path / "elsewhere"
     folder.mkdir()
-    commented = replaced('autoreset="disable" ', "")(SAW) + "<!-- </mujoco> -->\n"
-    report = at(tmp_path, commented, fix_folder=folder)
+    report = at(tmp_path, RESETS + "<!-- </mujoco> -->\n", fix_folder=folder)
     (folder / "fixed.xml").write_bytes(report.fixed.text)
     assert lint(folder / "fixed.xml", seconds=SHORT).findings == ()
 
@@ -236,8 +221,8 @@ def test_what_cannot_be_used_is_told_in_one_line(
 
 
 def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
-    text = replaced('<joint name="crank-pin" type="hinge" axis="0 0 1" />', '<joint name="crank-pin" damping="-1e9" />')
-    report = at(tmp_path, text(SAW))
+    joint = '<joint name="crank-pin" type="hinge" axis="0 0 1" />'
+    report = at(tmp_path, replaced(SAW, joint, '<joint name="crank-pin" damping="-1e9" />'))
     assert report.findings[0].rule == "step-too-long"
     assert "at no step" in report.findings[0].what
     json.dumps(report.document(), allow_nan=False)
@@ -247,7 +232,7 @@ def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
 
 
 def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path) -> None:
-    (tmp_path / "saw.xml").write_text(renamed(replaced('autoreset="disable" ', "")(SAW)))
+    (tmp_path / "saw.xml").write_text(renamed(RESETS))
     outputs = ("--fail-on", "note", "--json", "found.json", "--fix", "fixed.xml")
     done = conrod("lint", "saw.xml", "--seconds", "0.01", *outputs, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (1, "")

@@ -33,7 +33,6 @@ def study() -> SweepStudy:
 
 @pytest.fixture(scope="module")
 def figure(study: SweepStudy) -> Figure:
-    """The work-precision diagram."""
     with drawing_style():
         return work_precision_figure(study)
 

@@ -33,7 +33,6 @@ class Found(HTMLParser):
             self.texts.setdefault(tag, []).append(data)
 
     def values(self, name: str) -> list[str]:
-        """The values of an attribute."""
         return [attributes[name] for _, attributes in self.elements if name in attributes]
 
 

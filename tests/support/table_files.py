@@ -71,7 +71,6 @@ def judged(
 
 
 def written(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8") -> Path:
-    """A file of text."""
     path = folder / name
     path.write_text(text, encoding=encoding)
     return path

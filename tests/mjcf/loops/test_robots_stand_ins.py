@@ -74,7 +74,6 @@ LEVELS = """
 
 
 def written(bodies: str, equalities: str, more: str = "") -> str:
-    """A model's file."""
     return f"<mujoco><worldbody>{bodies}</worldbody>{more}<equality>{equalities}</equality></mujoco>"
 
 
