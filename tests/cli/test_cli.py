@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+import re
+import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,8 @@ import click
 import numpy as np
 import pytest
 from command_line import conrod, conrod_process, said
-from described import FOUR_BAR
+from described import FOUR_BAR, SLIDER_CRANK
+from table_files import written
 
 from conrod.cli import VERBS, cli
 from conrod.cli.options import SHARED
@@ -98,3 +102,32 @@ def test_an_interrupt_no_memory_or_a_full_disk_leaves_nothing_and_says_no_more_t
     assert said(done)[-1].startswith(f"conrod: {words}")
     assert len(said(done)[-1]) < 200
     assert list(tmp_path.iterdir()) == []
+
+
+# -- mechanism files, taken where scenes are ---------------------------------------------------------------------------
+
+
+def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
+    file = str(written(tmp_path, SLIDER_CRANK.read_text(), "own.toml"))
+    done = conrod("validate", file, "--preset", "tuned", "--steps-per-rev", "100", "--json", "r.json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    (part,) = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["parts"].values()
+    ends = {(one["scene"], one["engine"], one["outcome"]) for one in part["findings"]["results"]}
+    assert ends == {("slider-crank", engine, "completed") for engine in ("mujoco", "pymunk")}
+
+
+def test_show_tells_description_and_assumptions_and_takes_no_text_for_markup(tmp_path: Path) -> None:
+    text = re.sub(r"(?m)^source = .*$", 'source = "a [/b] source [red] <b> & -- c -->"', SLIDER_CRANK.read_text())
+    text = re.sub(r'(?ms)^description = (""".*?"""|[^\n]*)\n|^assumptions = \[.*?^\]\n', "", text)
+    told = 'description = "A [bold] {speed} machine [/x]."\nassumptions = ["no friction [/y]", "stiff links"]\n'
+    path = str(written(tmp_path, f"{told}{text}", "own.toml"))
+    shown = conrod("show", path, "--set", "bodies.rod.points.B.x=600mm", "--set", "speed=20rpm").stdout
+    assert "source: a [/b] source [red] <b> & -- c -->" in shown
+    assert "A [bold] {speed} machine [/x]." in shown
+    assert "assumed:\n  - no friction [/y]\n  - stiff links\n" in shown
+    assert re.search(r"slider +slide +600 mm +0, 180 ", shown)
+    assert "references: generic Newton solver" in shown
+    # Negative control: a scene in closed form has both rulers.
+    assert "references: closed form" in conrod("show", "saw-40rpm").stdout
+    # Nor does a model.
+    assert ET.fromstring(conrod("export", path, "--format", "mjcf").stdout).tag == "mujoco"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from pathlib import Path
 
 import pytest
 from command_line import refusal
-from described import FOUR_BAR
+from described import FOUR_BAR, SLIDER_CRANK
 from own_model_edits import HACKSAW, ROD_END, TEXTS, replaced
 from table_files import csv_text, exact_table
 
@@ -33,6 +34,9 @@ MISTAKES = {
     "validate cam-follower --set flank_radius=72mm": ("flank_radius = 0.072", "0.0725"),
     "show saw-40rpm --angle soon": ("60deg",),
     "show pass.toml --angle '70 deg'": ("one pass, from -10 to 60 deg",),
+    # Mechanism files.
+    "show taken.toml": ("conrod: taken.toml: ", "is taken by another scene"),
+    "show apart.toml": ("conrod: apart.toml: ", "cannot be assembled at crank angle 0 deg: lengths do not reach"),
     # Tolerances, steps and revolutions.
     "validate --tolerance position=-1": ("position = -1",),
     "validate --tolerance jerk=1": ("'jerk'", "acceleration"),
@@ -115,6 +119,8 @@ FILES = {
     "file": "mine",
     "README.md": "mine",
     "pass.toml": FOUR_BAR.read_text(),
+    "taken.toml": replaced(SLIDER_CRANK.read_text(), 'name = "slider-crank"', 'name = "saw-40rpm"'),
+    "apart.toml": re.sub(r'(B = \[)"?[\d.]+ ?m*"?', r'\1"9 m"', FOUR_BAR.read_text(), count=1),
     "hacksaw.xml": HACKSAW.read_text(),
     "legged.xml": (Path(__file__).parents[1] / "support" / "models" / "legged.xml").read_text(),
     "saw.xml": TEXTS["saw"],

@@ -1,4 +1,4 @@
-"""`conrod sweep`, `recommend` and `results` as a user types them."""
+"""`conrod sweep`, `recommend`, `results`, `limits` and `ablate` as a user types them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import subprocess
 import sys
 import textwrap
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,7 +23,13 @@ import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, compare, run
+from conrod.engines.mujoco.engine import MuJoCo
+from conrod.engines.variants import Ingredient
+from conrod.report.folder import restored
+from conrod.runs.plain import restore
+from conrod.studies.ablate_findings import AblationStudy
 from conrod.studies.frame.ledger import Ledger
+from conrod.studies.limits.results import LimitStudy
 
 # Runs of a coarse grid that take a second or two.
 QUICK = ("saw-500rpm", "--engine", "pymunk", "--grid", "coarse")
@@ -123,3 +131,65 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(sent: signal.
     assert "the same command goes on from there" in errors
     assert "Traceback" not in errors
     assert conrod("results", cwd=tmp_path).stdout.count("\n") > 1
+
+
+# -- limits ------------------------------------------------------------------------------------------------------------
+
+# Two dozen runs of a second or two in all.
+LIMITS = ("saw-500rpm", "--axis", "steps", "--engine", "pymunk", "--preset", "stock", "--range", "400..2")
+
+
+def studied(folder: Path) -> tuple[str, LimitStudy, int]:
+    """What a quick study prints, what it finds, and the number of runs that are kept."""
+    done = conrod("limits", *LIMITS, "--json", "limits.json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    (part,) = json.loads((folder / "limits.json").read_text())["parts"].values()
+    with Ledger.open(folder / "l.sqlite") as ledger:
+        return done.stdout, restore(LimitStudy, part["findings"]), len(list(ledger.rows()))
+
+
+def test_boundaries_are_told_and_the_same_command_runs_nothing_again_and_finds_the_same(tmp_path: Path) -> None:
+    printed, study, runs = studied(tmp_path)
+    (walk,) = study.walks
+    boundary = {b.criterion: b for b in walk.boundaries}["wrong"]
+    # Saw at 500 rpm, stock pymunk: a joint gapes by a twentieth of the travel between 30 and 100 steps.
+    assert boundary.last_good is not None
+    assert boundary.first_bad is not None
+    assert 20 < boundary.first_bad < boundary.last_good < 100
+    assert boundary.last_good <= 1.02 * boundary.first_bad + 1.0
+    assert (boundary.outcome, boundary.undetected) == ("opened", True)
+    for words in ("opened (undetected)", "within 1 %", "within 10 %"):
+        assert words in printed
+    assert studied(tmp_path)[1:] == (study, runs)
+
+
+# -- ablate ------------------------------------------------------------------------------------------------------------
+
+
+def iterated(more: int) -> Callable[[Any], Any]:
+    return lambda settings: replace(settings, preset="custom", iterations=settings.iterations + more)
+
+
+ABLATE = ("ablate", "saw-500rpm", "--engine", "mujoco", "--steps-per-rev", "100", "--rounds", "2", "--jobs", "1")
+
+
+def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    planted = Ingredient("more-iterations", "fifty more", iterated(50), iterated(-50))
+    monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: (planted,))
+    first = conrod(*ABLATE, "--out", "report", "--json", "a.json", cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    assert "times as fast as the full one" in first.stdout
+    study = findings(tmp_path / "a.json")
+    # The one ingredient is all of the dressed model: with it and without it are the two models that there are.
+    assert [(v.role.value, v.outcome) for v in study.engines[0].variants] == [
+        (role, "completed") for role in ("minimal", "added", "full", "taken")
+    ]
+    page = (tmp_path / "report" / "saw-500rpm.md").read_text()
+    assert "`conrod ablate saw-500rpm --engine mujoco --steps-per-rev 100 --rounds 2 --out report`" in page
+    again = conrod(*ABLATE, "--json", "b.json", cwd=tmp_path)
+    assert re.findall(r"(\d+) done", again.stderr) == ["0", "0"]
+    assert findings(tmp_path / "b.json") == study
+
+
+def findings(file: Path) -> AblationStudy:
+    return restored(AblationStudy, json.loads(file.read_text())["parts"]["saw-500rpm"]["findings"])

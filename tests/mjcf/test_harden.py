@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from command_line import conrod
 
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
@@ -281,3 +283,32 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
         hard.eq_solref[0, 0] = constant
         wide.append(opening_of(hard, start_of(model)[0], 400, 4))
     assert np.log2(wide[1] / wide[0]) == pytest.approx(2.0, abs=0.2)
+
+
+# -- models that were not written for conrod ---------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robot", "start", "seconds", "closures"),
+    [("agility_cassie", ("--keyframe", "home"), 0.1, 4), ("robotiq_2f85", (), 0.2, 3)],
+)
+def test_the_loops_of_a_robot_are_closed_and_its_model_is_linted_and_left_alone(
+    robot: str, start: tuple[str, ...], seconds: float, closures: int, tmp_path: Path
+) -> None:
+    menagerie = pytest.importorskip("mujoco_menagerie")
+    try:
+        model = Path(menagerie.get(robot).xml())
+    except (menagerie.MenagerieError, OSError) as error:
+        pytest.skip(f"the models of mujoco-menagerie cannot be downloaded here: {error}")
+    text, given = model.read_bytes(), (str(model), "--seconds", str(seconds), "--json", "found.json")
+    done = conrod("harden", *given, *start, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    before, after = json.loads((tmp_path / "found.json").read_text())["variants"]
+    assert max(after["openings"]) < 1e-3 * max(before["openings"])
+    assert len(before["openings"]) == closures
+    done = conrod("lint", *given, cwd=tmp_path)
+    assert done.returncode == 1, done.stderr
+    findings = json.loads((tmp_path / "found.json").read_text())["findings"]
+    assert "silent-reset" in {finding["rule"] for finding in findings}  # MuJoCo's default, which neither switches off
+    assert model.read_bytes() == text
