@@ -1,12 +1,21 @@
-"""What README, CONTRIBUTING and docs/ name exists; the README is short, and its Python runs."""
+"""What pages name exists, what they print runs, and they write units in one way."""
 
 from __future__ import annotations
 
+import ast
 import importlib.util
 import re
+import runpy
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
+
+from conrod.mechanism.units import EXAMPLES
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -65,3 +74,129 @@ def test_a_broken_link_is_found(defect: str, tmp_path: Path) -> None:
     page.write_text(defect.replace("docs/", f"{DOCS}/"), encoding="utf-8")
     with pytest.raises(AssertionError):
         test_links_lead_somewhere(page)
+
+
+# -- units are written in one way in prose and output (docs/glossary.md, "Unit"); input takes rivals, too --------------
+
+# What is to be written -> how it is not.
+RIVALS = {
+    "m/s²": r"\bm/s(\^2|\*\*2|2\b)|\bm s-2",
+    "rad/s²": r"\brad/s(\^2|\*\*2|2\b)",
+    "kg m²": r"\bk?g ?[*·]? ?m(\^2|2\b)|\bkg[*·]m²",
+    "deg": r"\d ?°|\[°\]",
+    "µs": r"(\d|\}) ?(us|μs|usec)\b",
+    "µm": r"(\d|\}) ?(um|μm)\b",
+    "rpm": r"\d ?(r/min|rev/min)\b|(crank speed|turns at)[^|]{0,30} rad/s",
+    "1 mm": r"(?<![\w=.[-])\d+(\.\d+)?(mm|deg|rpm|kg|ms|µs|rad)\b",
+    "[mm]": r"\((mm|mm/s|m|m/s|m/s²|deg|rad|rad/s|rpm|N|N m|kg|s|ms)\)",
+    "angles in deg": r"(phase|angle)[^|.]{0,40} \[rad\]|(\d|\}) rad\b(?!/)",
+}
+TEMPLATES = [p for p in (ROOT / "src/conrod/report").rglob("*.jinja") if ".xml" not in p.suffixes]  # XML is for tools
+# Pages and figures, whose texts stand in them as comments; but for audits, which quote what documents print.
+SHOWN = [*(page for page in REPORTS if "audit" not in page.parts), *(ROOT / "reports").rglob("*.svg")]
+GENERATED = "\n["  # in a mechanism file that is written as text
+TYPED = ("e.g. ", *EXAMPLES.values())  # of what a shell takes without quotes
+IN_SI = ("running.py", "pack.py")  # an argument of Python as it was given; a pack, whose numbers are exact
+
+
+def rivals_in(text: str) -> list[str]:
+    """Rival spellings in prose: what stands in code is to be typed, or is typed by others."""
+    prose = re.sub(r"```(toml|xml|csv|sh).*?```|`[^`\n]*`", "", text, flags=re.DOTALL)
+    return [f"{found[0]} for {right}" for right, rival in RIVALS.items() for found in re.finditer(rival, prose)]
+
+
+def texts_in(module: Path) -> Iterator[str]:
+    """Sentences of a module that a user may read: its strings with a blank, without docstrings."""
+    tree = ast.parse(module.read_text(encoding="utf-8"))
+    holders = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    documented = (n.body[0] for n in ast.walk(tree) if isinstance(n, holders) and n.body)
+    docstrings = {id(first.value) for first in documented if isinstance(first, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+            yield node.value if " " in node.value else ""
+
+
+@pytest.mark.parametrize("page", [*PAGES, *TEMPLATES, *SHOWN], ids=lambda page: str(page.relative_to(ROOT)))
+def test_pages_write_units_in_one_way(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert rivals_in("\n".join(re.findall("<!--(.*)-->", text)) if page.suffix == ".svg" else text) == []
+
+
+def test_messages_write_units_in_one_way() -> None:
+    modules = sorted((ROOT / "src").rglob("*.py"))
+    found = [
+        f"{m.name}: {rival}"
+        for m in modules
+        for text in texts_in(m)
+        if GENERATED not in text and not any(typed in text for typed in TYPED if typed)
+        for rival in rivals_in(text)
+        if m.name not in IN_SI or not rival.endswith("angles in deg")
+    ]
+    assert found == []
+
+
+def test_rival_spellings_are_found_in_prose_and_not_in_code() -> None:
+    typed = "9.81 m/s^2, 2 kg m2, 3 kg*m^2, 30°, 7 us, 4 μs, 8 rev/min, 5 um, 3mm, 2.5deg, gap (mm)"
+    for rival in (*typed.split(", "), "the phase [rad]", "off by 0.1 rad", "a crank speed of 52.36 rad/s"):
+        assert rivals_in(f"It is {rival} here.") != [], rival
+    assert rivals_in('`9.81 m/s^2`\n```toml\ninertia = "1 kg*m^2"\n```\n9.81 m/s², 2 kg m², 30 deg, 7 µs') == []
+
+
+# -- worked studies run as they are printed, and find what their pages say ---------------------------------------------
+
+
+def ran(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What a study's script leaves; its figure goes elsewhere."""
+    mpl.use("Agg")
+    plt.close("all")
+    monkeypatch.setattr("sys.argv", [name, str(tmp_path / name)])
+    left = runpy.run_path(str(DOCS / "studies" / f"{name}.py"))
+    plt.close("all")
+    assert (tmp_path / f"{name}.svg").read_text(encoding="utf-8").count("<path") > 10
+    return left
+
+
+def page(name: str) -> str:
+    return " ".join((DOCS / "studies" / f"{name}.md").read_text(encoding="utf-8").split())
+
+
+def test_the_flywheel_keeps_the_fluctuation_that_is_wanted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told = re.search(r"It finds ([\d.]+) kg m²", page("flywheel"))
+    assert told
+    # Its search takes most of the time; what it finds is held to what is wanted.
+    monkeypatch.setattr("scipy.optimize.brentq", lambda *_, **__: float(told[1]))
+    left = ran("flywheel", tmp_path, monkeypatch)
+    found, lighter = (
+        np.ptp(speed) / speed.mean() for _, speed in map(left["course"], (left["least"], 0.9 * left["least"]))
+    )
+    assert found == pytest.approx(left["WANTED"], rel=5e-3)
+    assert lighter > 1.05 * left["WANTED"]
+    assert left["least"] < left["rule"]
+    assert f"{left['rule']:.1f} kg m²" in page("flywheel")
+
+
+def test_the_counterweight_leaves_the_least_shaking_force(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    left = ran("balance", tmp_path, monkeypatch)
+    peak, best = left["peak"], left["best"]
+    assert peak(best) < min(peak(0.9 * best), peak(1.1 * best), peak(0.0), peak(left["full"]))
+    assert [f"{peak(c) / 1e3:.2f} kN" in page("balance") for c in (0.0, best, left["full"])] == [True] * 3
+    # The momentum of all that moves changes by the force on the frame, which over a turn comes to nothing.
+    mean = left["shaking"](best)[:, :-1].mean(axis=1)
+    assert np.abs(mean).max() < 1e-9 * peak(best)
+
+
+def test_the_spring_is_the_softest_that_keeps_the_push_and_an_engine_agrees(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = ran("cam-spring", tmp_path, monkeypatch)
+    push, least = left["push"], left["least"]
+    assert push(least).min() == pytest.approx(left["LEAST_PUSH"], rel=1e-9)
+    assert push(0.99 * least).min() < left["LEAST_PUSH"]
+    assert f"{least / 1e3:.2f} N/mm" in page("cam-spring")
+    kept, lost = (1e6 * float(gap.max()) for gap in left["gaps"])
+    assert kept < 2.0
+    assert lost > 20.0
+    assert f"{kept:.1f} µm" in page("cam-spring")
+    assert f"{lost:.1f} µm" in page("cam-spring")

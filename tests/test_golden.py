@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -92,27 +91,6 @@ def saw() -> Records:
     return records
 
 
-Change = Callable[[Any], Any]
-
-
-@pytest.mark.parametrize(
-    ("place", "change"),
-    [
-        ("errors/C/position/max", lambda error: error + 2e-13),
-        ("tolerance/position", next_digit),
-        ("errors/C/acceleration/rms", lambda error: math.nan),
-        ("errors/C/velocity/max", lambda error: math.inf),
-        ("outcome", lambda outcome: "opened"),
-        ("verdict", lambda verdict: "failed"),
-        ("steps_per_revolution", lambda steps: steps + 1),
-    ],
-)
-def test_a_number_a_word_or_a_verdict_that_changes_is_out(saw: Records, place: str, change: Change) -> None:
-    name = f"{TUNED}/{place}"
-    unit = 0.0 if place.startswith("tolerance") else extract.NORMALISED
-    assert not passes(SAW, saw | {name: Record(change(saw[name].value), unit)})
-
-
 def test_what_is_within_the_rule_can_be_asked_to_be_identical(saw: Records, capsys: pytest.CaptureFixture[str]) -> None:
     name = f"{TUNED}/errors/C/position/max"
     changed = saw | {name: Record(math.nextafter(saw[name].value, 1.0), extract.NORMALISED)}
@@ -151,6 +129,9 @@ def test_a_task_without_golden_records_fails() -> None:
         ("completed", "opened", 1.0, 0, 0),
         ("1.0", 1.0, 1.0, 0, 0),
         (1.0, math.nan, 1.0, 0, 0),
+        (1.0, math.inf, 1.0, 0, 0),
+        (1.0, None, 1.0, 0, 0),
+        (1000, 1001, 0.0, 0, 0),
         ([1.0, 2.0], [1.0, 2.0 + 1e-13], 2.0, 1, 1),
         ([1.0, 2.0], [1.0], 0.0, 0, 0),
     ],

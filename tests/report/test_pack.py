@@ -21,8 +21,8 @@ from conrod.mechanism.mechanism import Prismatic, Revolute
 from conrod.own.tables.errors import Exact
 from conrod.own.tables.estimation import estimate
 from conrod.own.tables.study import study_table
-from conrod.report.pack import PAGES, mechanism_document, pack_files, pack_to_write
-from conrod.scenes import SCENES, Saw, Scene, catalogue_scene, catalogue_text
+from conrod.report.pack import PAGES, mechanism_document, pack_files
+from conrod.scenes import SCENES, Scene, catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
 from conrod.studies.frame.resolve_arguments import machine_text
 
@@ -126,26 +126,20 @@ def test_a_pack_is_a_folder_or_an_archive_of_the_same(tmp_path: Path) -> None:
     [
         (("--format", "pack"), "name it with -o DIR or -o FILE.zip"),
         (("--format", "pack", "-o", "mine"), "it holds a README.md that is not of a pack"),
+        (("--format", "pack", "-o", "other"), "it holds a parameters.json that is not of a pack"),
         (("--format", "pack", "-o", "p", "--steps-per-rev", "0"), "--steps-per-rev = 0 is out of range"),
         (("--format", "pakc"), "unknown format 'pakc': did you mean 'pack'? choose from csv, fmu, mjcf, pack"),
     ],
 )
 def test_a_pack_that_cannot_be_written_writes_nothing(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine/README.md").write_text("my notes\n")
+    for file, text in {"mine/README.md": "my notes\n", "other/parameters.json": "{}"}.items():
+        (tmp_path / file).parent.mkdir()
+        (tmp_path / file).write_text(text)
     done = conrod("export", "saw-40rpm", *arguments, cwd=tmp_path)
     assert done.returncode == 2
     assert message in done.stderr
-    assert [p.name for p in tmp_path.rglob("*")] == ["mine", "README.md"]
+    assert {p.name for p in tmp_path.rglob("*")} == {"mine", "README.md", "other", "parameters.json"}
     assert (tmp_path / "mine/README.md").read_text() == "my notes\n"
-
-
-def test_an_earlier_pack_may_be_replaced_and_a_lone_folder_used(tmp_path: Path) -> None:
-    unpacked("saw-40rpm", Saw(), tmp_path)
-    assert pack_to_write(str(tmp_path)) == tmp_path
-    (tmp_path / "parameters.json").write_text("{}")
-    with pytest.raises(InvalidInput, match="that is not of a pack"):
-        pack_to_write(str(tmp_path))
 
 
 # -- of a mechanism file ----------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import pytest
 
 from conrod import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.plain import plain, restore
+from conrod.runs.plain import json_document, plain, restore
 
 
 class Node(NamedTuple):
@@ -71,3 +71,8 @@ def test_a_missing_value_is_named_and_an_unknown_one_left_out() -> None:
     del values["sizes"]
     with pytest.raises(InvalidInput, match="sizes"):
         restore(Found, values)
+
+
+def test_figures_that_are_not_finite_are_null_in_json() -> None:
+    # A mutated model had one, and `harden` ended in a traceback.
+    assert json.loads(json_document({"a": [np.inf, -np.inf, np.nan], "b": 1e-5})) == {"a": [None] * 3, "b": 1e-5}
