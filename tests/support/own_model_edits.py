@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from unittest.mock import patch
+
+import numpy as np
 
 from conrod.mjcf.loops import scene_study
 from conrod.mjcf.loops.driving import Recording
@@ -41,34 +43,26 @@ def placed(text: str, **attributes: str) -> str:
     return replaced(text, "</worldbody>", "</body></worldbody>")
 
 
-def changed(text: str, change: Callable[[str, list[float]], list[float]]) -> str:
-    """Numbers of the worldbody's attributes, by name of the attribute."""
+def multiplied(text: str, factors: Mapping[str, Sequence[float]]) -> str:
+    """Numbers of the worldbody's attributes times factors by name, which are taken in turns."""
     root = ET.fromstring(text)
     world = root.find("worldbody")
     assert world is not None
     for element in world.iter():
-        for name, value in element.attrib.items():
-            if name in ("pos", "fromto", "size", "euler", "axis"):
-                element.set(name, " ".join(repr(v) for v in change(name, [float(v) for v in value.split()])))
+        for name in factors.keys() & element.keys():
+            values = np.array(element.attrib[name].split(), dtype=float)
+            element.set(name, " ".join(map(repr, (values * np.resize(factors[name], len(values))).tolist())))
     return ET.tostring(root, encoding="unicode")
 
 
 def scaled(text: str, factor: float) -> str:
     """In another unit of length."""
-    return changed(text, lambda n, v: [factor * x for x in v] if n in ("pos", "fromto", "size") else v)
+    return multiplied(text, dict.fromkeys(("pos", "fromto", "size"), (factor,)))
 
 
 def mirrored(text: str) -> str:
     """x to the left; hinges keep their axes."""
-
-    def change(name: str, values: list[float]) -> list[float]:
-        if name in ("pos", "fromto"):
-            return [-x if i % 3 == 0 else x for i, x in enumerate(values)]
-        if name == "euler":
-            return [-x for x in values]
-        return [-values[0], values[1], values[2]] if name == "axis" else values
-
-    return changed(text, change)
+    return multiplied(text, dict.fromkeys(("pos", "fromto", "axis"), (-1.0, 1.0, 1.0)) | {"euler": (-1.0,)})
 
 
 def settled(text: str, option: str, closure: str = "") -> str:

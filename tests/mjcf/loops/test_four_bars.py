@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 from four_bars import FRAME, GRASHOF, driven, four_bar, rocker_pin, start_angles
+from scipy.spatial.transform import Rotation
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -92,9 +93,7 @@ def rocker_path() -> Array:
 
 def in_frame(points: Array) -> Array:
     place, quaternion = (np.array(part.split('"')[1].split(), dtype=float) for part in FRAME.split(" quat"))
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, quaternion / np.linalg.norm(quaternion))
-    return (points - place) @ matrix.reshape(3, 3)
+    return (points - place) @ Rotation.from_quat(np.roll(quaternion, -1)).as_matrix()
 
 
 def free_coupler() -> str:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-import mujoco
 import numpy as np
 import pytest
 from four_bars import driven
+from scipy.spatial.transform import Rotation
 
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.dynamics.inverse import State, joint_forces
@@ -16,13 +16,9 @@ from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree
 from conrod.scenes import scene_named
 
+# (w, x, y, z), and what it turns by.
 QUATERNION, PLACE = np.array([0.4, -0.5, 0.6, 0.3]), np.array([0.7, -0.2, 1.1])
-
-
-def frame_matrix() -> Array:
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, QUATERNION / np.linalg.norm(QUATERNION))
-    return matrix.reshape(3, 3)
+TURN = Rotation.from_quat(np.roll(QUATERNION, -1)).as_matrix()
 
 
 def text(values: Array) -> str:
@@ -44,7 +40,7 @@ def model_of(name: str) -> ET.Element:
             body.remove(geom)
         for joint in body.findall("joint"):
             joint.attrib.pop("armature", None)
-    root.find("option").set("gravity", text(frame_matrix() @ [*scene_named(name).kinematics.mechanism.gravity, 0.0]))
+    root.find("option").set("gravity", text(TURN @ [*scene_named(name).kinematics.mechanism.gravity, 0.0]))
     return root
 
 
@@ -65,7 +61,7 @@ def off_in_space(name: str, root: ET.Element) -> float:
     travel = max(np.ptp(one.position, axis=0).max() for one in planar.values())
     for point, one in planar.items():
         for order, field in enumerate(("position", "velocity", "acceleration", "jerk")):
-            truth = getattr(one, field) @ frame_matrix()[:, :2].T + (PLACE if order == 0 else 0.0)
+            truth = getattr(one, field) @ TURN[:, :2].T + (PLACE if order == 0 else 0.0)
             size = max(travel * abs(scene.speed) ** order, np.abs(truth).max() if order else 0.0)
             off = max(off, np.abs(getattr(motion.points[point], field) - truth).max() / size)
     return off
@@ -106,7 +102,7 @@ def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
         exact, first = truth.components[closure.name], placed.tree.bodies[closure.points[0].body].name
         in_plane = np.array([exact["x"], exact["y"], np.zeros_like(times)])
         # In the plane the force is that on the second body.
-        seen = (1.0 if first == second[closure.name] else -1.0) * frame_matrix().T @ found.least[closure.name].T
+        seen = (1.0 if first == second[closure.name] else -1.0) * TURN.T @ found.least[closure.name].T
         assert seen == pytest.approx(in_plane, abs=1e-9 * np.abs(in_plane).max()), closure.name
     # Negative control: angles a thousandth further ask for another torque.
     assert np.abs(torque - joint_forces(scene.kinematics, planar(times * 1.001)).drive_torque).max() > 1e-6 * size

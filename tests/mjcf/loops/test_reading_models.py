@@ -43,14 +43,6 @@ def random_tree(seed: int, bodies: int = 7, equality: str = "", tendon: str = ""
     )
 
 
-def random_state(model: mujoco.MjModel, seed: int) -> tuple[Array, Array, Array]:
-    """Coordinates, rates and accelerations of all joints."""
-    draw = np.random.default_rng(seed)
-    coordinates = draw.normal(size=model.nq)
-    mujoco.mj_normalizeQuat(model, coordinates)
-    return coordinates, draw.normal(size=model.nv), draw.normal(size=model.nv)
-
-
 def _text(values: Array) -> str:
     return " ".join(repr(float(value)) for value in values)
 
@@ -77,16 +69,18 @@ SEEDS = range(6)
 ROUNDING = 1e-14  # of bodies up to a few metres away
 
 
-def read(model: mujoco.MjModel, coordinates: Array | None = None) -> SpatialTree:
-    return tree_of(model, model.qpos0 if coordinates is None else coordinates)
+def read(model: mujoco.MjModel) -> SpatialTree:
+    return tree_of(model, model.qpos0)
 
 
 def at(model: mujoco.MjModel, seed: int) -> tuple[mujoco.MjData, Array]:
     """Data with all that belongs to a random state, and its coordinates (nq, 1)."""
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:], accelerations = random_state(model, seed)
+    draw, data = np.random.default_rng(seed), mujoco.MjData(model)
+    data.qpos[:] = draw.normal(size=model.nq)
+    mujoco.mj_normalizeQuat(model, data.qpos)
+    data.qvel[:] = draw.normal(size=model.nv)
     mujoco.mj_forward(model, data)
-    data.qacc[:] = accelerations
+    data.qacc[:] = draw.normal(size=model.nv)
     mujoco.mj_rnePostConstraint(model, data)
     return data, data.qpos[:, None].copy()
 
