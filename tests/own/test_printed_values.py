@@ -8,10 +8,9 @@ import re
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from command_line import conrod, refusal
+from table_files import written
 
-from conrod.cli import cli
-from conrod.errors import InvalidInput
 from conrod.own.printed.table import audit_file, audit_table
 from conrod.own.printed.verdicts import Kind, Number
 from conrod.scenes import ShearPress, catalogue_text, scene_named
@@ -78,24 +77,6 @@ def test_printed_digits_round_and_cut(text: str, value: float, rounds: bool, cut
 # -- as a user calls it ------------------------------------------------------------------------------------------------
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(cli, ["audit", *arguments])
-
-
-def refusal(*arguments: str) -> str:
-    result = run(*arguments)
-    assert isinstance(result.exception, InvalidInput)
-    assert "\n" not in str(result.exception)
-    return str(result.exception)
-
-
-def written(folder: Path, text: str, name: str = "values.csv") -> str:
-    path = folder / name
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    return str(path)
-
-
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -107,17 +88,17 @@ def test_the_example_of_the_documentation_gives_what_it_says(here: Path) -> None
     values = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]
     told = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[0]
     written(here, values, "velocities.csv")
-    result = run("velocities.csv")
-    assert (result.exit_code, result.output) == (0, told)
+    result = conrod("audit", "velocities.csv")
+    assert (result.returncode, result.stdout) == (0, told)
     # Negative control: with the digits put right nothing is told.
     written(here, values.replace("-146.1", "-164.1"), "velocities.csv")
-    assert "should be" not in run("velocities.csv").output
+    assert "should be" not in conrod("audit", "velocities.csv").stdout
 
 
 def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
     written(here, HEADING + GOOD + GOOD.replace("-33.3", "-33.4"), "My table.csv")
-    result = run("My table.csv", "--out", "found")
-    assert (result.exit_code, result.output.splitlines()[-1]) == (0, "report: found/my-table.md")
+    result = conrod("audit", "My table.csv", "--out", "found")
+    assert (result.returncode, result.stdout.splitlines()[-1]) == (0, "report: found/my-table.md")
     entry = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))["parts"]["my-table"]
     assert entry["command"] == "conrod audit 'My table.csv' --out found"
     findings = json.loads((here / "found" / entry["data"]).read_text(encoding="utf-8"))
@@ -125,23 +106,21 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
     # Pages of other files stay, and all are rendered again from what was saved.
     page = (here / "found" / "my-table.md").read_text(encoding="utf-8")
     written(here, HEADING + GOOD, "other.csv")
-    assert run("other.csv", "--out", "found").exit_code == 0
-    assert CliRunner().invoke(cli, ["report", "found", "--out", "again"]).exit_code == 0
+    assert conrod("audit", "other.csv", "--out", "found").returncode == 0
+    assert conrod("report", "found", "--out", "again").returncode == 0
     assert (here / "again" / "my-table.md").read_text(encoding="utf-8") == page
 
 
 def test_a_table_is_tied_to_a_mechanism_file_beside_it_and_to_none_elsewhere(here: Path) -> None:
     own, row = written(here, catalogue_text("slider-crank"), "mine.toml"), "mine.toml,B position x,0,860.0,mm\n"
-    found = [
-        audit_file(Path(written(here, HEADING + text))).verdicts
-        for text in (row, row.replace("mine.toml", "slider-crank"))
-    ]
+    rows = (row, row.replace("mine.toml", "slider-crank"))
+    found = [audit_file(written(here, HEADING + text)).verdicts for text in rows]
     assert [(v.exact, v.kind) for v in found[0]] == [(v.exact, v.kind) for v in found[1]]
-    written(here / "tables", "")
+    (here / "tables").mkdir()
     (here / "tables" / "link.toml").symlink_to(own)
     for name in ("sub/../../mine.toml", "link.toml"):
         outside = written(here / "tables", HEADING + row.replace("mine.toml", name))
-        assert "leads out of the folder of the table" in refusal(outside)
+        assert "leads out of the folder of the table" in refusal("audit", str(outside))
 
 
 @pytest.mark.parametrize(("text", "message"), [
@@ -159,13 +138,15 @@ def test_a_table_is_tied_to_a_mechanism_file_beside_it_and_to_none_elsewhere(her
     (HEADING, "no rows below the heading"),
 ])  # fmt: skip
 def test_a_table_or_a_row_that_cannot_be_used_is_named_in_one_line(here: Path, text: str, message: str) -> None:
-    assert run(written(here, HEADING + GOOD)).exit_code == 0
-    assert re.search(message, refusal(written(here, text)))
+    written(here, HEADING + GOOD, "values.csv")
+    assert conrod("audit", "values.csv").returncode == 0
+    written(here, text, "values.csv")
+    assert re.search(message, refusal("audit", "values.csv"))
 
 
 def test_files_that_are_no_tables_are_refused(here: Path) -> None:
-    assert "there is no such file" in refusal("missing.csv")
+    assert "there is no such file" in refusal("audit", "missing.csv")
     (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
-    assert "no text in UTF-8" in refusal("bytes.csv")
+    assert "no text in UTF-8" in refusal("audit", "bytes.csv")
     written(here, HEADING + GOOD, "README.csv")
-    assert "is taken" in refusal("README.csv")
+    assert "is taken" in refusal("audit", "README.csv")

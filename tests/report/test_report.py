@@ -79,8 +79,8 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
     return {figure.name.removeprefix(f"{study.name}-"): figure for figure in drawn}
 
 
-def write_report(studies: list[SceneStudy], folder: Path, command: Reproduction) -> None:
-    write_together([report_batch(KIND, {study.name: study for study in studies}, folder, command)])
+def write_report(folder: Path, *studies: SceneStudy) -> None:
+    write_together([report_batch(KIND, {study.name: study for study in studies}, folder, COMMAND)])
 
 
 def last_bits_changed(result: ValidationResult) -> ValidationResult:
@@ -152,7 +152,7 @@ def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reports = tmp_path / "reports"
-    write_report([a_study("saw-40rpm")], reports, COMMAND)
+    write_report(reports, a_study("saw-40rpm"))
     before = contents(tmp_path)
     write_bytes: Callable[..., int] = Path.write_bytes
 
@@ -163,7 +163,7 @@ def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
 
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match=r"No space.*results\.json"):
-        write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1e-3))], reports, COMMAND)
+        write_report(reports, a_study("saw-40rpm", a_result("saw-40rpm", 1e-3)))
     assert contents(tmp_path) == before
 
 
@@ -174,7 +174,7 @@ def test_an_interrupt_between_two_files_waits_for_the_rest(
 ) -> None:
     reports = tmp_path / "reports"
     both = [a_study("saw-40rpm", a_result("saw-40rpm", 1e-3)), a_study("cam-follower")]
-    write_report([a_study("saw-40rpm")], reports, COMMAND)
+    write_report(reports, a_study("saw-40rpm"))
     replace_file, calls = os.replace, []
 
     def interrupted(source: Path, target: Path) -> None:
@@ -185,10 +185,10 @@ def test_an_interrupt_between_two_files_waits_for_the_rest(
 
     monkeypatch.setattr(os, "replace", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        write_report(both, reports, COMMAND)
+        write_report(reports, *both)
     assert len(calls) > count
     found = contents(tmp_path)
-    write_report(both, reports, COMMAND)
+    write_report(reports, *both)
     assert contents(tmp_path) == found
 
 
@@ -198,23 +198,20 @@ def index_of(folder: Path) -> str:
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_index_names_a_command_only_if_that_makes_all_of_it(tmp_path: Path) -> None:
-    write_report([a_study("saw-40rpm"), a_study("cam-follower")], tmp_path, COMMAND)
+    write_report(tmp_path, a_study("saw-40rpm"), a_study("cam-follower"))
     assert "`conrod validate saw-40rpm cam-follower --out reports`" in index_of(tmp_path)
-    write_report([a_study("saw-40rpm")], tmp_path, COMMAND)
+    write_report(tmp_path, a_study("saw-40rpm"))
     assert "`conrod validate" not in index_of(tmp_path)
     assert "each page names its own" in index_of(tmp_path)
-    write_report([a_study(name) for name in ALL], tmp_path, COMMAND)
+    write_report(tmp_path, *(a_study(name) for name in ALL))
     assert "`conrod validate --out reports`" in index_of(tmp_path)
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None:
     lost = ended("cam-follower", "lost-contact", "seen at 12.5 deg", False)
-    write_report(
-        [a_study("saw-40rpm", a_result("saw-40rpm")), a_study("cam-follower", a_result("cam-follower"), lost)],
-        tmp_path,
-        COMMAND,
-    )
+    studies = a_study("saw-40rpm", a_result("saw-40rpm")), a_study("cam-follower", a_result("cam-follower"), lost)
+    write_report(tmp_path, *studies)
     index = index_of(tmp_path)
     assert "**Not passed: cam-follower.**" in index
     assert "[cam-follower](cam-follower.md), MuJoCo hardened: failed, lost-contact: seen at 12.5 deg" in index
@@ -225,7 +222,7 @@ def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None
 @pytest.mark.usefixtures("undrawn")
 def test_saved_findings_have_reproducible_digits_and_null_for_what_is_missing(tmp_path: Path) -> None:
     lost = ended("saw-40rpm", "opened", "pin", False)
-    write_report([a_study("saw-40rpm", a_result("saw-40rpm", 1.2345678e-6), lost)], tmp_path, COMMAND)
+    write_report(tmp_path, a_study("saw-40rpm", a_result("saw-40rpm", 1.2345678e-6), lost))
     good, bad = json.loads((tmp_path / "data/saw-40rpm.json").read_text(encoding="utf-8"))["results"]
     assert good["errors"]["C"]["position"]["rms"] == 1.23457e-6
     assert good["phase"] == {"max": 0.0, "final": 0.0}
