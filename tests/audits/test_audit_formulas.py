@@ -2,45 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 import pytest
 
 from audits.documents import module as module_names
 from audits.documents import module_claims
-from audits.formulas import (
-    cam_checks,
-    listing_names,
-    module_relations,
-    module_vectors,
-    press_steps,
-    saw_listing,
-    saw_vectors,
-)
-from audits.formulas import module as module_formulas
-from audits.formulas import press as press_formulas
-from audits.formulas import saw as saw_formulas
-from audits.formulas.published import SAME, derivative, discrepancy, verdict_on
+from audits.formulas import listing_names, saw_listing
+from audits.formulas.published import SAME, Formula, derivative, discrepancy, verdict_on
 from audits.listing_survey import runs
 from conrod.own.printed.verdicts import Kind
 
-ARGUMENTS = {
-    "000": (press_formulas.FORMULAS, press_formulas.arguments()),
-    "000-steps": (press_steps.FORMULAS, press_steps.arguments()),
-    "001": (module_formulas.FORMULAS, module_formulas.arguments()),
-    "001-relations": (module_relations.FORMULAS, module_relations.arguments()),
-    "001-vectors": (module_vectors.FORMULAS, module_vectors.arguments()),
-    "002": (saw_formulas.FORMULAS, saw_formulas.arguments()),
-    "002-vectors": (saw_vectors.FORMULAS, saw_vectors.arguments()),
-    "002-listing": (saw_listing.FORMULAS, saw_listing.arguments()),
-    "004": (cam_checks.FORMULAS, cam_checks.arguments()),
-}
+DOCUMENTS = (
+    "press", "press_steps", "module", "module_relations", "module_vectors", "saw", "saw_vectors", "saw_listing",
+    "cam_checks",
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("document", ARGUMENTS)
+def published(document: str) -> tuple[Sequence[Formula], Any]:
+    """Formulas of a document, and arguments to try them with."""
+    module = import_module(f"audits.formulas.{document}")
+    return module.FORMULAS, module.arguments()
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
 def test_a_planted_factor_in_a_right_formula_is_caught(document: str) -> None:
-    formulas, arguments = ARGUMENTS[document]
+    formulas, arguments = published(document)
     right = [f for f in formulas if verdict_on(f, arguments).kind is Kind.AGREES]
     assert right
     for formula in right:
@@ -49,9 +40,9 @@ def test_a_planted_factor_in_a_right_formula_is_caught(document: str) -> None:
         assert verdict_on(bent, arguments).kind is Kind.NOT_REPRODUCIBLE
 
 
-@pytest.mark.parametrize("document", ARGUMENTS)
+@pytest.mark.parametrize("document", DOCUMENTS)
 def test_a_mended_formula_holds_and_a_wrong_mend_is_not_believed(document: str) -> None:
-    formulas, arguments = ARGUMENTS[document]
+    formulas, arguments = published(document)
     for formula in (f for f in formulas if f.mended is not None):
         assert discrepancy(formula.mended, formula.truth, arguments) <= SAME
         verdict = verdict_on(replace(formula, mended=formula.function), arguments)

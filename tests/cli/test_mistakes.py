@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -51,7 +54,6 @@ MISTAKES = {
     "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
     "validate double-rocker --steps-per-rev 5 --engine pymunk --preset tuned": ("are 0 of the pass: at least 3",),
     "export bennett --format mjcf --set crank=3": ("bennett is a machine in space",),
-    "recommend saw-500rpm --position 0": ("--position",),
     "validate saw-40rpm --cell-memory nanGB": ("--cell-memory",),
     "validate saw-40rpm --cell-timeout 0": ("--cell-timeout",),
     "validate saw-40rpm --json l.sqlite --ledger l.sqlite": ("it is the same file as the ledger",),
@@ -177,3 +179,52 @@ def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
     assert contents(folder) == before
     # Nor a ledger, but where only the settings of a run tell that it is too short.
     assert any(tmp_path.iterdir()) is ("double-rocker" in command)
+
+
+# -- whatever a file says: no file is waited for that has no end -------------------------------------------------------
+
+BODY = '<body name="b"><joint name="j" type="hinge" axis="0 1 0"/><geom name="g" size="0.1" pos="0 0 -0.5"/></body>'
+FIELD = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></asset>'
+VERBS = {
+    "lint": ("lint", "m.xml"),
+    "harden": ("harden", "m.xml"),
+    "validate": ("validate", "m.xml", "--scene", "saw-40rpm", "--crank", "j", "--point", "C=body:b"),
+}
+
+
+def model(folder: Path, beside: str = "", worldbody: str = "") -> None:
+    text = f"<mujoco>{beside}<worldbody>{worldbody}{BODY}</worldbody></mujoco>"
+    (folder / "m.xml").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_height_field_of_gigabytes_is_out_of_memory(verb: str, tmp_path: Path) -> None:
+    model(tmp_path, FIELD, '<geom type="hfield" hfield="h"/>')
+    assert "needed more memory than its limit" in refusal(*VERBS[verb], cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "verb", ["lint", *(pytest.param(verb, marks=pytest.mark.slow) for verb in ("harden", "validate"))]
+)
+def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -> None:
+    # Compiling it takes hours.
+    model(tmp_path, worldbody=f'<replicate count="149999">{BODY}</replicate>')
+    # What a shell starts in the background ignores Ctrl-C, and so would this.
+    code = (
+        "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from conrod import cli\ncli.SAID_AFTER = 2.0\ncli.main()\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", code, *VERBS[verb]], cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    ) as running:  # fmt: skip
+        try:
+            assert running.stderr is not None
+            assert "m.xml: under way, ended after 600 s, by Ctrl-C at once" in running.stderr.readline()
+            os.killpg(running.pid, signal.SIGINT)
+            # Standard error ends where the last process has it no more: none is left that compiles.
+            assert running.stderr.read().strip() == "conrod: interrupted"
+            assert running.wait() == 130
+        finally:
+            running.kill()

@@ -14,13 +14,10 @@ from command_line import conrod
 
 from conrod.report.folder import restored
 from conrod.report.html.moving import moving
-from conrod.report.html.page import Section, document
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.validation.results import SceneStudy
 
 MACHINE = "saw-500rpm"
-ROWS = "<tr><td>1</td><td>2</td></tr>"
-TABLE = f"<table><thead><tr><th></th><th>named</th></tr></thead><tbody>{ROWS}{ROWS}</tbody></table>"
 # Where the elements of a drawing are, in its own units: a body's origin and the end of its first axis.
 PLACES = """return [...document.querySelectorAll(`.machine .${arguments[0]} use`)].map((use) => {
   const to = use.ownerSVGElement.getScreenCTM().inverse().multiply(use.getScreenCTM());
@@ -152,9 +149,3 @@ def test_it_reads_without_scripts(folder: Path) -> None:
         assert complaints(page) == []
         layout = page.execute_cdp_cmd("Page.getLayoutMetrics", {})
         assert layout["cssContentSize"]["width"] <= 400
-
-
-def test_a_heading_without_words_is_no_button(page: Any, tmp_path: Path) -> None:
-    (tmp_path / "t.html").write_text(document([Section("p", "T", TABLE)]))
-    opened(page, tmp_path / "t.html")
-    assert [one.text for one in page.find_elements("css selector", "th button")] == ["named"]

@@ -19,23 +19,14 @@ from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.table import table
 from conrod.report.verification import beside
-from conrod.report.verification.page import (
-    CRITERIA,
-    SEAL,
-    UNSEALED,
-    Section,
-    Verification,
-    changes,
-    data_of,
-    seal_of,
-    sealed_page,
-)
+from conrod.report.verification import page as pages
+from conrod.report.verification.page import Section, Verification, changes, data_of, seal_of, sealed_page
 from conrod.report.verification.sections import Refinement
 from conrod.runs.convergence import numerical_uncertainty
 from conrod.scenes import SCENES
 
 REPORTS = Path(__file__).parents[2] / "reports" / "verification"
-NAMES = (CRITERIA, "code", "solution", "validation", "inputs", "software", "settings", "validity", "invariances")
+NAMES = ("criteria", "code", "solution", "validation", "inputs", "software", "settings", "validity", "invariances")
 HOSTILE = "</script><script>a()</script><img src=x onerror=a()>"
 
 
@@ -45,16 +36,16 @@ def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
         ("run", "quantity", "criterion", "found"), [("own", "position", f"{allowed:.6g}", "1e-5")], names=2
     )
     sections = {name: Section((), ("nothing",)) for name in (*NAMES, "parameters")}
-    sections[CRITERIA] = Section((criteria,))
+    sections["criteria"] = Section((criteria,))
     return Verification(subject, "within tolerance", "2026-01-01 00:00 UTC", f"conrod {subject}", sections, ())
 
 
 def resealed(page: bytes) -> bytes:
     """A changed page with a hash that fits, as anybody can make it."""
-    found = SEAL.search(page)
+    found = pages.SEAL.search(page)
     assert found is not None
-    bare = page.replace(found[1], UNSEALED.encode())
-    return bare.replace(UNSEALED.encode(), hashlib.sha256(bare).hexdigest().encode())
+    bare = page.replace(found[1], pages.UNSEALED.encode())
+    return bare.replace(pages.UNSEALED.encode(), hashlib.sha256(bare).hexdigest().encode())
 
 
 def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
@@ -106,7 +97,7 @@ def test_a_loosened_criterion_is_named_and_a_tighter_one_is_no_loosening() -> No
     (one,) = changes(report(1e-4), report(1e-3))
     assert one == "criteria, own position: 0.0001; 1e-5 -> 0.001; 1e-5 (LOOSENED)"
     assert "LOOSENED" not in changes(report(1e-3), report(1e-4))[0]
-    none = replace(report(), sections={**report().sections, CRITERIA: Section()})
+    none = replace(report(), sections={**report().sections, "criteria": Section()})
     assert changes(report(), none)[0].endswith("absent (LOOSENED)")
     assert changes(report(), report()) == ()
 
