@@ -61,7 +61,6 @@ def test_the_readme_is_short_and_its_python_runs(capsys: pytest.CaptureFixture[s
     readme = text(ROOT / "README.md")
     assert len(readme.split()) <= 900
     code = re.search(r"```python\n(.*?)```", readme, re.DOTALL)
-    assert code
     exec(compile(code[1], "README.md", "exec"), {})
     outcome, error = capsys.readouterr().out.split()[:2]
     assert outcome == "Outcome.COMPLETED"
@@ -164,7 +163,6 @@ def page(name: str) -> str:
 
 def test_the_flywheel_keeps_the_fluctuation_that_is_wanted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told = re.search(r"It finds ([\d.]+) kg m²", page("flywheel"))
-    assert told
     # Its search takes most of the time; what it finds is held to what is wanted.
     monkeypatch.setattr("scipy.optimize.brentq", lambda *_, **__: float(told[1]))
     left = ran("flywheel", tmp_path, monkeypatch)

@@ -31,11 +31,6 @@ def pendulum() -> Records:
     return records_of(PENDULUM, DATA)
 
 
-def column(record: Record) -> list[float]:
-    assert isinstance(record.value, list)
-    return [*record.value]
-
-
 def next_digit(value: float) -> float:
     """Another in the twelfth digit."""
     return value * (1.0 + 3e-12)
@@ -48,7 +43,7 @@ def next_digit(value: float) -> float:
 def test_one_digit_changed_on_purpose_in_one_of_a_hundred_angles_is_out(
     pendulum: Records, heading: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    values = column(pendulum[heading])
+    values = [*pendulum[heading].value]
     values[60] = next_digit(values[60])
     assert not passes(PENDULUM, pendulum | {heading: replace(pendulum[heading], value=values)})
     assert f"worst: pendulum: {heading}[60]: was " in capsys.readouterr().out
@@ -62,7 +57,7 @@ def test_the_command_says_by_its_exit_status_that_a_golden_digit_is_not_met(
     assert main(["check", "exact/pendulum"]) == 0
     assert "0 out; records: 0 missing, 0 added" in capsys.readouterr().out
     heading = "tip.vy [m/s]"
-    values = [next_digit(value) for value in column(pendulum[heading])]
+    values = [next_digit(value) for value in pendulum[heading].value]
     store.write(tmp_path, "exact", {"pendulum": pendulum | {heading: replace(pendulum[heading], value=values)}})
     assert main(["check", "exact/pendulum"]) == 1
     assert capsys.readouterr().out.endswith("golden: FAILED\n")

@@ -11,8 +11,7 @@ from table_files import csv_text, exact_table, read, written
 
 from conrod import InvalidInput
 from conrod.own.tables import reading
-from conrod.report.pack import as_csv, exact_columns
-from conrod.scenes import SCENES, CamFollower, Saw
+from conrod.scenes import CamFollower, Saw
 
 SAW = Saw(speed=4.0)
 EXACT = exact_table(SAW, rows=12)
@@ -79,13 +78,6 @@ def test_all_formats_say_the_same_and_archives_may_hold_planar_arrays(tmp_path: 
         assert {column: values.tolist() for column, values in found.items()} == {
             column: values.tolist() for column, values in EXACT.items()
         }
-
-
-def test_conrods_own_export_is_read_whole(tmp_path: Path) -> None:
-    scene = SCENES["cam-follower"]
-    found = read(written(tmp_path, as_csv(exact_columns(scene, 36, 1))), scene)
-    assert set(found.values) >= {f"{point}.{c}" for point in scene.lengths for c in ("x", "y", "vx", "vy", "ax", "ay")}
-    assert all(".j" in heading for heading in found.unused)
 
 
 def table(*rows: str, head: str = "time [s],C.x [mm],C.y [mm]") -> str:

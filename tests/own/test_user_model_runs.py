@@ -66,7 +66,6 @@ def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Pa
     assert study.is_machine
     assert study.passed
     own = study.own
-    assert own is not None
     assert own.steps_per_revolution == pytest.approx(750.0)
     own_error, tuned, hardened = (study.runs[label].worst("position") or 0.0 for label in (OWN, "tuned", "hardened"))
     assert own_error > 1e-4
@@ -115,7 +114,6 @@ def on_the_other_branch(run: Recording) -> Recording:
 def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: object, outcome: Outcome) -> None:
     study = judged(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
     own = study.own
-    assert own is not None
     assert own.outcome is outcome
     assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
     assert study.passed == (outcome is Outcome.COMPLETED)
@@ -165,7 +163,6 @@ def test_what_conrods_drive_hides_of_a_servo_is_the_first_thing_said(
 ) -> None:
     study, healthy = servo_at(tmp_path, speed, kv), speed == 0.0
     verdict = words.verdict(study)
-    assert study.own is not None
     assert study.own.outcome is Outcome.COMPLETED
     assert study.passed == healthy
     assert verdict.startswith("Run as the file has it, ") != healthy
@@ -178,7 +175,6 @@ def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_o
     study = servo_at(tmp_path, SCENE.speed)
     assert study.passed
     assert "its crank keeps to the 40 rpm of the scene: it turned at 39.999 rpm on average" in words.verdict(study)
-    assert study.own_run is not None
     # What was asked for is asked of both runs: here the file's own is a radian late.
     late = replace(study.own_run, phase=1.0)
     asked = replace(study, tolerance={"phase": 0.1})
@@ -193,7 +189,6 @@ def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_o
 @pytest.mark.slow
 def test_the_cam_by_contact_is_driven_too(tmp_path: Path) -> None:
     study = judged(tmp_path, "cam", TEXTS["cam"])
-    assert study.own is not None
     assert 0.0 < (study.own.worst("position") or 0.0) < 3e-6
     assert study.passed
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,7 +44,6 @@ def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
 def resealed(page: bytes) -> bytes:
     """A changed page with a hash that fits, as anybody can make it."""
     found = pages.SEAL.search(page)
-    assert found is not None
     bare = page.replace(found[1], pages.UNSEALED.encode())
     return bare.replace(pages.UNSEALED.encode(), hashlib.sha256(bare).hexdigest().encode())
 
@@ -81,9 +81,8 @@ def test_names_of_a_user_stay_text() -> None:
         (lambda page: b"<p>another page</p>", 2, "no verification report of conrod"),
     ],
 )
-def test_verify_tells_by_its_status(change: object, status: int, said: str, tmp_path: Path) -> None:
+def test_verify_tells_by_its_status(change: Any, status: int, said: str, tmp_path: Path) -> None:
     file = tmp_path / "r.html"
-    assert callable(change)
     file.write_bytes(change(sealed_page(report())))
     done = conrod("report", "--verify", str(file))
     assert done.returncode == status

@@ -46,9 +46,7 @@ def placed(text: str, **attributes: str) -> str:
 def multiplied(text: str, factors: Mapping[str, Sequence[float]]) -> str:
     """Numbers of the worldbody's attributes times factors by name, which are taken in turns."""
     root = ET.fromstring(text)
-    world = root.find("worldbody")
-    assert world is not None
-    for element in world.iter():
+    for element in root.find("worldbody").iter():
         for name in factors.keys() & element.keys():
             values = np.array(element.attrib[name].split(), dtype=float)
             element.set(name, " ".join(map(repr, (values * np.resize(factors[name], len(values))).tolist())))
@@ -76,7 +74,6 @@ def question(kind: str, **asked: object) -> Question:
     """All points of a machine at the sites that conrod's own files have for them."""
     mechanism = SCENES[FILES[kind]].mechanism()
     points = asked.pop("points", POINTS[kind])
-    assert isinstance(points, tuple)
     places = tuple(p if isinstance(p, Place) else Place(p, "site", p) for p in points)
     crank = str(asked.pop("crank", "crank"))
     return Question(crank, places, mechanism.mobility, len(mechanism.cam_contacts), **asked)  # type: ignore[arg-type]

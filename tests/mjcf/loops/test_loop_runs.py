@@ -44,9 +44,7 @@ def shifted(tag: str, name: str, field: str, change: Callable[[Array], Array]) -
 
 
 def without_a_loop(root: ET.Element) -> None:
-    equality = root.find("equality")
-    assert equality is not None
-    equality.remove(equality[0])
+    del root.find("equality")[0]
 
 
 def edited(machine: str, edit: Edit) -> str:
