@@ -22,7 +22,7 @@ from conrod import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import POLL, run_cases
 from conrod.studies.execution.local import Ended, LocalProcesses, confined, isolated
-from conrod.studies.execution.worker_process import Limits
+from conrod.studies.execution.worker_process import Limits, WorkerProcess
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
@@ -72,7 +72,7 @@ def test_each_fault_costs_its_own_cell_alone(ledger: Ledger) -> None:
         tasks.check_that_faults_cost_their_own_cells(20, ledger, executor)
 
 
-def test_workers_are_used_again_until_one_dies(ledger: Ledger) -> None:
+def test_workers_are_used_again_until_one_dies(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
     with LocalProcesses(2) as executor:
         table = run_cases(tasks.assigned(CELLS, tasks.count_processes), ledger, executor)
         workers = {int(m.reason) for m in table.values()}
@@ -80,7 +80,10 @@ def test_workers_are_used_again_until_one_dies(ledger: Ledger) -> None:
         assert os.getpid() not in workers
         for worker in workers:
             os.kill(worker, signal.SIGKILL)
-        # Killed while idle: nobody's result is lost, nobody is blamed; nor where one call after another meets them.
+        # Killed while idle: nobody's result is lost, nobody is blamed; nor where one call meets all of them, each of
+        # which seemed to be alive when it was taken.
+        seemed, ready = [False, True] * len(workers), WorkerProcess.ready.fget
+        monkeypatch.setattr(WorkerProcess, "ready", property(lambda one: seemed.pop() if seemed else ready(one)))
         (found,) = run_cases(tasks.assigned(CELLS[:1], tasks.count_processes), ledger, executor, fresh=True).values()
         assert found.outcome == "completed"
         assert int(found.reason) not in workers

@@ -17,6 +17,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.worker_process import (
     KilledFromOutside,
     Limits,
+    NeverBegun,
     WorkerDied,
     WorkerProcess,
     cannot_start,
@@ -135,11 +136,14 @@ class LocalProcesses(RepeatingExecutor):
         self._idle: list[WorkerProcess] = []
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        worker = self._taken()
-        try:
-            return worker.call(function, *arguments, **named)
-        finally:
-            self._give_back(worker)
+        while True:
+            worker = self._taken()
+            try:
+                return worker.call(function, *arguments, **named)
+            except NeverBegun:  # as many as were killed while they had nothing to do
+                continue
+            finally:
+                self._give_back(worker)
 
     def stop(self) -> None:
         with self._lock:

@@ -77,6 +77,10 @@ class KilledFromOutside(Exception):
     """
 
 
+class NeverBegun(Exception):
+    """A process that had served calls ended before it began with this one, which another can be given."""
+
+
 class WorkerProcess:
     """A Python interpreter of its own that serves one call after another; it ends with its owner, however that ends."""
 
@@ -121,7 +125,8 @@ class WorkerProcess:
 
         Raises:
             WorkerDied: the process died of it.
-            KilledFromOutside: the process was killed, and not by conrod, or had ended while it had nothing to do.
+            KilledFromOutside: the process was killed, and not by conrod.
+            NeverBegun: the process had ended while it had nothing to do.
             TimeoutError: it took longer than the limit; the process was killed.
             MemoryError: it needed more than the limit; the process was killed.
             InvalidInput: also where the process cannot start at all.
@@ -169,7 +174,9 @@ class WorkerProcess:
             return self._pipe.recv()
         status = self._process.wait()
         how = f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
-        if not self._killed and (status in FROM_OUTSIDE or (self._served and not self._busy)):
+        if self._served and not self._busy and not self._killed:
+            raise NeverBegun(how)
+        if status in FROM_OUTSIDE and not self._killed:
             raise KilledFromOutside(how, self._served)
         raise WorkerDied(how) if self._served else InvalidInput(cannot_start(how))
 
