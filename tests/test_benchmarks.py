@@ -19,9 +19,6 @@ from conrod.studies.frame.ledger import Ledger
 STEPS = 300
 
 
-# -- MuJoCo ----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("integrator", mujoco_recording.INTEGRATORS)
 def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str) -> None:
     chosen = mujoco_recording.settings(integrator)
@@ -36,9 +33,6 @@ def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str)
     # One step more, which the timed base takes too: the sensors of the last sample.
     mujoco_recording.stepped(made, data, 1)
     np.testing.assert_array_equal(data.sensordata, sensors[STEPS])
-
-
-# -- pymunk ----------------------------------------------------------------------------------------------------------
 
 
 def test_pymunks_recorded_side_and_its_driven_loop_end_in_the_same_bits() -> None:
@@ -64,9 +58,6 @@ def test_pymunks_bare_loop_takes_as_many_steps_and_drifts_by_rounding_alone() ->
     assert bare.crank.angle - fewer.crank.angle == pytest.approx(step)
 
 
-# -- the ledger ------------------------------------------------------------------------------------------------------
-
-
 def test_a_resume_is_timed_only_where_no_run_was_lost(tmp_path: Path) -> None:
     cells, path = ledger_cost.some_cells(20), tmp_path / "ledger.sqlite"
     assert len({cell.key for cell in cells}) == 20
@@ -76,9 +67,6 @@ def test_a_resume_is_timed_only_where_no_run_was_lost(tmp_path: Path) -> None:
     assert min(ledger_cost.time_to_resume(path, cells[1:])) > 0.0
     with pytest.raises(AssertionError, match="1 runs were lost"):
         ledger_cost.time_to_resume(path, cells)
-
-
-# -- repeats and bars ------------------------------------------------------------------------------------------------
 
 
 def test_repeats_are_interleaved_and_the_first_does_not_count() -> None:

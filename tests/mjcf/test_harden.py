@@ -174,8 +174,6 @@ def two_arms(equality: str) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(TWO_ARMS.format(equality))
 
 
-# -- where it would do harm ------------------------------------------------------------------------------------------
-
 BELT = '<joint name="belt" joint1="a" joint2="b" {}/>'
 
 

@@ -189,9 +189,6 @@ def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path)
     assert "7.0e-5" in (tmp_path / "saw-40rpm-motion.md").read_text()
 
 
-# -- tables and templates --------------------------------------------------------------------------------------------
-
-
 def test_tables_escape_bars_and_set_what_is_out_of_tolerance_bold() -> None:
     text = table_text(table(("a", "b"), [("x|y", Toned("no", "bad"))], right=("b",)))
     assert text.splitlines() == ["| a | b |", "| --- | ---: |", "| x\\|y | **no** |"]

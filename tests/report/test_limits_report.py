@@ -32,9 +32,6 @@ def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -
     return report_batch(KIND, {study.name: study}, folder, command)
 
 
-# -- figures -----------------------------------------------------------------------------------------------------------
-
-
 def panels(walks: Sequence[Walk]) -> list[Axes]:
     with drawing_style():
         return error_chart(walks).axes
@@ -77,9 +74,6 @@ def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
     assert 2 <= sum(low <= tick <= high for tick in axes.get_xticks()) <= 16
 
 
-# -- tables ------------------------------------------------------------------------------------------------------------
-
-
 def test_each_walk_has_a_row_and_undetected_runs_in_one_piece_come_before_all() -> None:
     walks = [walk for walk in limit_study().walks if walk.probes]
     assert len(limits_table(walks).rows) == len(walks)
@@ -89,9 +83,6 @@ def test_each_walk_has_a_row_and_undetected_runs_in_one_piece_come_before_all() 
     # Negative control: there is no row where no run is undetected.
     assert not undetected_table(detected(walks))
     assert undetected_words(detected(walks)).startswith("0 of ")
-
-
-# -- the files ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -107,9 +98,6 @@ def test_undetected_runs_come_before_anything_else(tmp_path: Path) -> None:
     calm = str(rendered(replace(study, walks=detected(study.walks), maps=()), tmp_path).files[f"{SCENE}.md"])
     assert "No run was wrong and undetected" in calm
     assert "On the maps" not in calm
-
-
-# -- into a folder that holds a report already -------------------------------------------------------------------------
 
 
 @pytest.mark.usefixtures("undrawn")

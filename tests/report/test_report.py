@@ -95,9 +95,6 @@ def last_bits_changed(result: ValidationResult) -> ValidationResult:
     return replace(result, curves=curves, refinement=points)
 
 
-# -- numbers ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
@@ -117,9 +114,6 @@ def test_measured_numbers_have_two_significant_digits(value: float | None, shown
     assert numbers.measured(value) == shown
 
 
-# -- figures ---------------------------------------------------------------------------------------------------------
-
-
 def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_where_they_differ() -> None:
     study = a_study("saw-40rpm")
     same = a_study("saw-40rpm", *(last_bits_changed(r) for r in study.results))
@@ -128,9 +122,6 @@ def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_w
         svg = figures(study)[name].svg()
         assert svg == figures(same)[name].svg()
         assert svg != figures(other)[name].svg()
-
-
-# -- pages -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None)])

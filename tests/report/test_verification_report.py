@@ -52,9 +52,6 @@ def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
     return Refinement("run", "position", 200, tuple((100 * 2**k, error) for k, error in enumerate(errors)), formal)
 
 
-# -- the seal ----------------------------------------------------------------------------------------------------------
-
-
 def test_one_changed_byte_anywhere_is_seen() -> None:
     page = sealed_page(report())
     assert seal_of(page)
@@ -89,9 +86,6 @@ def test_verify_tells_by_its_status(change: Any, status: int, said: str, tmp_pat
     assert said in done.stdout + done.stderr
 
 
-# -- record of changes -------------------------------------------------------------------------------------------------
-
-
 def test_a_loosened_criterion_is_named_and_a_tighter_one_is_no_loosening() -> None:
     (one,) = changes(report(1e-4), report(1e-3))
     assert one == "criteria, own position: 0.0001; 1e-5 -> 0.001; 1e-5 (LOOSENED)"
@@ -99,9 +93,6 @@ def test_a_loosened_criterion_is_named_and_a_tighter_one_is_no_loosening() -> No
     none = replace(report(), sections={**report().sections, "criteria": Section()})
     assert changes(report(), none)[0].endswith("absent (LOOSENED)")
     assert changes(report(), report()) == ()
-
-
-# -- orders and uncertainty --------------------------------------------------------------------------------------------
 
 
 def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
@@ -130,9 +121,6 @@ def test_the_uncertainty_is_the_distance_from_a_step_of_zero_with_its_factor_of_
     assert numerical_uncertainty([(50, 1.0), (100, 1.0), (200, 1.5)], 200) == (None, 2.0, 1.5)
     assert numerical_uncertainty([(50, 1.0), (100, 2.0), (200, 1.5)], 200) == (None, 1.0, 1.5)
     assert numerical_uncertainty([(50, 1.0), (100, None), (200, 1.5)], 200) is None
-
-
-# -- parameters --------------------------------------------------------------------------------------------------------
 
 
 def test_sensitivities_are_derivatives_of_the_closed_form() -> None:
@@ -169,9 +157,6 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
     assert str(tmp_path).encode() not in page
 
 
-# -- measurements ------------------------------------------------------------------------------------------------------
-
-
 def measured(folder: Path, text: str) -> TableStudy:
     path = folder / "encoder.csv"
     path.write_text(text)
@@ -191,9 +176,6 @@ def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_wher
     assert "an error of the model stands out" in beyond.sentences[-1]
     unknown, _ = beside.validation(None, table_study, (9e-5, None))
     assert "no validation uncertainty" in unknown.sentences[-1]
-
-
-# -- what is refused ---------------------------------------------------------------------------------------------------
 
 
 def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: Path) -> None:
@@ -220,9 +202,6 @@ def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: 
         assert len(done.stderr.splitlines()) == 1
     assert other.read_text() == "<p>mine</p>"
     assert not (tmp_path / "new.html").exists()
-
-
-# -- what is committed -------------------------------------------------------------------------------------------------
 
 
 def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_tests() -> None:

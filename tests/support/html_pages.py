@@ -25,9 +25,6 @@ class Found(HTMLParser):
         while self.within and self.within.pop() != tag:
             pass
 
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, {name: value or "" for name, value in attrs}))
-
     def handle_data(self, data: str) -> None:
         for tag in set(self.within[-1:]):
             self.texts.setdefault(tag, []).append(data)

@@ -67,9 +67,6 @@ def test_a_gap_in_the_cranks_turn_is_not_leapt_over() -> None:
             driven(four_bar((0.1, 0.3 + longer, 0.1, 0.3), crank=math.pi), LAW)
 
 
-# -- loops that contradict each other ----------------------------------------------------------------------------------
-
-
 def test_samples_that_do_not_close_are_an_error_and_no_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     # Negative control of the whole: with too few steps of Newton's method it says so.
     found = driven(four_bar(), LAW)

@@ -100,9 +100,6 @@ def test_a_defect_that_stops_the_study_is_named_in_its_line(tmp_path: Path) -> N
         study(path, Question(dict(MACHINES["rssr"]().drives), machine="rssr"), "own")
 
 
-# -- MuJoCo's runs against the exact motion: orders of convergence, and planted defects --------------------------------
-
-
 def bench_of(text: str, drives: dict[str, str], seconds: float | None = None, step: float = 5e-3) -> _Bench:
     model = mujoco.MjModel.from_xml_string(text)
     model.opt.timestep = step
