@@ -240,7 +240,8 @@ COUNTING = """
 import sys, threading
 called = set()
 def seen(frame, event, _):
-    if event == "call" and frame.f_code.co_flags & 1:  # a function, not the body of a module or class
+    # A function: no body of a module or class, nor a comprehension, which is a call in some releases of Python alone.
+    if event == "call" and frame.f_code.co_flags & 1 and not frame.f_code.co_name.endswith("comp>"):
         called.add(frame.f_code.co_filename)
 threading.setprofile(seen)
 sys.setprofile(seen)

@@ -12,8 +12,9 @@ import numpy as np
 
 from conrod.mjcf.loops import scene_study
 from conrod.mjcf.loops.driving import Recording
+from conrod.mjcf.loops.scanning import scan
 from conrod.mjcf.loops.scene_study import Bench
-from conrod.mjcf.loops.turning import Turning, prepare, scan
+from conrod.mjcf.loops.turning import Turning, prepare
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import Identity, identify
 from conrod.own.models.request import Place, Question, Scan

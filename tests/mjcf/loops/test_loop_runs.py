@@ -177,7 +177,7 @@ def recorded(bench: _Bench, label: str = "hardened") -> tuple[Recording, Callabl
     """A run, and how it is judged."""
     step = float(bench.model.opt.timestep)
     motion = bench.machine.motion(step * np.arange(int(bench.seconds / step + 1e-9) + 1))
-    model, size = with_settings(bench.model, label, step, bench.seconds, False), travel(bench)
+    model, size = with_settings(bench.model, label, step, bench.seconds), travel(bench)
     run = driven_run(bench.machine, model, motion, bench.points, 1)
     exact = forces(bench.machine, motion)
     return run, lambda other: errors_of(label, step, other, motion, bench.machine, exact, size)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -50,9 +50,7 @@ def ended_by_engine(
 
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
-WARNINGS = dict[str, int]()
-for _name, _kind in mujoco.mjtWarning.__members__.items():
-    WARNINGS[_name.removeprefix("mjWARN_")] = int(_kind)
+WARNINGS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
 del WARNINGS["mjNWARNING"]
 
 
@@ -65,6 +63,15 @@ def warnings_of(data: mujoco.MjData) -> dict[str, int]:
 def bad_numbers(data: mujoco.MjData) -> list[str]:
     """Warnings after which the numbers of a run mean nothing, that there were."""
     return [name for name in BAD_NUMBERS if data.warning[WARNINGS[name]].number]
+
+
+class Recording(Protocol):
+    """A machine that is stepped and recorded, as `Recorder` does it."""
+
+    @property
+    def warnings(self) -> Mapping[str, int]: ...
+
+    def next(self, samples: int) -> tuple[Array, Array]: ...
 
 
 class Recorder:
@@ -145,7 +152,7 @@ def run(
 
 def recorded(
     made: Build,
-    recorder: Any,
+    recorder: Recording,
     machine: Machine,
     settings: MuJoCoSettings,
     revolutions: float,
@@ -153,7 +160,7 @@ def recorded(
     steps: int,
     version: str,
 ) -> Iterator[Piece]:
-    """The run of what has `next` and `warnings` as a `Recorder` has, just started; it may be another engine's."""
+    """The run of a recorder that has just been started; it may be another engine's, of some version."""
     clock, end = -settings.timestep, None  # up to the sample before
 
     def record(first: int, times: Array) -> Recorded:

@@ -18,7 +18,7 @@ from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
 from conrod.engines.numerics import approached, close_gap
 from conrod.engines.releases import Releases, read_releases
@@ -149,7 +149,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     def releases(self) -> Releases:
         return read_releases("conrod.engines.mujoco")
 
-    def model(self, name: str, machine: Any, settings: MuJoCoSettings) -> str:
+    def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
         return standalone_mjcf(name, machine, settings=settings)
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, MuJoCoSettings]:

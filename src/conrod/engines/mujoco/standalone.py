@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from typing import Any
+from collections.abc import Mapping
+from typing import Protocol
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -17,9 +18,30 @@ from conrod.engines.mujoco.mjcf import Dress, mjcf
 from conrod.engines.tree import Tree, spanning_tree, tree_of
 
 
+class DescribedMachine(Machine, Protocol):
+    """A machine that can say what it is: a scene.
+
+    Attributes:
+        title, source: of the machine, and of its dimensions.
+        frame: origin, axes and the crank angle's sense.
+    """
+
+    title: str
+    source: str
+    frame: str
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values of all parameters, SI."""
+
+    @property
+    def start_rates(self) -> Mapping[str, float]:
+        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with."""
+
+
 def standalone_mjcf(
     name: str,
-    machine: Any,
+    machine: DescribedMachine,
     steps_per_revolution: int | None = None,
     settings: MuJoCoSettings | None = None,
 ) -> str:
@@ -36,7 +58,7 @@ def standalone_mjcf(
     return mjcf(tree, settings, f"conrod-{name}", dress)
 
 
-def _header(name: str, machine: Any, settings: MuJoCoSettings, tree: Tree) -> str:
+def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: Tree) -> str:
     points = " and ".join(point.name for point in tree.mechanism.observed)
     values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
     paragraphs = [
@@ -85,7 +107,7 @@ def _loads(tree: Tree) -> list[str]:
     return found
 
 
-def _free(machine: Any) -> list[str]:
+def _free(machine: DescribedMachine) -> list[str]:
     """Paragraph on free motion; none of a machine that has neither loads nor rates of its own to start with."""
     mechanism = machine.kinematics.mechanism
     driven = {mechanism.crank: mechanism.driver.sense * machine.speed}

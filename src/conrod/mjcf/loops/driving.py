@@ -99,7 +99,7 @@ class Drives:
 
 def driven_run(
     machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int,
-    carried: bool = True,
+    *, carried: bool = True,
 ) -> Recording:  # fmt: skip
     """Run a model through its exact motion's times, a sample each `every` steps.
 

@@ -40,7 +40,7 @@ TURNS_BACK, SWING = 0.6, 1e-3
 
 
 def with_settings(
-    model: mujoco.MjModel, label: str, step: float, period: float, idle: bool, contact: bool = False
+    model: mujoco.MjModel, label: str, step: float, period: float, *, idle: bool = False, contact: bool = False
 ) -> mujoco.MjModel:
     """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, as flywheels need.
 

@@ -17,7 +17,8 @@ from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.driving import Recording, driven_run, recorded
 from conrod.mjcf.loops.results import LABELS
 from conrod.mjcf.loops.runs import flipped, with_settings
-from conrod.mjcf.loops.turning import Turning, prepare, scan
+from conrod.mjcf.loops.scanning import scan
+from conrod.mjcf.loops.turning import Turning, prepare
 from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import identify
@@ -125,14 +126,14 @@ class Bench:
     def driven(self, label: str, finer: float = 1.0) -> JudgedRun:
         """With its own settings or a preset's, at so many steps in place of one."""
         turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
-        model = with_settings(turning.model, label, step, self.period, False, bool(self.question.contacts))
+        model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
         elapsed = float(np.remainder(self.frame.zero - turning.first, 2.0 * np.pi))
         rate, crank = self.frame.sense * self.speed, turning.crank.name
         law = law_of(f"{rate!r}rad/s", "rad", turning.first + elapsed, crank)
         coordinates, rates = turning.state(elapsed)
         start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
         machine, motion = DrivenTree(turning.machine.tree, {crank: law}), SpatialMotion(self._times(step), *start, {})
-        return self.judged(label, driven_run(machine, model, motion, turning.points, 1, False), step)
+        return self.judged(label, driven_run(machine, model, motion, turning.points, 1, carried=False), step)
 
     def as_given(self) -> tuple[JudgedRun, CrankMotion | None]:
         """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""

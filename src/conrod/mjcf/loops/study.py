@@ -176,7 +176,7 @@ class _Bench:
         return errors_of(label, step, recorded, motion, self.machine, exact, travel)
 
     def _with(self, label: str, step: float) -> mujoco.MjModel:
-        return with_settings(self.model, label, step, self.period, bool(self.freedom.idle))
+        return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))
 
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset's settings over that with the model's own, measured in turns."""
