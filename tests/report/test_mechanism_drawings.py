@@ -29,6 +29,13 @@ def test_every_body_takes_what_is_drawn_of_it_along(name: str) -> None:
     assert [body for body, drawn in bodies.items() if "<path" not in drawn and "<circle" not in drawn] == []
 
 
+def test_a_slot_lies_under_the_block_in_it() -> None:
+    names = [body.name for body in catalogue_scene("geneva").mechanism().bodies]
+    drawn = [names[k] for k in drawing_of(catalogue_scene("geneva")).order]
+    assert sorted(drawn) == sorted(names)
+    assert drawn.index("wheel") < drawn.index("follower")
+
+
 def test_a_moving_figure_shows_the_links_of_the_committed_run() -> None:
     moving = (FIGURES / "saw-500rpm-moving.svg").read_text(encoding="utf-8")
     drawn = drawing_of(SCENES["saw-500rpm"]).bodies

@@ -100,7 +100,8 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
     return template("machine.html.jinja").render(
         anchor=anchor, study=part.findings, box=" ".join(f"{one:.0f}" for one in machine.drawing.box), still=still,
         bodies=[Markup(svg) for _, svg in bodies[:-1]], ground=Markup(bodies[-1][1]), power=power,
-        exact=transforms(exact), engine=transforms(exact + 10.0**power * error), powers=range(MOST_POWER + 1),
+        order=machine.drawing.order, powers=range(MOST_POWER + 1),
+        exact=transforms(exact), engine=transforms(exact + 10.0**power * error),
         runs=[(label(run), _sample(machine, k)) for k, run in enumerate(machine.runs)],
         panels=_panels(machine), data=Markup(json.dumps(_data(machine), separators=(",", ":"))),
         degrees=f"{degrees:.0f}", traces=_traces(machine), output=part.findings.scene.output,

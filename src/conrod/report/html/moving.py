@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -99,7 +100,9 @@ def animated_svg(machine: Moving) -> str:
     engine = exact + 10.0 ** machine.power(run) * errors[rows]
     still = round(machine.still * FRAMES / POSES)
     shapes = "".join(f'<g id="b{k}">{body}</g>' for k, body in enumerate(bodies[:-1]))
-    moved = "".join(f'<g class="{name}">{_moved(p, still)}</g>\n' for name, p in (("ghost", exact), ("engine", engine)))
+    order = machine.drawing.order
+    looks = {"ghost": _moved(exact, still, order), "engine": _moved(engine, still, order)}
+    moved = "".join(f'<g class="{name}">{found}</g>\n' for name, found in looks.items())
     left, top, width, height = machine.drawing.box
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}" width="640" '
@@ -115,10 +118,11 @@ def inline(svg: str, prefix: str) -> str:
     return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')
 
 
-def _moved(poses: Array, still: int) -> str:
-    """Each body's shapes at its poses, one after the other; where nothing moves at one of them."""
+def _moved(poses: Array, still: int, order: Sequence[int]) -> str:
+    """Each body's shapes at its poses, one after the other, in an order; where nothing moves at one of them."""
     found = ""
-    for k, body in enumerate(np.split(poses, poses.shape[1] // 3, axis=1)):
+    for k in order:
+        body = poses[:, 3 * k : 3 * k + 3]
         places = ";".join(f"{x:.1f} {y:.1f}" for x, y, _ in body)
         turns = ";".join(f"{turn:.2f}" for *_, turn in body)
         x, y, turn = body[still]

@@ -12,10 +12,10 @@ from matplotlib.colors import to_hex, to_rgba
 from matplotlib.patches import Circle, Polygon
 
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Pose, to_world
+from conrod.mechanism.mechanism import GROUND, Pose, Prismatic, to_world
 from conrod.report.drawing.drawing import POINTS, telling_angle, view_at
 from conrod.report.drawing.links import draw_joints, draw_links
-from conrod.report.drawing.view import View
+from conrod.report.drawing.view import View, slide_of
 from conrod.scenes import Scene
 
 UNITS = 1000.0  # of the drawing, for the extent of the machine
@@ -118,11 +118,13 @@ class Drawing:
 
     Attributes:
         bodies: SVG of what each body carries, in its own frame; the ground last.
+        order: places of the moving bodies in the order that they are drawn in: a slot lies under the block in it.
         scale: of the drawing, units for a metre.
         box: left, top, width and height of what the machine reaches, in SVG's sense.
     """
 
     bodies: Mapping[str, str]
+    order: tuple[int, ...]
     scale: float
     box: tuple[float, float, float, float]
 
@@ -149,7 +151,10 @@ def drawing_of(scene: Scene) -> Drawing:
         for name, some in parted.carried.items()
         for shape in some
     ]
-    return Drawing(bodies, scale, _box([*reached, *(1e-3 * scale * path for path in view.paths.values())]))
+    slotted = {slide_of(view.mechanism, one).guide for one in view.mechanism.joints if isinstance(one, Prismatic)}
+    names = [body.name for body in view.mechanism.bodies]
+    order = tuple(sorted(range(len(names)), key=lambda k: names[k] not in slotted))
+    return Drawing(bodies, order, scale, _box([*reached, *(1e-3 * scale * path for path in view.paths.values())]))
 
 
 def _local(pose: Pose, places: Array) -> Array:

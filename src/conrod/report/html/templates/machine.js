@@ -10,10 +10,10 @@ function rowAt(rows, share) {
 }
 
 function place(uses, poses) {
-  uses.forEach((use, k) => {
-    const [x, y, turn] = poses.slice(3 * k, 3 * k + 3);
+  for (const use of uses) {
+    const [x, y, turn] = poses.slice(3 * use.dataset.body);
     use.setAttribute("transform", `translate(${x.toFixed(4)} ${y.toFixed(4)}) rotate(${turn.toFixed(5)})`);
-  });
+  }
 }
 
 /** How far the observed point is off [mm], to first order: the difference of two places would be rounding. */
