@@ -281,7 +281,7 @@ def test_of_an_engine_that_cannot_be_timed_that_is_the_reason() -> None:
     untimed = replace(plan, rules=(replace(plan.rules[0], engine=PLANTED),))
     (answer,) = pursue(recommend_for(untimed, {"position": 1e-4}, lambda _: {}, shipped()), runs.run)
     assert answer.why == "planted has no stepping with nothing recorded, which timings take"
-    assert answer.how == "from the shipped sweeps of no machine like it, by 1 runs"
+    assert answer.how == "from the shipped sweeps of no machine like it, by 1 run"
 
 
 # -- from the shipped sweeps -------------------------------------------------------------------------------------------

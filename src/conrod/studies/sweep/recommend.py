@@ -130,7 +130,8 @@ def _searched(
     for first in range(0, len(hopeful), WAVE):
         done += (wave := [StepSearch(g.rule, [], g.steps, g.order) for g in hopeful[first : first + WAVE]])
         yield from follow(wave, allowed, rounds=ROUNDS)
-        how = f"from the shipped sweeps of {machines}, by {sum(len(search.tried) for search in done)} runs"
+        tried = sum(len(search.tried) for search in done)
+        how = f"from the shipped sweeps of {machines}, by {tried} run{'' if tried == 1 else 's'}"
         answer = yield from _answer(wave, allowed, time, how, answer)
         if isinstance(answer, Recommendation):
             return answer
