@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from conrod.engines.mujoco import older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
-from conrod.own.models.loading import name_or_number
+from conrod.own.models.loading import listed, name_or_number
 
 KINDS = {
     mujoco.mjtEq.mjEQ_CONNECT: "connect",
@@ -81,3 +81,28 @@ def closure_name(model: mujoco.MjModel, index: int) -> str:
     ends = older.bodies_of(model, index) if bodies else (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
     named = [name_or_number(model, "body" if bodies else kind, end) for end in ends if end >= 0]
     return f"{name} ({' to '.join(named)})"
+
+
+# -- closures that do not act ------------------------------------------------------------------------------------------
+
+FLAGS = {"equality": mujoco.mjtDisableBit.mjDSBL_EQUALITY, "constraint": mujoco.mjtDisableBit.mjDSBL_CONSTRAINT}
+
+
+def disabling_flag(model: mujoco.MjModel) -> str:
+    """Name of the flag in `<option>` that switches all equalities off; empty where none does."""
+    return next((name for name, bit in FLAGS.items() if model.opt.disableflags & bit), "")
+
+
+def inactive_closures(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Names of the equalities that do not act from the start."""
+    everything = bool(disabling_flag(model))
+    return tuple(closure_name(model, k) for k in range(model.neq) if everything or not model.eq_active0[k])
+
+
+def inactive_words(model: mujoco.MjModel) -> str:
+    """'closure slider-pin is inactive (active="false")': the equalities that do not act; empty where all do."""
+    if not (names := inactive_closures(model)):
+        return ""
+    cause = f'<flag {flag}="disable"/>' if (flag := disabling_flag(model)) else 'active="false"'
+    subject = f"closure {names[0]} is" if len(names) == 1 else f"closures {listed(names)} are"
+    return f"{subject} inactive ({cause})"

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
+from conrod.mjcf.loops.differences import Comparison
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, ShippedRun
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured, order, quantity
@@ -25,6 +26,8 @@ def finding(study: LoopStudy) -> str:
     said.insert(
         0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}."
     )
+    if study.is_machine and study.compared is not None and (words := _differences(study.compared)):
+        said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
@@ -40,8 +43,7 @@ def _judgement(study: LoopStudy) -> str:
     own = study.own
     if not study.is_machine and (other := study.compared) is not None:
         off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
-        named = ("it is assembled on another branch",) if other.other_branch else other.differences[:TOLD]
-        words = "; ".join(named) or "no length, axis, anchor or loop differs"
+        words = _differences(other) or "why is not known: no length, axis, anchor or loop differs"
         return f"It is not {other.machine} as it stands: {words}{off}."
     if not study.agrees:
         worst = max(study.kinematic, key=lambda name: study.kinematic[name])
@@ -60,6 +62,14 @@ def _judgement(study: LoopStudy) -> str:
     ]
     verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
     return f"With its own settings {gap}: {verdict}."
+
+
+def _differences(other: Comparison) -> str:
+    """Name what a model has otherwise than a machine; empty where nothing is found."""
+    if other.other_branch:
+        return "it is assembled on another branch"
+    more = len(other.differences) - TOLD
+    return "; ".join([*other.differences[:TOLD], *([f"{more} more differences"] if more > 0 else [])])
 
 
 def shipped_words(shipped: ShippedRun) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,9 +43,12 @@ class Comparison:
 
 def compared(
     name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
-    motion: SpatialMotion,
+    motion: SpatialMotion, inactive: Collection[str] = (),
 ) -> Comparison:  # fmt: skip
     """A model's exact motion against a machine's, by the names of points, with what is different in numbers.
+
+    Args:
+        inactive: names of closures that the model has and that do not act.
 
     Raises:
         InvalidInput: they have no point in common, or the machine lacks a driven joint.
@@ -57,16 +60,17 @@ def compared(
     if lacking:
         raise InvalidInput(f"{name} has no joint {lacking[0]}: {', '.join(j.name for j in machine.joints)}")
     driven = DrivenTree(machine, laws, held)
+    different = (*_other_zeros(model, machine, laws), *changes(model, machine, inactive))
     try:
         driven.go(driven.assembled(), float(motion.times[-1]))
     except InvalidInput:
-        return Comparison(name, None, "", ())
+        return Comparison(name, None, "", different)
     exact = driven.motion(motion.times, order=2)
     off = {p: _apart(motion, exact, p) for p in points}
     worst = max(off, key=lambda point: off[point])
     if off[worst] > SAME * machine.extent and _on_other_branch(driven, motion, exact):
         return Comparison(name, off[worst], worst, (), True)
-    return Comparison(name, off[worst], worst, tuple(changes(model, machine)))
+    return Comparison(name, off[worst], worst, different)
 
 
 def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMotion) -> bool:
@@ -101,44 +105,120 @@ def _apart(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 
-def changes(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
-    """The differences, in words."""
+def changes(model: SpatialTree, machine: SpatialTree, inactive: Collection[str] = ()) -> Iterator[str]:
+    """List the differences of a model from a machine, in words.
+
+    Args:
+        inactive: names of closures that the model has and that do not act.
+    """
     own, theirs = ({body.name: body for body in tree.bodies} for tree in (model, machine))
     yield from (f"{name} is missing" for name in theirs if name not in own)
     yield from (f"{name} is a body more" for name in own if name not in theirs)
+    yield from _joint_kinds(model, machine)
     for name, body in own.items():
         if name in theirs:
-            yield from _of_body(body, theirs[name], model.bodies[body.parent].name, machine.extent)
+            yield from _body_changes(body, theirs[name], model.bodies[body.parent].name, machine.extent)
     closures = {closure.name: closure for closure in machine.closures}
     for closure in model.closures:
         if closure.name in closures:
-            yield from _of_closure(closure, closures.pop(closure.name), machine)
+            yield from _closure_changes(model, closure, machine, closures.pop(closure.name))
         else:
             yield f"{closure.name} is a loop more"
-    yield from (f"loop {name} is missing" for name in closures)
+    for name in closures:
+        yield f"closure {name} is inactive" if name in inactive else f"loop {name} is missing"
 
 
-def _of_body(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float) -> Iterator[str]:
+def _other_zeros(model: SpatialTree, machine: SpatialTree, laws: Collection[str]) -> Iterator[str]:
+    """Driven hinges whose coordinate is zero at another angle: there a frame's turn is part of the motion."""
+    own, theirs = ({joint.name: joint for joint in tree.joints} for tree in (model, machine))
+    for name in laws:
+        mine, joint = own[name], theirs[name]
+        one, two = model.bodies[mine.body], machine.bodies[joint.body]
+        if mine.kind == joint.kind == "hinge" and _angle(one.turn @ mine.axis, two.turn @ joint.axis) <= SAME:
+            off = _turn_between(one.turn, two.turn)
+            if off > SAME:
+                yield f"{name} is at zero {np.degrees(off):.3g} deg from where the machine has it"
+
+
+def _joint_kinds(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
+    """Joints that are missing, on another body, of another kind, or too many."""
+    own, theirs = ({joint.name: joint for joint in tree.joints} for tree in (model, machine))
+    for name, joint in theirs.items():
+        body = machine.bodies[joint.body].name
+        if (mine := own.get(name)) is None:
+            yield f"joint {name} of {body} is missing"
+        elif mine.kind != joint.kind:
+            yield f"joint {name} is a {mine.kind}, the machine has a {joint.kind}"
+        elif (place := model.bodies[mine.body].name) != body:
+            yield f"joint {name} moves {place}, in the machine {body}"
+    yield from (
+        f"{model.bodies[joint.body].name} has a joint more, {name}" for name, joint in own.items() if name not in theirs
+    )
+
+
+COUPLINGS = {"joint": "joint coupling", "tendon": "tendon coupling"}  # closures that tie no points
+
+
+def _body_changes(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float) -> Iterator[str]:
     if np.abs(body.place - theirs.place).max() > SAME * extent:
         yield _length(parent, body.name, body.place, theirs.place)
+    rotates = any(joint.kind != "slide" for joint in (*body.joints, *theirs.joints))
+    if not rotates and (turned := _turn_between(body.turn, theirs.turn)) > SAME:
+        yield f"{body.name} is turned by {np.degrees(turned):.3g} deg on {parent}"
     joints = {joint.name: joint for joint in body.joints}
     for joint in theirs.joints:
         mine = joints.get(joint.name)
-        if mine is None or mine.kind != joint.kind or joint.kind not in ("hinge", "slide"):
+        if mine is None or mine.kind != joint.kind:
             continue
         one, two = body.turn @ mine.axis, theirs.turn @ joint.axis
-        if (tilt := float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))) > SAME:
+        tilt = _angle(one, two) if joint.kind in ("hinge", "slide") else 0.0
+        if tilt > SAME:
             yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off"
-        if (off := float(np.linalg.norm(mine.anchor - joint.anchor))) > SAME * extent:
+        # A slide moves its body alike wherever its anchor is.
+        if joint.kind != "slide" and (off := float(np.linalg.norm(mine.anchor - joint.anchor))) > SAME * extent:
             yield f"{joint.name} is anchored {1e3 * off:.3g} mm off"
 
 
-def _of_closure(closure: Closure, theirs: Closure, machine: SpatialTree) -> Iterator[str]:
-    for one, two in zip(closure.points, theirs.points, strict=True):
+def _angle(one: Array, two: Array) -> float:
+    """Angle between two vectors (3,) [rad]."""
+    return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
+
+
+def _closure_changes(model: SpatialTree, closure: Closure, machine: SpatialTree, theirs: Closure) -> Iterator[str]:
+    name = closure.name
+    if closure.kind != theirs.kind:
+        own, right_kind = (COUPLINGS.get(one.kind, one.kind) for one in (closure, theirs))
+        yield f"closure {name} is a {own}, the machine has a {right_kind}"
+        return
+    ends, right = _ends(model, closure), _ends(machine, theirs)
+    if ends != right and ends != right[::-1]:
+        yield f"{name} ties {' to '.join(ends)}, in the machine {' to '.join(right)}"
+        return
+    points = closure.points if ends == right else closure.points[::-1]
+    for one, two in zip(points, theirs.points, strict=True):
         if np.abs(one.offset - two.offset).max() > SAME * machine.extent:
-            yield _length(machine.bodies[two.body].name, closure.name, one.offset, two.offset)
-    if (closure.polynomial, closure.references) != (theirs.polynomial, theirs.references):
-        yield f"{closure.name} has another polynomial"
+            yield _length(machine.bodies[two.body].name, name, one.offset, two.offset)
+    if closure.turn is not None and theirs.turn is not None:
+        turn = closure.turn if ends == right else closure.turn.T
+        if (off := _turn_between(turn, theirs.turn)) > SAME:
+            yield f"{name} holds its bodies turned by {np.degrees(off):.3g} deg from where the machine has them"
+    if not closure.points and (closure.polynomial, closure.references) != (theirs.polynomial, theirs.references):
+        yield f"{name} has another polynomial"
+
+
+def _ends(tree: SpatialTree, closure: Closure) -> tuple[str, ...]:
+    """Names of the two bodies, or of the two sums of joints with their factors, that a closure ties."""
+    if closure.points:
+        return tuple(tree.bodies[point.body].name for point in closure.points)
+    named = {joint.rate: joint.name for joint in tree.joints}
+    sums = [{named[rate]: factor for rate, factor in one.items()} for one in closure.sums]
+    words = [" + ".join(n if f == 1.0 else f"{f:g} {n}" for n, f in sorted(one.items())) for one in sums]
+    return tuple(one or "a constant" for one in words)
+
+
+def _turn_between(one: Array, two: Array) -> float:
+    """Angle of the rotation from one rotation matrix (3, 3) to another [rad]."""
+    return 2.0 * float(np.arcsin(min(np.linalg.norm(one - two) / 8.0**0.5, 1.0)))
 
 
 def _length(parent: str, name: str, place: Array, theirs: Array) -> str:

@@ -16,7 +16,7 @@ from conrod.exact.space import Closure, SpatialBody, SpatialJoint, SpatialPoint,
 from conrod.exact.space.laws import FORMS, Law, law_of
 from conrod.exact.space.mobility import Mobility
 from conrod.exact.space.poses import turn_of
-from conrod.mjcf.equalities import closure_name, kind_of
+from conrod.mjcf.equalities import closure_name, disabling_flag, kind_of
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.results import Question
 from conrod.own.models.loading import (
@@ -43,8 +43,8 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     Raises:
         InvalidInput: a closure is of a kind whose motion is not determined by rigid bodies.
     """
-    none_acts = model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_EQUALITY | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    closures = tuple(_closure(model, k) for k in range(model.neq) if model.eq_active0[k] and not none_acts)
+    acting = [] if disabling_flag(model) else np.flatnonzero(model.eq_active0).tolist()
+    closures = tuple(_closure(model, k) for k in acting)
     bodies = tuple(_body(model, k) for k in range(model.nbody))
     points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _moves(model, k)}
     sites = (k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k])))

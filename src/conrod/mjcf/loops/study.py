@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.mobility import Mobility, check_drives, forces, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.equalities import closure_name
+from conrod.mjcf.equalities import inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
@@ -52,11 +52,14 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         check_rigid(model)
         machine = None if question.machine is None else machine_tree(question.machine)
         if machine is not None:
-            found = changes(tree_of(model, data_at_start(model, question.keyframe or OWN_POSE)[0].qpos), machine)
-            against = f"; against {question.machine}: {'; '.join(found)}"
+            start = data_at_start(model, question.keyframe or OWN_POSE)[0].qpos
+            found = changes(tree_of(model, start), machine, inactive_closures(model))
+            against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
         return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
-        raise InvalidInput(f"{path}: {str(error).removeprefix(f'{path}: ')}{against}") from None
+        words, off = str(error).removeprefix(f"{path}: "), inactive_words(model)
+        switched_off = f"; {off}" if off and off not in words else ""
+        raise InvalidInput(f"{path}: {words}{switched_off}{against}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +84,8 @@ class _Bench:
         data, _ = data_at_start(model, question.keyframe or OWN_POSE)
         tree = tree_of(model, data.qpos)
         if not tree.closures:
-            off = [closure_name(model, k) for k in range(model.neq)]
-            raise InvalidInput(f"it has no closed loop{f'; switched off: {listed(off)}' if off else ''}")
+            off = inactive_words(model)
+            raise InvalidInput(f"it has no closed loop{f': {off}' if off else ''}")
         laws, held = laws_of(model, tree, question)
         seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
         if not 2.0 * step <= seconds <= MOST_STEPS * step:
@@ -134,13 +137,14 @@ class _Bench:
         if machine is None or (name := self.question.machine) is None:
             return None
         driven = self.machine
-        found = compared(name, driven.tree, machine, driven.laws, driven.held, motion)
+        off = inactive_closures(self.model)
+        found = compared(name, driven.tree, machine, driven.laws, driven.held, motion, off)
         if name not in MACHINES:
             return found
         laws = {joint: law.derivatives(motion.times)[:3] for joint, law in driven.laws.items()}
         exact = MACHINES[name]().points(laws)
-        off = (np.abs(exact[p][0] - motion.points[p].position).max() for p in exact if p in motion.points)
-        return replace(found, closed_form=max(map(float, off)) / travel)
+        apart = (np.abs(exact[p][0] - motion.points[p].position).max() for p in exact if p in motion.points)
+        return replace(found, closed_form=max(map(float, apart)) / travel)
 
     def _unknown_forces(self) -> tuple[str, ...]:
         """Forces that the exact motion does not account for, in words."""

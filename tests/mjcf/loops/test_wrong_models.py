@@ -1,0 +1,245 @@
+"""Models that are not the machine they are to be: each kind of mistake is named, none passes in silence."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import pytest
+from command_line import conrod
+
+from conrod.errors import InvalidInput
+from conrod.mjcf.equalities import inactive_closures, inactive_words
+from conrod.mjcf.loops import study as study_module
+from conrod.mjcf.loops.differences import Comparison, changes
+from conrod.mjcf.loops.reading import machine_tree, tree_of
+from conrod.mjcf.loops.results import LoopRun, LoopStudy, Question
+from conrod.mjcf.loops.study import study
+from conrod.report.loops import finding
+from conrod.runs.trajectory import Outcome
+from conrod.scenes.space import MACHINES
+
+CASES = Path(__file__).parents[2] / "data" / "cases"
+SAW = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--point", "M=site:M")
+
+
+def validate(*arguments: object) -> tuple[int, str]:
+    """Exit status of the command and all that it prints."""
+    done = conrod("validate", *map(str, arguments))
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.fixture
+def few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Studies of closed loops make no more runs than their verdict needs."""
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 25}.items():
+        monkeypatch.setattr(study_module, name, cheap)
+    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+
+
+def study_of(path: Path, machine: str, **question: object) -> LoopStudy:
+    drives = dict(MACHINES[machine]().drives)
+    return study(path, replace(Question(drives, machine=machine), **question), path.stem)  # type: ignore[arg-type]
+
+
+# -- another machine in space ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("few_runs")
+def test_a_rod_a_tenth_of_a_millimetre_long_is_another_machine() -> None:
+    found = study_of(CASES / "rssr-rod.xml", "rssr")
+    assert not found.is_machine
+    assert not found.passed
+    words = "It is not rssr as it stands: rod is 0.01 % longer to rocker_pin: 420.042 mm instead of 420 mm"
+    assert words in finding(found)
+    # Who allows for it has the machine: what is off is still said.
+    allowed = replace(found, question=replace(found.question, tolerance={"position": 1e-3}))
+    assert allowed.is_machine
+    assert "though rod is 0.01 % longer to rocker_pin" in finding(allowed)
+    # Every part of the verdict counts alone; the rest of it is healthy here.
+    healthy = replace(
+        found, compared=None, kinematic={"position": 0.0}, shipped=replace(found.shipped, outcome=Outcome.COMPLETED)
+    )
+    assert healthy.passed
+    for off in (1.0, None):
+        assert not replace(healthy, compared=Comparison("rssr", off, "rod_end", ())).passed
+    assert replace(healthy, compared=Comparison("rssr", 0.0, "rod_end", ())).passed
+    assert not replace(healthy, kinematic={"position": 1e-3}).passed
+    assert not replace(healthy, shipped=replace(found.shipped, outcome=Outcome.DIVERGED)).passed
+    diverged = LoopRun("as it is", 1e-3, Outcome.DIVERGED)
+    assert not replace(healthy, runs=(diverged,)).passed
+
+
+@pytest.mark.slow
+def test_a_rod_that_is_too_long_has_exit_status_1() -> None:
+    status, told = validate(CASES / "rssr-rod.xml", "--scene", "rssr")
+    assert (status, "rod is 0.01 % longer to rocker_pin" in told) == (1, True)
+
+
+Edit = Callable[[ET.Element], None]
+
+
+def element(root: ET.Element, tag: str, name: str) -> ET.Element:
+    return next(one for one in root.iter(tag) if one.get("name") == name)
+
+
+def setting(tag: str, name: str, /, **fields: str) -> Edit:
+    def edit(root: ET.Element) -> None:
+        element(root, tag, name).attrib.update(fields)
+
+    return edit
+
+
+def retagged(tag: str, name: str, other: str, /, **fields: str) -> Edit:
+    """Another element in the place of one, such as a weld of a connect."""
+
+    def edit(root: ET.Element) -> None:
+        one = element(root, tag, name)
+        one.tag, one.attrib = other, {**({} if fields else one.attrib), "name": name, **fields}
+
+    return edit
+
+
+def adding(parent: str, text: str) -> Edit:
+    def edit(root: ET.Element) -> None:
+        next(root.iter(parent)).append(ET.fromstring(text))
+
+    return edit
+
+
+def edited(machine: str, *edits: Edit) -> str:
+    root = ET.fromstring(MACHINES[machine]().mjcf)
+    for edit in edits:
+        edit(root)
+    return ET.tostring(root, encoding="unicode")
+
+
+ROD = "0.21886430830622252 -0.04035182306687574 -0.20117192876944414"  # place of its end on it
+FAN = '<body name="fan" pos="1 1 1"><joint name="idle"/><geom type="sphere" size="0.01"/></body>'
+OTHERWISE: dict[str, tuple[str, tuple[Edit, ...], tuple[str, ...]]] = {
+    "a slide for a hinge": (
+        "rssr",
+        (setting("joint", "output", type="slide"),),
+        ("joint output is a slide, the machine has a hinge",),
+    ),
+    "a ball for a hinge": (
+        "tilted-slider-crank",
+        (setting("joint", "rod", type="ball"),),
+        ("joint rod is a ball, the machine has a hinge",),
+    ),
+    "a weld for a connect": (
+        "rssr",
+        (retagged("connect", "rocker_pin", "weld"),),
+        ("closure rocker_pin is a weld, the machine has a connect",),
+    ),
+    "a coupling for a connect": (
+        "rssr",
+        (adding("worldbody", FAN), retagged("connect", "rocker_pin", "joint", joint1="idle")),
+        (
+            "fan is a body more",
+            "fan has a joint more, idle",
+            "closure rocker_pin is a joint coupling, the machine has a connect",
+        ),
+    ),
+    "a joint that is missing": (
+        "rssr",
+        (lambda root: element(root, "body", "rod").remove(element(root, "joint", "rod_pitch")),),
+        ("joint rod_pitch of rod is missing",),
+    ),
+    "a joint with another name": (
+        "rssr",
+        (setting("joint", "rod_pitch", name="pitch"),),
+        ("joint rod_pitch of rod is missing", "rod has a joint more, pitch"),
+    ),
+    "a closure at another body": (
+        "rssr",
+        (adding("body", '<site name="here"/>'), setting("connect", "rocker_pin", site2="here")),
+        ("rocker_pin ties rod to crank, in the machine rod to rocker",),
+    ),
+    "a weld that is turned": (
+        "tilted-slider-crank",
+        (setting("weld", "rod_weld", relpose=f"{ROD} 1 0.0005 0 0"),),
+        ("rod_weld holds its bodies turned by 0.0573 deg from where the machine has them",),
+    ),
+    "a slider that is turned": (
+        "tilted-slider-crank",
+        (setting("body", "slider", euler="0 0 0.01"),),
+        ("slider is turned by 0.573 deg on world",),
+    ),
+    "a crank with another zero": (
+        "rssr",
+        (setting("body", "crank", euler="0 0 0.1"),),
+        (),  # a matter of the drive, which says it
+    ),
+    "an inactive closure": (
+        "rssr",
+        (setting("connect", "rocker_pin", active="false"),),
+        ("closure rocker_pin is inactive",),
+    ),
+    "all equalities off": (
+        "rssr",
+        (lambda root: root.find("option").append(ET.fromstring('<flag equality="disable"/>')),),  # type: ignore[union-attr]
+        ("closure rocker_pin is inactive",),
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", OTHERWISE)
+def test_what_a_model_has_otherwise_is_named(mistake: str) -> None:
+    machine, edits, words = OTHERWISE[mistake]
+    model = mujoco.MjModel.from_xml_string(edited(machine, *edits))
+    found = list(changes(tree_of(model, model.qpos0), machine_tree(machine), inactive_closures(model)))
+    assert set(words) <= set(found)
+    assert not list(changes(tree_of(model, model.qpos0), tree_of(model, model.qpos0)))
+
+
+@pytest.mark.usefixtures("few_runs")
+@pytest.mark.parametrize("mistake", OTHERWISE)
+def test_no_mistake_in_a_machine_in_space_passes_in_silence(mistake: str, tmp_path: Path) -> None:
+    machine, edits, words = OTHERWISE[mistake]
+    path = tmp_path / "model.xml"
+    path.write_text(edited(machine, *edits), encoding="utf-8")
+    try:
+        told = finding(study_of(path, machine, seconds=0.2))
+    except InvalidInput as refused:
+        told = str(refused)
+    assert all(one in told for one in words or ["input is at zero 5.73 deg from where the machine has it"])
+
+
+@pytest.mark.usefixtures("few_runs")
+def test_a_closure_of_another_kind_than_the_machines_is_no_traceback() -> None:
+    found = study_of(CASES / "rssr-other-joint.xml", "rssr", seconds=0.2)
+    assert "closure rocker_pin is a joint coupling, the machine has a connect" in finding(found)
+
+
+# -- closures that do not act ------------------------------------------------------------------------------------------
+
+
+def off_by_flag(flag: str) -> Callable[[str], str]:
+    return lambda text: text.replace('contact="disable"', f'contact="disable" {flag}="disable"')
+
+
+SAW_XML = (CASES / "saw-closure-inactive.xml").read_text(encoding="utf-8")
+ACTIVE = SAW_XML.replace(' active="false"', "")
+
+
+@pytest.mark.parametrize(("text", "cause"), [
+    (SAW_XML, 'active="false"'),
+    (off_by_flag("equality")(ACTIVE), '<flag equality="disable"/>'),
+    (off_by_flag("constraint")(ACTIVE), '<flag constraint="disable"/>'),
+], ids=["inactive", "equality", "constraint"])  # fmt: skip
+def test_a_closure_that_does_not_act_is_named(text: str, cause: str, tmp_path: Path) -> None:
+    path = tmp_path / "saw.xml"
+    path.write_text(text, encoding="utf-8")
+    for asked in (SAW, ("--drive", "crank=40rpm")):
+        status, told = validate(path, *asked)
+        assert status == 2
+        assert f"closure slider-pin is inactive ({cause})" in told
+    # Negative control: nothing of it where the closure acts.
+    model = mujoco.MjModel.from_xml_string(ACTIVE)
+    assert inactive_words(model) == ""
+    assert [closure.name for closure in tree_of(model, model.qpos0).closures] == ["slider-pin"]
+    assert not tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0).closures
