@@ -182,7 +182,6 @@ BELT = '<joint name="belt" joint1="a" joint2="b" {}/>'
     [
         (BELT.format('solref="0.1 1"'), "softer than MuJoCo's stock"),
         (BELT.format('solref="-200 -5"'), "given as such"),
-        ('<weld name="belt" body1="hand" body2="held"/>', "mocap"),
         # A stock closure, or one slow but stiff, is not.
         *((BELT.format(stiff), "") for stiff in ("", 'solref="0.1 1" solimp="0.9999 0.9999 0.001"')),
     ],
@@ -191,6 +190,37 @@ def test_a_closure_that_is_meant_to_give_way_is_refused_by_name(equality: str, w
     model = two_arms(equality)
     reasons = recipes.soft_on_purpose(model, recipes.active_closures(model))
     assert [reason.startswith("belt: ") and why in reason for reason in reasons] == [True] * bool(why)
+
+
+HELD = '<weld name="grip" body1="hand" body2="held"/>'
+GRIPS = (
+    HELD,
+    '<weld name="grip" body1="held" body2="hand"/>',
+    '<connect name="grip" body1="hand" body2="held" anchor="0 0 0"/>',
+    '<weld name="grip" site1="on_hand" site2="on_held"/>',
+)
+
+
+@pytest.mark.parametrize("grip", GRIPS)
+def test_what_drags_a_body_after_a_mocap_body_is_a_handle_and_no_closure(grip: str, tmp_path: Path) -> None:
+    words = "grip is a handle: it drags held after the mocap body hand"
+    site = '<body name="hand" mocap="true" pos="0 1 0"><body name="palm"><site name="on_hand"/></body></body>'
+    text = TWO_ARMS.replace('<body name="hand" mocap="true" pos="0 1 0"/>', site)
+    text = text.replace('<geom size="0.05"/></body>', '<geom size="0.05"/><site name="on_held"/></body>')
+    path = tmp_path / "arms.xml"
+    path.write_text(text.format(grip))
+    (refusal,) = harden_file(path, seconds=0.1).refusals
+    assert refusal == f"{words}; nothing to harden; --force hardens it all the same"
+    assert harden_file(path, seconds=0.1, force=True).content is not None
+    # Beside a closed loop it is left as it is, and said.
+    path.write_text(text.format(grip + BELT.format("")))
+    found = harden_file(path, seconds=0.1)
+    assert (found.loops, found.refusals) == (("joint belt",), ())
+    assert f"{words}; so not hardened" in found.warnings
+    assert "joint belt" in harden_file(path, seconds=0.1, force=True).loops
+    # Negative control: a body that stands still is no hand.
+    fixed = mujoco.MjModel.from_xml_string(text.replace(' mocap="true"', "").format(grip))
+    assert [one.name for one in recipes.active_closures(fixed)] == ["grip"]
 
 
 def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:

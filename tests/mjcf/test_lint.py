@@ -27,6 +27,7 @@ from conrod.own.files import files_of_model
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank
 MJCF = Path(__file__).parents[2] / "mjcf"
+CASES = Path(__file__).parents[1] / "data" / "cases"
 SAW = (MJCF / "saw-500rpm.xml").read_text(encoding="utf-8")
 REFERENCES = ("name", "site1", "site2", "objname", "mesh", "geom1", "geom2", "site", "refsite", "body1", "body2")
 CLOSURE = 'solref="0.00096 1" solimp="0.9999 0.9999 0.001 0.5 2"'
@@ -120,6 +121,20 @@ def test_a_loop_twice_is_redundant_and_a_pin_across_a_tilted_plane_is_not(off: f
     assert (found.subjects, found.evidence["redundant"]) == (("again",), 2)
     # Negative control: the one pin has three rows, of which the plane leaves two.
     assert "redundant-closure" not in rules_of(at(tmp_path, four_bar()))
+
+
+HANDLE = (CASES / "mocap-weld.xml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "text", [HANDLE, replaced(HANDLE, "</equality>", "</equality><keyframe><key mpos='0.6 0 0.1'/></keyframe>")]
+)
+def test_a_weld_to_a_mocap_body_is_a_handle_and_no_error(text: str, tmp_path: Path) -> None:
+    """Where the hand is at the start, and 0.1 m from there."""
+    report = at(tmp_path, text, seconds=1.0)
+    assert {one.severity for one in report.findings} == {Severity.NOTE}
+    # Negative control: welded to the world it is a closure that gives way.
+    assert "soft-closure" in rules_of(at(tmp_path, replaced(HANDLE, ' mocap="true"', ""), seconds=1.0))
 
 
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("shear-press", "saw-40rpm", "cam-follower")]

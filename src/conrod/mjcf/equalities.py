@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -106,3 +108,43 @@ def inactive_words(model: mujoco.MjModel) -> str:
     cause = f'<flag {flag}="disable"/>' if (flag := disabling_flag(model)) else 'active="false"'
     subject = f"closure {names[0]} is" if len(names) == 1 else f"closures {listed(names)} are"
     return f"{subject} inactive ({cause})"
+
+
+# -- handles -----------------------------------------------------------------------------------------------------------
+
+
+def mocap_of(model: mujoco.MjModel, body: int) -> int | None:
+    """The mocap body that a body is fixed to, or is; None where it is fixed to none."""
+    while body and model.body_mocapid[body] < 0:
+        if model.body_jntnum[body]:
+            return None
+        body = int(model.body_parentid[body])
+    return body or None
+
+
+def is_handle(model: mujoco.MjModel, index: int) -> bool:
+    """Return True for a connect or weld to a mocap body: it drags a body by hand, and closes no loop of a machine."""
+    return ties_bodies(model, index) and any(mocap_of(model, end) for end in older.bodies_of(model, index))
+
+
+def handles(model: mujoco.MjModel) -> tuple[int, ...]:
+    """Indices of the equalities that act from the start and are handles."""
+    acting = [] if disabling_flag(model) else np.flatnonzero(model.eq_active0).tolist()
+    return tuple(index for index in acting if is_handle(model, index))
+
+
+def handle_words(model: mujoco.MjModel, indices: Iterable[int]) -> str:
+    """'hold is a handle: it drags hand after the mocap body stylus'; empty for no index."""
+    words = []
+    for index in indices:
+        ends = older.bodies_of(model, index)
+        mocaps = [mocap for end in ends if (mocap := mocap_of(model, end)) is not None]
+        dragged = next((end for end in ends if mocap_of(model, end) is None), ends[-1])
+        names = (name_or_number(model, "body", body) for body in (dragged, mocaps[0]))
+        words.append("{} is a handle: it drags {} after the mocap body {}".format(closure_name(model, index), *names))
+    return "; ".join(words)
+
+
+def about_closures(model: mujoco.MjModel) -> str:
+    """What a user may not know of a model's equalities: those that are inactive, and those that are handles."""
+    return "; ".join(filter(None, (inactive_words(model), handle_words(model, handles(model)))))

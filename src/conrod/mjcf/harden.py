@@ -17,7 +17,7 @@ from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf import harden_recipe as recipes
-from conrod.mjcf.equalities import REDUNDANT, close_loops, openings
+from conrod.mjcf.equalities import REDUNDANT, close_loops, handles, openings
 from conrod.mjcf.results import HardenedModel, Variant
 from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
@@ -61,11 +61,13 @@ def harden_file(
     model = load_model(path.absolute())
     with about(path):
         check_finite(model)
-        (steps, every), closures = steps_of(model, seconds), recipes.active_closures(model)
+        steps, every = steps_of(model, seconds)
+        closures = recipes.hardenable(model) if force else recipes.active_closures(model)
         notes = recipes.to_know(model, closures)
         found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
         if reason := recipes.nothing_to_do(model, closures):
-            return replace(found, refusals=(reason,))
+            forced = f"; {FORCE}" if handles(model) and not closures else ""
+            return replace(found, refusals=(f"{reason}{forced}",))
         soft = recipes.soft_on_purpose(model, closures)
         if soft and not force:
             return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))

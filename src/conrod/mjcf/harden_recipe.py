@@ -13,7 +13,7 @@ import numpy as np
 
 from conrod.engines.mujoco import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, older
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import kind_of, ties_bodies
+from conrod.mjcf.equalities import handle_words, handles, is_handle, kind_of, ties_bodies
 from conrod.own.models.loading import listed, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
@@ -47,7 +47,12 @@ class Closure:
 
 
 def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
-    """The equality constraints that act from the start, of the kinds that can be hardened."""
+    """The equality constraints that act from the start, of the kinds that can be hardened; no handles."""
+    return tuple(one for one in hardenable(model) if not is_handle(model, one.index))
+
+
+def hardenable(model: mujoco.MjModel) -> tuple[Closure, ...]:
+    """The same, and handles, which drag a body after a mocap body."""
     if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
         return ()
     return tuple(_closure(model, index) for index in np.flatnonzero(model.eq_active0).tolist() if kind_of(model, index))
@@ -196,6 +201,8 @@ SCALED = 0.5
 def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
     """Reason why a model cannot be hardened, forced or not; empty where it can."""
     if not closures:
+        if dragged := handles(model):
+            return f"{handle_words(model, dragged)}; nothing to harden"
         if off := [name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i)]:
             return f"none of its equality constraints is active at the start: {listed(off)}"
         return "it has no closed loop: nothing to harden (joints of its tree are exact as they are)"
@@ -211,18 +218,15 @@ def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
 
 def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
     """Closures that seem to be meant to give way."""
-    given, softer, dragged = list[str](), list[str](), list[str]()
+    given, softer = list[str](), list[str]()
     for one in closures:
-        if one.holder == "body" and any(model.body_mocapid[body] >= 0 for body in one.ends):
-            dragged.append(one.name)
-        elif model.eq_solref[one.index, 0] <= 0.0:
+        if model.eq_solref[one.index, 0] <= 0.0:
             given.append(one.name)
         elif softer_than_stock(model, one.index):
             softer.append(one.name)
     reasons = (
         (given, "stiffness and damping are given as such (solref <= 0)"),
         (softer, "softer than MuJoCo's stock setting"),
-        (dragged, "it drags a body after a mocap body"),
     )
     return tuple(f"{listed(names)}: {why}, so meant to give way" for names, why in reasons if names)
 
@@ -230,10 +234,13 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
 def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
     """Limits of the hardened model."""
     curved, hardened = [one.name for one in closures if one.curved], {one.index for one in closures}
-    others = [name_or_number(model, "equality", index) for index in range(model.neq) if index not in hardened]
+    dragged = [index for index in handles(model) if index not in hardened]
+    left = [index for index in range(model.neq) if index not in hardened and index not in dragged]
+    others = [name_or_number(model, "equality", index) for index in left]
     notes = {
         "MuJoCo's acceleration of it lacks the part of the velocity: hardened or not, it opens with the square of its "
         "time constant, so that is kept; the reference has this error too, so the drift does not show it": curved,
         "not active at the start, or of a flex, so not hardened": others,
     }
-    return tuple(f"{listed(which)}: {what}" for what, which in notes.items() if which)
+    said = [f"{listed(which)}: {what}" for what, which in notes.items() if which]
+    return (*said, *([f"{handle_words(model, dragged)}; so not hardened"] if dragged and closures else []))

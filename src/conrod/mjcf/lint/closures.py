@@ -15,7 +15,7 @@ from conrod.engines.mujoco import STIFF_SOLIMP, older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
-from conrod.mjcf.equalities import close_loops, closure_name, openings, owners, ties_bodies
+from conrod.mjcf.equalities import close_loops, closure_name, handles, openings, owners, ties_bodies
 from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at, run, state_of
@@ -37,7 +37,8 @@ LEAST_STEPS = 2.0  # MuJoCo admits no less
 def soft_closure(bench: Bench) -> Iterator[Finding]:
     """Closures that give way, stock softness above all."""
     opened, finer = _worst(bench), bench
-    wide = [index for index in range(bench.model.neq) if opened[index] > PLAY * bench.size]
+    dragged = handles(bench.model)  # by hand, and meant to give way
+    wide = [k for k in range(bench.model.neq) if opened[k] > PLAY * bench.size and k not in dragged]
     # With few steps a turn a stiff closure opens as well, by what the step leaves: looked at again with finer ones.
     for _ in range(REFINEMENTS + 1):
         stiffened = _stiffened(finer, wide)
@@ -105,6 +106,8 @@ def open_start(bench: Bench) -> Iterator[Finding]:
     model, data = bench.model, data_at(bench.model, bench.start)
     mujoco.mj_forward(model, data)
     opened = openings(model, data, bench.size)
+    dragged = handles(model)  # what drags by hand may begin where the hand is
+    opened[list(dragged)] = 0.0
     ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
     if not ajar:
         return

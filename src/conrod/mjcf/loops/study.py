@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.mobility import Mobility, check_drives, forces, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.equalities import inactive_closures, inactive_words
+from conrod.mjcf.equalities import about_closures, inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
@@ -57,9 +57,9 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
         return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
-        words, off = str(error).removeprefix(f"{path}: "), inactive_words(model)
-        switched_off = f"; {off}" if off and off not in words else ""
-        raise InvalidInput(f"{path}: {words}{switched_off}{against}") from None
+        words, about = str(error).removeprefix(f"{path}: "), about_closures(model)
+        more = f"; {about}" if about and about not in words else ""
+        raise InvalidInput(f"{path}: {words}{more}{against}") from None
 
 
 @dataclass(frozen=True, eq=False)

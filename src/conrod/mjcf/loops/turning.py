@@ -15,7 +15,7 @@ from conrod.exact.space import SpatialJoint, moved
 from conrod.exact.space.laws import law_of
 from conrod.exact.space.mobility import Mobility, check_drives, loose, mobility
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.equalities import inactive_words
+from conrod.mjcf.equalities import about_closures
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.own.models.loading import (
     FoundPoint,
@@ -153,7 +153,7 @@ def _check_freedom(made: Turning, question: Question) -> None:
     """
     found, least = made.freedom, question.mobility
     if found.left > least + question.contacts:
-        off = inactive_words(made.model)
+        off = about_closures(made.model)
         by_contact = f", or {least + question.contacts} where it is closed by contact" if question.contacts else ""
         raise InvalidInput(
             f"its mobility is {found.left} ({found.freedom} degrees of freedom of its joints, of which its closures "
