@@ -4,6 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 ENGINE_SCENES ?= shear-press saw-40rpm saw-500rpm cam-follower crank-shaper whitworth six-bar planetary-gear
 MUTANT_SECONDS ?= 3600 # after which `make mutants` stops; the next one goes on from there
+MUTANT_SAMPLE ?= 40 # defects of a module at most, those of changed functions first; 0 for all
 READY  := $(VENV)/.ready
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
@@ -89,16 +90,10 @@ golden-write: $(READY) ## make today's results the golden ones, of the groups na
 bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
 	$(BIN)/python -m benchmarks
 
-# Results of mutmut hold for these files as they are. With them unchanged an interrupted run goes on.
-mutants/.begun: pyproject.toml $(shell find src tests -type f -not -path '*/__pycache__/*')
-	rm -rf mutants
-	mkdir mutants
-	touch $@
-
-mutants: $(READY) mutants/.begun ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
+mutants: $(READY) ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines,mutants]'
-	-timeout --signal INT --kill-after 60 $(MUTANT_SECONDS) $(BIN)/mutmut run --max-children 2
-	$(BIN)/python tests/support/killed_mutants.py mutants/src
+	$(BIN)/python tests/support/sampled_mutants.py --seconds $(MUTANT_SECONDS) --sample $(MUTANT_SAMPLE)
+	$(BIN)/python tests/support/killed_mutants.py mutants/mutants/src
 
 attack: $(READY) ## kills, mutated files, corrupted ledgers, planted faults; docs/attack.md. Another SEED tries others
 	CONROD_ATTACK_SEED=$(or $(SEED),1) $(BIN)/python -m pytest -q -m slow tests/attack

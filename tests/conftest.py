@@ -24,3 +24,10 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Users' files are looked at in this process: to begin another takes longer than the look."""
     # What `confined` calls, for modules that are imported meanwhile keep `confined` itself.
     monkeypatch.setattr("conrod.studies.execution.local.isolated", lambda task, *given, **_: task(*given))
+
+
+if "MUTANT_UNDER_TEST" in os.environ:  # `make mutants` sees which tests reach a function in this process alone
+
+    @pytest.fixture(autouse=True)
+    def _looks_in_this_process(at_once: None) -> None:
+        """Users' files are looked at here in every test."""

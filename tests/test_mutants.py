@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import tomllib
+from abc import abstractmethod
 from pathlib import Path
+from typing import Any
 
 import pytest
 from killed_mutants import PAGE, function_of, listed, main, modules
+from sampled_mutants import sample, with_getters
 
 ROOT = Path(__file__).parents[1]
 
@@ -71,6 +75,70 @@ def test_a_listed_mutant_that_changes_nothing_does_not_count_as_long_as_it_is_th
     assert judged(tmp_path, page, "    if x <= y:", one=[1, 1, 0]) == status
 
 
+def test_a_sample_counts_what_was_chosen_and_fails_where_it_was_not_run(tmp_path: Path) -> None:
+    folder = tmp_path / "mutants" / "src"
+    folder.mkdir(parents=True)
+    codes: list[int | None] = [1] * 30 + [0, None]
+    for chosen, status in ((range(30), 0), (range(31), 0), ((0, 30), 1), ((0, 31), 1)):
+        names = [f"conrod.one.x_f__mutmut_{k}" for k in chosen]
+        (tmp_path / "chosen.json").write_text(json.dumps({"one": {"of": 32, "names": names}}), encoding="utf-8")
+        assert judged(folder, one=codes) == status, chosen
+
+
+def test_a_whole_run_writes_its_counts_into_the_page(tmp_path: Path) -> None:
+    page = f"{NO_PAGE}\n<!-- counts -->\nold\n<!-- end of counts -->\n"
+    judged(tmp_path, page, one=[1] * 39 + [None])
+    assert "old" in (tmp_path / "page.md").read_text(encoding="utf-8")
+    judged(tmp_path, page, one=[1] * 39 + [0])
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "| `one.py` | 40 of 40 | 39 | 0 | 97.5 % |" in text
+    assert "old" not in text
+
+
+SOURCE = '''
+class Result:
+    """A result."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether it passed."""
+        return self.size < 1.0 and self.shape() > 2.0
+
+    @functools.cached_property
+    def size(self) -> float:
+        return 0.5
+
+    def shape(self) -> float:
+        return 3.0
+
+    @property
+    @abstractmethod
+    def none(self) -> int: ...
+'''
+
+
+def test_verdicts_that_are_properties_are_mutated_as_methods() -> None:
+    written = with_getters(SOURCE)
+    assert "    def _get_passed(self) -> bool:" in written
+    assert "    passed = property(_get_passed)" in written
+    space: dict[str, Any] = {"functools": functools, "abstractmethod": abstractmethod}
+    exec(written, space)
+    result = space["Result"]()
+    assert result.passed is True
+    assert (result.size, result.__dict__) == (0.5, {"size": 0.5})
+    assert "def none(self)" in written
+
+
+def test_a_sample_is_the_same_each_time_and_begins_with_changed_functions() -> None:
+    names = [f"conrod.m.x_{function}__mutmut_{k}" for function in "fg" for k in range(20)]
+    drawn = sample(names, {"x_g"}, 25, "conrod/m.py")
+    assert len(drawn) == 25
+    assert all("x_g" in name for name in drawn[:20])
+    assert drawn == sample(names, {"x_g"}, 25, "conrod/m.py")
+    assert sample(names, set(), 5, "a") != sample(names, set(), 5, "b")
+    assert len(sample(names, set(), 0, "a")) == 40
+
+
 def test_methods_are_listed_by_their_class() -> None:
     assert function_of("conrod.a.b.x__f__mutmut_12") == "conrod.a.b._f"
     assert function_of("conrod.a.b.xǁ_Cǁ__init____mutmut_2") == "conrod.a.b._C.__init__"
@@ -79,10 +147,11 @@ def test_methods_are_listed_by_their_class() -> None:
 def test_what_is_mutated_and_what_kills_is_there_and_documented() -> None:
     asked = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mutmut"]
     page = PAGE.read_text(encoding="utf-8")
-    for file in asked["only_mutate"]:
-        assert (ROOT / file).is_file()
-        assert f"`{file.removeprefix('src/conrod/')}`" in page
+    for pattern in asked["only_mutate"]:
+        assert list(ROOT.glob(pattern)), pattern
+        assert f"`{pattern.removeprefix('src/conrod/')}`" in page
     places = [arg.removeprefix("--deselect=").split("::")[0] for arg in asked["pytest_add_cli_args_test_selection"]]
     assert all((ROOT / place).exists() for place in places)
-    files = {"/".join(file.removeprefix("src/").removesuffix(".py").split("/")) for file in asked["only_mutate"]}
+    found = (file for pattern in asked["only_mutate"] for file in ROOT.glob(pattern))
+    files = {str(file.relative_to(ROOT / "src").with_suffix("")) for file in found}
     assert all(any(name.startswith(file.replace("/", ".")) for file in files) for name, _ in listed(page))

@@ -1,0 +1,166 @@
+"""Plant a sample of mutmut's mutants in each module, those of changed functions first (`make mutants`).
+
+mutmut leaves properties alone, and verdicts are properties: it is run on a copy of the project in which each property
+is written as a method beside it, which changes nothing else.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import fnmatch
+import hashlib
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+COPY = ROOT / "mutants"  # of the project; what mutmut makes lies in a folder of the same name in it
+CHOSEN = "chosen.json"
+PAGE = "docs/mutants.md"
+PROPERTIES = (["property"], ["cached_property"])
+GETTER = "_get_"  # of a property's method, as it is called in the copy
+
+
+def with_getters(source: str) -> str:
+    """Write each property of a class as a method and a property of it, line by line: `p = property(_get_p)`."""
+    lines = source.splitlines()
+    # From the last one up, so that the lines above stay where they are.
+    for function in reversed(list(_properties(ast.parse(source)))):
+        (decorator,) = function.decorator_list
+        indent, end = " " * function.col_offset, function.end_lineno or 0
+        lines[end:end] = [f"{indent}{function.name} = {ast.unparse(decorator)}({GETTER}{function.name})"]
+        at = function.lineno - 1
+        lines[at] = lines[at].replace(f"def {function.name}(", f"def {GETTER}{function.name}(", 1)
+        del lines[decorator.lineno - 1]
+    return "\n".join(lines) + "\n"
+
+
+def _properties(module: ast.Module) -> Iterator[ast.FunctionDef]:
+    """Functions that are decorated as a property alone, in the order of their lines; a protocol's have no body."""
+    classes = (one for one in ast.walk(module) if isinstance(one, ast.ClassDef))
+    bodies = (one.body for one in classes if not any(ast.unparse(base).startswith("Protocol") for base in one.bases))
+    functions = (one for body in bodies for one in body if isinstance(one, ast.FunctionDef))
+    found = (one for one in functions if [ast.unparse(d).split(".")[-1] for d in one.decorator_list] in PROPERTIES)
+    yield from sorted(found, key=lambda one: one.lineno)
+
+
+def copy_project(root: Path, copy: Path) -> bool:
+    """Copy a project's files, with methods for properties; True where the copy is of the same files already."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=root, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    files = sorted(name for name in listed.stdout.split("\0") if name and (root / name).is_file())
+    state = hashlib.sha256()
+    for name in files:
+        if name.startswith(("src/", "tests/", "pyproject.toml")):
+            state.update(name.encode() + b"\0" + (root / name).read_bytes())
+    mark = copy / ".state"
+    if mark.exists() and mark.read_text(encoding="utf-8") == state.hexdigest():
+        return True
+    shutil.rmtree(copy, ignore_errors=True)
+    mutated = _mutated_files(root)
+    for name in files:
+        (copy / name).parent.mkdir(parents=True, exist_ok=True)
+        if name in mutated:
+            (copy / name).write_text(with_getters((root / name).read_text(encoding="utf-8")), encoding="utf-8")
+        else:
+            shutil.copy2(root / name, copy / name)
+    mark.write_text(state.hexdigest(), encoding="utf-8")
+    return False
+
+
+def _mutated_files(root: Path) -> list[str]:
+    """Files that mutants are planted in, by the patterns of pyproject.toml."""
+    asked = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mutmut"]["only_mutate"]
+    files = sorted(str(file.relative_to(root)) for file in (root / "src").rglob("*.py"))
+    return [name for name in files if any(fnmatch.fnmatch(name, pattern) for pattern in asked)]
+
+
+def mutants_of(copy: Path, name: str) -> tuple[list[str], dict[str, str]]:
+    """Names of all mutants of a file, and of each mutated function what tells whether it is still the same."""
+    from mutmut.mutation.file_mutation import mutate_file_contents
+    from mutmut.utils.format_utils import get_mutant_name
+
+    made = mutate_file_contents(name, (copy / name).read_text(encoding="utf-8"))
+    return [get_mutant_name(Path(name), mutant) for mutant in made.mutant_names], dict(made.hash_by_function_name)
+
+
+def changed_functions(root: Path, name: str, since: str, today: dict[str, str]) -> set[str]:
+    """Functions of a file, by mutmut's names, that were not the same at an earlier commit."""
+    from mutmut.mutation.file_mutation import compute_function_hashes
+
+    before = subprocess.run(["git", "show", f"{since}:{name}"], cwd=root, capture_output=True, text=True, check=False)
+    earlier = compute_function_hashes(with_getters(before.stdout)) if before.returncode == 0 else {}
+    return {function for function, now in today.items() if earlier.get(function) != now}
+
+
+def sample(names: list[str], changed: set[str], count: int, seed: str) -> list[str]:
+    """At most so many mutants, those of changed functions before others; the same ones each time."""
+    order = list(names)
+    random.Random(seed).shuffle(order)
+    return sorted(order, key=lambda name: _function(name) not in changed)[: count or None]
+
+
+def _function(mutant: str) -> str:
+    return mutant.rpartition("__mutmut_")[0].rpartition(".")[2]
+
+
+def choose(root: Path, copy: Path, count: int, since: str) -> dict[str, dict[str, object]]:
+    """Mutants of each file that are planted, and how many it has."""
+    chosen: dict[str, dict[str, object]] = {}
+    for name in _mutated_files(root):
+        names, hashes = mutants_of(copy, name)
+        changed = changed_functions(root, name, since, hashes)
+        if names:
+            chosen[name] = {"of": len(names), "names": sample(names, changed, count, name)}
+    return chosen
+
+
+def _results(copy: Path) -> dict[str, int | None]:
+    """Exit codes of mutants that were run, from the files that mutmut leaves."""
+    metas = (copy / "mutants" / "src").rglob("*.py.meta")
+    return {k: v for file in metas for k, v in json.loads(file.read_text())["exit_code_by_key"].items()}
+
+
+def main() -> int:
+    """Copy the project, choose mutants, and run those that were not run yet; bounded in time."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sample", type=int, default=40, help="mutants of a module at most; 0 for all")
+    parser.add_argument("--seconds", type=float, default=3600.0, help="after which the run stops; the next goes on")
+    parser.add_argument("--since", help="commit whose functions count as unchanged; the last one of docs/mutants.md")
+    parser.add_argument("--only", default="*", help="pattern of modules, such as src/conrod/mjcf/loops/*")
+    asked = parser.parse_args()
+    last = ["git", "log", "-1", "--format=%H", "--", PAGE]
+    since = asked.since or subprocess.run(last, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    if not copy_project(ROOT, COPY):
+        print("copied the project anew: earlier results are of other code")
+    chosen = choose(ROOT, COPY, asked.sample, since)
+    (COPY / CHOSEN).write_text(json.dumps(chosen, indent=1), encoding="utf-8")
+    done = {name for name, code in _results(COPY).items() if code is not None}
+    names = [n for file, one in chosen.items() if fnmatch.fnmatch(file, asked.only) for n in one["names"]]  # type: ignore[attr-defined]
+    left = [name for name in names if name not in done]
+    print(f"{len(names)} mutants of {len(chosen)} modules, {len(names) - len(left)} run before", flush=True)
+    if not left:
+        return 0
+    mutmut = Path(sys.executable).with_name("mutmut")
+    env = {**os.environ, "PYTHONPATH": ""}
+    process = subprocess.Popen([mutmut, "run", "--max-children", str(os.cpu_count() or 2), *left], cwd=COPY, env=env)
+    try:
+        return process.wait(timeout=asked.seconds)
+    except (subprocess.TimeoutExpired, KeyboardInterrupt):
+        process.send_signal(signal.SIGINT)
+        print("stopped; `make mutants` goes on from here")
+        return process.wait(timeout=60)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
