@@ -10,6 +10,7 @@ from conrod.mjcf.loops.differences import Comparison
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, ShippedRun
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured, order, quantity
+from conrod.report.start_pose import begins_words
 from conrod.report.table import VERDICT, Table, Toned, table
 from conrod.runs.trajectory import Outcome
 
@@ -26,6 +27,8 @@ def finding(study: LoopStudy) -> str:
     said.insert(
         0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}."
     )
+    if study.begins is not None:
+        said.insert(0 if study.begins_open else len(said), begins_words(study.begins))
     if study.is_machine and study.compared is not None and (words := _differences(study.compared)):
         said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
     if study.question.tolerance:

@@ -14,6 +14,7 @@ from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
 from conrod.report.kind import Kind
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
 from conrod.report.results import exceeded_words
+from conrod.report.start_pose import begins_words
 from conrod.report.table import Table, table
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -30,6 +31,9 @@ def verdict(study: ModelStudy) -> str:
     if study.own_run is not None:
         own_run = f"Run as the file has it, {_own_run_words(study, study.own_run)}."
         sentences.insert(0 if study.own_failed else 1, own_run)
+    if (begins := study.model.begins) is not None:
+        words = begins_words(begins, study.identity.frame.unit)
+        sentences.insert(0 if study.begins_open else len(sentences), words)
     return " ".join(sentences)
 
 

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
 from command_line import conrod
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.equalities import inactive_closures, inactive_words
+from conrod.mjcf.equalities import inactive_closures, inactive_words, openings
 from conrod.mjcf.loops import study as study_module
 from conrod.mjcf.loops.differences import Comparison, changes
 from conrod.mjcf.loops.reading import machine_tree, tree_of
 from conrod.mjcf.loops.results import LoopRun, LoopStudy, Question
+from conrod.mjcf.loops.start import open_start
 from conrod.mjcf.loops.study import study
 from conrod.report.loops import finding
+from conrod.report.start_pose import begins_words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 
@@ -243,3 +247,67 @@ def test_a_closure_that_does_not_act_is_named(text: str, cause: str, tmp_path: P
     assert inactive_words(model) == ""
     assert [closure.name for closure in tree_of(model, model.qpos0).closures] == ["slider-pin"]
     assert not tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0).closures
+
+
+# -- loops that are open at the start ----------------------------------------------------------------------------------
+
+MEANT = ("--scene", CASES / "anchor-apart-meant.toml", "--crank", "crank", "--point", "P=site:P")
+
+
+@pytest.mark.usefixtures("at_once", "few_runs")
+@pytest.mark.parametrize("asked", [("--drive", "crank=60rpm"), MEANT], ids=["drive", "scene"])
+def test_a_start_that_is_open_is_said_first_with_the_nearest_closed_pose(
+    asked: tuple[object, ...], tmp_path: Path
+) -> None:
+    status, told = validate(CASES / "four-bar-open.xml", *asked)
+    assert status == 1
+    begins = re.search(
+        r"It begins 38.3 mm open: pin2, in its own pose; the nearest closed pose is qpos=\"(.*?)\"", told
+    )
+    assert begins
+    data = mujoco.MjData(model := mujoco.MjModel.from_xml_path(str(CASES / "four-bar-open.xml")))
+    data.qpos[:] = [float(value) for value in begins[1].split()]
+    mujoco.mj_forward(model, data)
+    assert np.linalg.norm(data.site("P").xpos - data.site("R").xpos) < 1e-9
+    # Negative control: from there it does not begin open.
+    path, key = tmp_path / "closed.xml", f'<keyframe><key qpos="{begins[1]}"/></keyframe></mujoco>'
+    path.write_text((CASES / "four-bar-open.xml").read_text().replace("</mujoco>", key))
+    status, told = validate(path, *asked)
+    assert (status, "It begins" in told) == (0, False)
+
+
+@pytest.mark.parametrize(
+    "machine", ["rssr", "spherical-four-bar", "sarrus", "bennett", "stewart", "tilted-slider-crank"]
+)
+@pytest.mark.parametrize("gap", [1e-3, 1e-2, 4e-2])
+def test_an_open_keyframe_is_measured_as_mujoco_does_on_every_machine(machine: str, gap: float) -> None:
+    model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
+    data, extent = mujoco.MjData(model), tree_of(model, model.qpos0).extent
+    assert open_start(model, data, extent, "its own pose") is None  # negative control
+    way = np.random.default_rng(1).normal(size=model.nv)
+    # A pose that is open by the gap, by bisection along a random way.
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        data.qpos[:] = model.qpos0
+        mujoco.mj_integratePos(model, data.qpos, way, middle)
+        mujoco.mj_forward(model, data)
+        opened = max(openings(model, data, extent))
+        low, high = (middle, high) if opened < gap else (low, middle)
+    found = open_start(model, data, extent, "its own pose")
+    assert found is not None
+    assert max(found.gaps.values()) == pytest.approx(gap, rel=1e-9)
+    assert found.exceeds(None) == (gap > 1e-3 * extent)
+    assert found.exceeds(0.99 * gap)
+    assert not found.exceeds(1.01 * gap)
+    data.qpos[:] = [float(value) for value in found.closed.split()]
+    assert open_start(model, data, extent, "its own pose") is None
+
+
+def test_a_start_that_no_pose_closes_is_said_so() -> None:
+    text = re.sub(r'(fromto="0 0 0 |name="P" pos=")0.26 ', r"\g<1>0.9 ", (CASES / "four-bar-open.xml").read_text())
+    data = mujoco.MjData(model := mujoco.MjModel.from_xml_string(text))
+    found = open_start(model, data, 0.3, "its own pose")
+    assert found is not None
+    assert found.closed == ""
+    assert "no pose near it closes them" in begins_words(found)

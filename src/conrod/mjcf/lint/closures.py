@@ -20,6 +20,7 @@ from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at, run, state_of
 from conrod.own.models.loading import listed, name_or_number
+from conrod.own.models.request import AJAR
 
 # -- softness --------------------------------------------------------------------------------------------------------
 
@@ -96,8 +97,6 @@ def _worst(bench: Bench) -> Array:
 
 # -- the start -------------------------------------------------------------------------------------------------------
 
-# Of the machine's size; numbers that were written with six digits leave a loop open by 1e-6 of it.
-AJAR = 1e-5
 CLOSED = 1e-13  # of the machine's size
 
 

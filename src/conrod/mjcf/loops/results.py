@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.loops.differences import SAME, Comparison
-from conrod.own.models.request import Controls
+from conrod.own.models.request import Controls, OpenStart
 from conrod.runs.trajectory import Outcome
 
 OWN = "as it is"
@@ -115,6 +115,7 @@ class LoopStudy:
         cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
         paste: what to write into the model for that; empty without.
         presets: of the file run as it is, its actuators included, with each preset's settings at its own step.
+        begins: where the file's own run begins with its loops open; None where they are closed.
         compared: with the machine that it is to be; None where it is its own reference.
     """
 
@@ -138,6 +139,12 @@ class LoopStudy:
     paste: str = ""
     compared: Comparison | None = None
     presets: Mapping[str, ShippedRun] = field(default_factory=dict)
+    begins: OpenStart | None = None
+
+    @property
+    def begins_open(self) -> bool:
+        """True if its own run begins with its loops open by more than the tolerance, or a thousandth of its extent."""
+        return self.begins is not None and self.begins.exceeds(self.question.tolerance.get("position"))
 
     @property
     def own(self) -> LoopRun:
@@ -159,6 +166,6 @@ class LoopStudy:
 
     @property
     def passed(self) -> bool:
-        """True if it is the machine, agrees, runs as shipped, and completes with its own settings within tolerance."""
-        held = self.own.within(self.question.tolerance)
+        """True if it is the machine, agrees, begins closed, and runs as shipped and driven, within tolerance."""
+        held = self.own.within(self.question.tolerance) and not self.begins_open
         return self.is_machine and self.agrees and not self.shipped.failed and held

@@ -20,6 +20,7 @@ from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.mjcf.loops.runs import errors_of, kinematic_mode, pasted, shipped_run, with_settings
+from conrod.mjcf.loops.start import open_start
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
     OWN_POSE,
@@ -30,6 +31,7 @@ from conrod.own.models.loading import (
     load_model,
     start_words,
 )
+from conrod.own.models.request import OpenStart
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
@@ -124,7 +126,13 @@ class _Bench:
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
+            self._begins(),
         )  # fmt: skip
+
+    def _begins(self) -> OpenStart | None:
+        """Loops that are open where the file's own run starts."""
+        data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
+        return open_start(self.model, data, self.machine.tree.extent, start_words(self.model, key))
 
     def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
         """The cheapest run that is within the tolerance asked for, if any."""

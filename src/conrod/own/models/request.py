@@ -15,6 +15,9 @@ from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import Array
 
 KINDS = ("site", "body", "geom")
+# A start that is open by a thousandth of the machine is not the machine's: what soft closures leave of a pose that was
+# simulated is less. By a hundredth of that it is said: numbers of six digits leave a tenth of it.
+OPEN_START, AJAR = 1e-3, 1e-5
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,32 @@ class Question:
 
 
 @dataclass(frozen=True)
+class OpenStart:
+    """Loops that are open in the pose in which a file's own run starts.
+
+    Attributes:
+        pose: in words, such as 'its own pose'.
+        gaps: opening of each closure that is open, by name, in the model's unit of length.
+        extent: of the machine, in the same unit.
+        closed: the nearest closed pose as `qpos` of MJCF; empty where no pose near it closes the loops.
+    """
+
+    pose: str
+    gaps: Mapping[str, float]
+    extent: float
+    closed: str
+
+    @property
+    def worst(self) -> str:
+        """The closure that is furthest open."""
+        return max(self.gaps, key=lambda name: self.gaps[name])
+
+    def exceeds(self, allowed: float | None) -> bool:
+        """True if it is open by more than is allowed, in the model's unit; None for `OPEN_START` of its extent."""
+        return self.gaps[self.worst] > (OPEN_START * self.extent if allowed is None else allowed)
+
+
+@dataclass(frozen=True)
 class ModelFacts:
     """A model by the account of its compiled file and of one turn of its crank.
 
@@ -112,6 +141,7 @@ class ModelFacts:
         stops: joints whose limits the turn leaves, with both.
         start: of a run of the file as it is, in words.
         controls: inputs of all actuators in that run, by name or number.
+        begins: where that run begins with its loops open; None where they are closed.
     """
 
     name: str
@@ -126,6 +156,7 @@ class ModelFacts:
     stops: tuple[str, ...] = ()
     start: str = ""
     controls: Mapping[str, float] = field(default_factory=dict)
+    begins: OpenStart | None = None
 
 
 @dataclass(frozen=True)

@@ -125,6 +125,13 @@ class ModelStudy:
         return self.own_run is None or self.own_run.outcome is not Outcome.COMPLETED or strayed
 
     @property
+    def begins_open(self) -> bool:
+        """True if its own run begins with its loops open by more than the tolerance, or a thousandth of its extent."""
+        asked, begins = (self.tolerance or {}).get("position"), self.model.begins
+        allowed = None if asked is None else asked * max(self.scene.lengths.values()) / self.identity.frame.unit
+        return begins is not None and begins.exceeds(allowed)
+
+    @property
     def own(self) -> JudgedRun | None:
         """The run with the model's own settings; None where it is too far off the machine."""
         return self.runs.get(OWN)
@@ -169,6 +176,6 @@ class ModelStudy:
     def passed(self) -> bool:
         """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
         own = self.own
-        if not self.is_machine or self.model.stops or own is None or self.own_failed:
+        if not self.is_machine or self.model.stops or own is None or self.own_failed or self.begins_open:
             return False
         return own.outcome is Outcome.COMPLETED and not self.exceeded()

@@ -1,0 +1,26 @@
+"""Words on the pose that a model's own run starts in."""
+
+from __future__ import annotations
+
+from conrod.own.models.request import OpenStart
+from conrod.report.numbers import quantity
+
+MOST_NUMBERS = 20  # of a pose in a sentence
+
+
+def begins_words(begins: OpenStart, unit: float = 1.0) -> str:
+    """Say how far the loops are open at the start, and where they would be closed.
+
+    Args:
+        unit: of the model's lengths [m].
+    """
+    worst, more = begins.worst, len(begins.gaps) - 1
+    others = f" ({more} more closure{'s' if more > 1 else ''} open)" if more else ""
+    gap = f"{quantity(1e3 * unit * begins.gaps[worst], 3)} mm"
+    if not begins.closed:
+        nearest = "no pose near it closes them: look at lengths and places of the closures"
+    elif len(begins.closed.split()) > MOST_NUMBERS:
+        nearest = "`conrod lint` prints the nearest closed pose"
+    else:
+        nearest = f'the nearest closed pose is qpos="{begins.closed}"'
+    return f"It begins {gap} open: {worst}, in {begins.pose}{others}; {nearest}."
