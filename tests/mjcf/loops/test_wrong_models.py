@@ -311,3 +311,59 @@ def test_a_start_that_no_pose_closes_is_said_so() -> None:
     assert found is not None
     assert found.closed == ""
     assert "no pose near it closes them" in begins_words(found)
+
+
+# -- a start outside the joints' ranges --------------------------------------------------------------------------------
+
+FOLDED = (CASES / "folded-leg.xml").read_text(encoding="utf-8")
+LENGTH = {"length": "move:0.3m,0.6m,1s"}
+
+
+def leg(text: str = FOLDED, **question: object) -> study_module._Bench:
+    model = mujoco.MjModel.from_xml_string(text)
+    return study_module._Bench.of(model, replace(Question(LENGTH), **question))  # type: ignore[arg-type]
+
+
+def knee_of(bench: study_module._Bench) -> tuple[float, float]:
+    """Length and knee at the start of the motion [m, rad]."""
+    at = {joint.name: joint.coordinate for joint in bench.machine.tree.joints}
+    start = bench.machine.knots[0].coordinates[:, 0]
+    return float(start[at["length"]]), float(start[at["knee"]])
+
+
+def test_a_leg_that_is_folded_and_out_of_range_starts_from_the_nearest_pose_inside() -> None:
+    bench = leg()
+    assert bench.moved_start.startswith(
+        "its own pose has length at 0 m, outside its range 0.12 to 0.68 m, femur at 0 deg, outside its range 10 to 75 "
+        "deg, knee at 0 deg, outside its range -160 to -10 deg, and is folded: the motion starts from the nearest"
+    )
+    # Thigh and shin of 0.36 m with 0.3 m between their ends, the knee as its range has it: an isosceles triangle.
+    length, knee = knee_of(bench)
+    assert length == pytest.approx(0.3, abs=1e-12)
+    assert knee == pytest.approx(-2.0 * np.arcsin(0.15 / 0.36), abs=1e-9)
+    # The pose that is printed closes the loop in MuJoCo.
+    data = mujoco.MjData(bench.model)
+    data.qpos[:] = [float(value) for value in re.search(r'qpos="(.*?)"', bench.moved_start)[1].split()]  # type: ignore[index]
+    assert open_start(bench.model, data, 1.0, "") is None
+
+
+def test_a_leg_that_starts_inside_its_ranges_starts_there() -> None:
+    key = "<keyframe><key name='half' qpos='0 0.3 0 1.1410 -0.8596'/><key name='flat'/></keyframe></mujoco>"
+    text = FOLDED.replace("</mujoco>", key)
+    bench = leg(text, keyframe="half")
+    assert bench.moved_start == ""
+    assert knee_of(bench) == pytest.approx(knee_of(leg()), abs=1e-9)
+    assert leg(text, keyframe="flat").moved_start.startswith("keyframe flat has length at 0 m, outside its range")
+    # Negative control: without ranges nothing is outside, and the folded leg goes nowhere.
+    with pytest.raises(InvalidInput, match="it goes no further than") as refused:
+        leg(re.sub(r' range="[^"]*"', "", FOLDED))
+    assert "outside" not in str(refused.value)
+
+
+def test_ranges_that_no_closed_pose_keeps_are_named() -> None:
+    with pytest.raises(InvalidInput, match=r"knee at 0 deg, outside .*, and no pose inside closes its loops"):
+        leg(FOLDED.replace('range="-160 -10"', 'range="-15 -10"'))
+    with pytest.raises(
+        InvalidInput, match=r"range is 0.12 to 0.68 m, which the pose that it starts from, at 0, is out"
+    ):
+        leg(drives={"length": "sine:50mm,1Hz"})

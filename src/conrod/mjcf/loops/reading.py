@@ -200,10 +200,16 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
     for name, law in laws.items():
         if (span := by_name[name].range) is not None:
             values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
+            start = float(tree.start[by_name[name].coordinate])
+            begins = (
+                ""
+                if span[0] <= start <= span[1]
+                else f", which the pose that it starts from, at {start:.4g}, is outside"
+            )
             if values.min() < span[0] - 1e-9 or values.max() > span[1] + 1e-9:
                 raise InvalidInput(
                     f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
-                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}{keyframes}"
+                    f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}{begins}{keyframes}"
                 )
     return laws, tuple(j.name for j in tree.joints if j not in tree.looped and j.name not in laws)
 

@@ -140,6 +140,7 @@ class LoopStudy:
     compared: Comparison | None = None
     presets: Mapping[str, ShippedRun] = field(default_factory=dict)
     begins: OpenStart | None = None
+    moved_start: str = ""
 
     @property
     def begins_open(self) -> bool:

@@ -7,6 +7,7 @@ import copy
 import mujoco
 
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.exact.motion import Array
 from conrod.mjcf.equalities import close_loops, closure_name, handles, openings
 from conrod.own.models.request import AJAR, OpenStart
 
@@ -31,9 +32,9 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
         if not ajar:
             return None
         closed = close_loops(model, looked_at, CLOSED * extent)
-    return OpenStart(pose, ajar, extent, pose_words(looked_at) if closed else "")
+    return OpenStart(pose, ajar, extent, pose_words(looked_at.qpos) if closed else "")
 
 
-def pose_words(data: mujoco.MjData) -> str:
-    """Coordinates as MJCF's `qpos` has them."""
-    return " ".join(f"{value:.{DIGITS}g}" for value in data.qpos)
+def pose_words(coordinates: Array) -> str:
+    """Coordinates (nq,) as MJCF's `qpos` has them."""
+    return " ".join(f"{value:.{DIGITS}g}" for value in coordinates)

@@ -17,10 +17,11 @@ from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.equalities import about_closures, inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
+from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, outside_words
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.mjcf.loops.runs import errors_of, kinematic_mode, pasted, shipped_run, with_settings
-from conrod.mjcf.loops.start import open_start
+from conrod.mjcf.loops.start import open_start, pose_words
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
     OWN_POSE,
@@ -64,12 +65,47 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         raise InvalidInput(f"{path}: {words}{more}{against}") from None
 
 
+def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
+    """Assemble a machine and follow its motion; where its start is outside the joints' ranges, perhaps from inside.
+
+    Args:
+        pose: that it is assembled from, in words.
+
+    Returns:
+        Why it was assembled from another pose; empty where it was not.
+
+    Raises:
+        InvalidInput: its drives are too few or too many, or its loops let it not go all the way.
+    """
+    try:
+        start = machine.assembled()
+        check_drives(machine, start)
+        machine.go(start, seconds)
+    except InvalidInput as error:
+        if not (outside := outside_words(machine.tree, pose)):
+            raise
+        if (inside := closed_pose_inside(machine)) is None:
+            raise InvalidInput(f"{error}; {outside}, and no pose inside closes its loops") from None
+        folded = ", and is folded" if is_folded(machine, inside) else ""
+        nearest = f'qpos="{pose_words(inside[:, 0])}"'
+        try:
+            check_drives(machine, inside)
+            machine.go(inside, seconds)
+        except InvalidInput as later:
+            words = f"{outside}{folded}; from {nearest}, the nearest pose inside"
+            raise InvalidInput(f"{later}; {words}, it goes no further either: give --keyframe") from None
+        moved = f"the motion starts from the nearest closed pose inside, {nearest}"
+        return f"{outside}{folded}: {moved} (--keyframe for another)"
+    return ""
+
+
 @dataclass(frozen=True, eq=False)
 class _Bench:
     """A model with its exact machine, from its start on.
 
     Attributes:
         met: whether contacts or joint limits act on the way, which the exact motion has not.
+        moved_start: as of a `LoopStudy`.
     """
 
     model: mujoco.MjModel
@@ -80,10 +116,11 @@ class _Bench:
     freedom: Mobility
     points: tuple[FoundPoint, ...]
     met: bool = False
+    moved_start: str = ""
 
     @classmethod
     def of(cls, model: mujoco.MjModel, question: Question) -> _Bench:
-        data, _ = data_at_start(model, question.keyframe or OWN_POSE)
+        data, key = data_at_start(model, question.keyframe or OWN_POSE)
         tree = tree_of(model, data.qpos)
         if not tree.closures:
             off = inactive_words(model)
@@ -94,11 +131,10 @@ class _Bench:
             most = f"from 2 to {MOST_STEPS:,} can be run"
             raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
-        start = machine.assembled()
-        check_drives(machine, start)
-        machine.go(start, seconds)
+        moved_start = _go(machine, seconds, start_words(model, key))
         freedom = mobility(machine)
-        return cls(model, question, machine, data, seconds, freedom, judged_points(model, tree, freedom, question))
+        points = judged_points(model, tree, freedom, question)
+        return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
 
     @property
     def period(self) -> float:
@@ -126,7 +162,7 @@ class _Bench:
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
-            self._begins(),
+            self._begins(), self.moved_start,
         )  # fmt: skip
 
     def _begins(self) -> OpenStart | None:
