@@ -31,7 +31,7 @@ from conrod.runs.comparison import ExactMotions, track_errors
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import BodyTracks, Instants, PointTracks, Track
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
-from conrod.studies.frame.run import predicted_errors
+from conrod.studies.frame.prediction import predicted_errors
 
 ROUNDING = 1e-14
 QUANTITIES = ("position", "velocity", "acceleration")

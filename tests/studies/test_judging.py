@@ -260,7 +260,7 @@ def test_an_identity_names_all_that_determines_a_validation() -> None:
     others = [replace(case, preset=one) for one in ("hardened", None)] + [replace(case, plan=Plan(100, 2.0))]
     assert len({one.key for one in (case, *others)}) == 1 + len(others)
     assert case.identity() == {
-        "result_version": 1, "study": "validate", "study_version": 7, "scene": "saw", "parameters": SAW.parameters,
+        "result_version": 1, "study": "validate", "study_version": 8, "scene": "saw", "parameters": SAW.parameters,
         "engine": "mujoco", "engine_version": engine_named("mujoco").version, "preset": "tuned",
         "settings": SETTINGS.as_dict(), "refined": [tuned(n).as_dict() for n in (12, 25, 50, 100)],
         "revolutions": 1.0, "start_angle": 0.0,

@@ -17,7 +17,8 @@ from conrod.runs.trajectory import FieldByField, Trajectory
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.case import QUANTITIES, Measurement
-from conrod.studies.frame.run import RunCase, as_run, measure, not_run, predicted_errors
+from conrod.studies.frame.prediction import predicted_errors
+from conrod.studies.frame.run import RunCase, as_run, measure, not_run
 from conrod.studies.validation.plan import POSES, Plan, validate_dynamic
 
 SAW: Any = SCENES["saw-40rpm"]

@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.report.kind import Kind
 from conrod.report.results import name_of, summary_words, verdict_words
-from conrod.report.terminal import Part
+from conrod.report.terminal import Part, said
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.resolve_arguments import (
@@ -93,6 +93,8 @@ def verdicts(studies: Sequence[SceneStudy]) -> Iterator[Part]:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
     from conrod.report.validation_tables import added_words, qualification_table, verdicts_table
 
+    doubted = [study for study in studies if any(result.distrust for result in study.results)]
+    yield from (said(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
     yield verdicts_table(studies)
     yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
     reasons = dict.fromkeys(

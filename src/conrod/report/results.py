@@ -14,6 +14,7 @@ from conrod.studies.frame.result import Result, SceneResults
 
 PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
 KINEMATIC = "kinematic mode"
+DISTRUST = "This is an error of conrod, not of the engine or the model; please report it."
 
 R = TypeVar("R", bound=Result)
 
@@ -28,6 +29,8 @@ def verdict_words(result: Result) -> str:
     if not result.completed:
         failed = "" if result.passed is not False else "failed, "
         return f"{failed}{result.outcome}: {result.reason or Outcome.of(result.outcome).meaning}"
+    if result.distrust:
+        return f"CANNOT BE TRUSTED: {result.distrust}"
     if result.passed is None:
         return "measured, not judged"
     if result.passed:
@@ -60,6 +63,9 @@ def summary_words(results: Iterable[Result]) -> str:
     """The verdict on a scene in a sentence or two."""
     judged = [r for r in results if r.passed is not None]
     failed = [r for r in judged if not r.passed]
+    if doubted := [r for r in judged if r.distrust]:
+        names = ", ".join(" ".join(name_of(r)) for r in doubted)
+        return f"Cannot be trusted ({names}): {doubted[0].distrust}. {DISTRUST}"
     if not judged:
         return "Nothing was judged."
     if not failed:

@@ -51,6 +51,11 @@ class Result(ABC):
     def limits(self) -> Mapping[str, float]:
         """Allowed errors, by the names of tolerances; empty where nothing is judged."""
 
+    @property
+    def distrust(self) -> str:
+        """Why conrod's own figures cannot be trusted, in words; empty where nothing speaks against them."""
+        return ""
+
     def faults(self) -> list[str]:
         """Reasons that fail it besides errors out of tolerance, in words."""
         return []
@@ -77,6 +82,8 @@ class Result(ABC):
         if self.outcome == Outcome.UNSUPPORTED.slug:
             return self
         result = self if asked is None else self._held_to(asked)
+        if self.distrust:
+            return replace(result, passed=False)
         passed = result.completed and not result.exceeded() and not (asked is None and result.faults())
         return replace(result, passed=passed if result.limits else None)
 

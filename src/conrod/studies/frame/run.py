@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -12,22 +12,11 @@ import numpy as np
 from conrod.engines import engine_named
 from conrod.engines.engine import CUSTOM, Machine, run_of
 from conrod.engines.running import check_run, followed
-from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
 from conrod.runs.comparison import ExactMotions, Stretch
 from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import (
-    BodyStates,
-    BodyTracks,
-    FieldByField,
-    Outcome,
-    PointTracks,
-    Settings,
-    Track,
-    Trajectory,
-)
-from conrod.scenes import Scene
+from conrod.runs.trajectory import FieldByField, Outcome, Settings, Track, Trajectory
 from conrod.studies.frame.case import QUANTITIES, RESULT_VERSION, Case, Measurement
+from conrod.studies.frame.prediction import Prediction
 
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
@@ -136,62 +125,6 @@ def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None)
     return Measurement(
         outcome=ended.outcome.slug, **errors.found(), prediction=prediction.sizes, signed=signed.errors()
     )
-
-
-class Prediction:
-    """Errors predicted from the joints' gaps alone beside the measured ones; the worst observed point counts.
-
-    Args:
-        stride: of samples that are looked at, the last one among them.
-    """
-
-    def __init__(self, scene: Scene, stride: int = 1) -> None:
-        self._scene, self._stride = scene, stride
-        self.sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
-
-    def add(self, stretch: Stretch) -> None:
-        points, bodies = self._thinned(stretch)
-        predicted = predicted_errors(self._scene.kinematics, points, bodies)
-        for name, tracks in points.items():
-            for k, quantity in enumerate(QUANTITIES):
-                norm = self._scene.lengths[name] * abs(self._scene.speed) ** k
-                expected, sizes = predicted[name][quantity], self.sizes[quantity]
-                off = expected - stretch.exact.error(getattr(tracks, quantity), name, quantity)
-                for key, values in (("predicted", expected), ("difference", off)):
-                    sizes[key] = float(np.max(np.linalg.norm(values, axis=1) / norm, initial=sizes[key]))
-
-    def _thinned(self, stretch: Stretch) -> tuple[Mapping[str, PointTracks], BodyTracks]:
-        if self._stride == 1:
-            return stretch.trajectory.points, stretch.bodies
-        cut = FieldByField(lambda parts: parts[0][(len(parts[0]) - 1 + stretch.left) % self._stride :: self._stride])
-        return {name: cut(tracks) for name, tracks in stretch.trajectory.points.items()}, cut(stretch.bodies)
-
-
-def predicted_errors(
-    kinematics: Kinematics, points: Mapping[str, PointTracks], bodies: BodyTracks
-) -> dict[str, dict[str, Array]]:
-    """Signed errors (T, 2) of a state whose joints do not close, by point and quantity [m, m/s, m/s^2].
-
-    A state that violates the joint equations by a residual r is off, at the crank angle actually reached, by J^-1 r to
-    first order; the same holds for rates and accelerations with the equations differentiated. No reference motion
-    enters. If these errors are the ones measured against the exact motion, the difference is the engine's and not the
-    reference's (docs/design.md, guard 6).
-    """
-    states = {"position": bodies.position, "velocity": bodies.velocity, "acceleration": bodies.acceleration}
-    mended = {q: _mended_points(kinematics, one, order) for order, (q, one) in enumerate(states.items())}
-    return {name: {q: getattr(tracks, q).values - mended[q][name] for q in states} for name, tracks in points.items()}
-
-
-def _mended_points(kinematics: Kinematics, states: BodyStates, order: int) -> dict[str, Array]:
-    """The derivative of an order of every observed point, after one Newton step on the joints at the measured state."""
-    measured = [states.poses, states.rates, states.accelerations][: order + 1]
-    at = states.instants
-    crank, mended = (at.angle, at.rate, at.acceleration), list[Array]()
-    for k, values in enumerate(measured):
-        residual = kinematics.residual([*mended, values], crank[k])
-        # One Newton step: poses are mended by the Jacobian of the measured ones, rates by that of the mended.
-        mended.append(values - kinematics.solve(mended[0] if k else values, residual))
-    return {name: values[-1] for name, values in kinematics.point_derivatives(mended).items()}
 
 
 class SignedErrors:

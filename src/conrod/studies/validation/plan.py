@@ -24,8 +24,9 @@ from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
+from conrod.studies.frame.prediction import Prediction, merged_misfit, reference_misfit
 from conrod.studies.frame.result import refine, refinement_path
-from conrod.studies.frame.run import LEAST_STEPS, Prediction
+from conrod.studies.frame.run import LEAST_STEPS
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
 POSES = 60  # of a turn, whose errors a moving drawing shows: 6 deg apart
@@ -91,7 +92,9 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     order = {q: claimed_order((p.steps_per_revolution, getattr(p, q)) for p in points) for q in QUANTITIES}
     result = replace(result, refinement=points, order=order)
     if result.completed:
-        result = replace(result, prediction=prediction.sizes, curves=drawn.curves, poses=poses.errors, **errors.found())
+        misfit = merged_misfit(prediction.misfit, reference_misfit(scene))
+        found = {"prediction": prediction.sizes, "misfit": misfit, **errors.found()}
+        result = replace(result, curves=drawn.curves, poses=poses.errors, **found)
     return result.judged()
 
 

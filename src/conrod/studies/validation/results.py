@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.studies.frame.case import QUANTITIES
+from conrod.studies.frame.prediction import misfit_words
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
 Mode = Literal["kinematic", "dynamic"]
@@ -109,6 +110,8 @@ class ValidationResult(Result):
         phase: [rad].
         prediction: by quantity the largest error predicted from the joints' gaps alone, and how far it is from the
             measured one at most.
+        misfit: by quantity the difference of the two, what second order and rounding allow, and the crank angle [rad],
+            where they fit least; and the same of the exact motion and its own joint equations.
         curves: by point and quantity, for figures.
         poses: how far the bodies are off, for a moving drawing.
         qualified: what the verdict notices of planted defects; None where that was not asked for.
@@ -126,6 +129,7 @@ class ValidationResult(Result):
     tolerance: Tolerance = field(default_factory=Tolerance)
     refinement: tuple[RefinementPoint, ...] = ()
     prediction: Mapping[str, Mapping[str, float]] | None = None
+    misfit: Mapping[str, Mapping[str, float]] | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
     poses: PoseErrors | None = None
     qualified: Qualified | None = None
@@ -133,6 +137,10 @@ class ValidationResult(Result):
     @property
     def limits(self) -> Mapping[str, float]:
         return self.tolerance.judged()
+
+    @property
+    def distrust(self) -> str:
+        return misfit_words(self.misfit or {})
 
     def faults(self) -> list[str]:
         return ["no planted defect is noticed, of whatever size: no verdict"] if self.no_verdict else []

@@ -19,6 +19,7 @@ from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
+from conrod.studies.frame.prediction import merged_misfit, reference_misfit, solved_misfit
 from conrod.studies.frame.result import EngineCase, study_of
 from conrod.studies.validation.plan import Plan, started, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
@@ -51,7 +52,9 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Validati
     gaps = joint_gaps(scene.kinematics.mechanism, [solved.poses]).values()
     gap = max(float(np.abs(g).max()) for g in gaps) / max(scene.lengths.values())
     closure = {"position": gap, "velocity": None, "acceleration": None}
-    result = replace(empty, errors=errors, closure=closure, tolerance=_kinematic_tolerance(scene, solved)).judged()
+    misfit = merged_misfit(solved_misfit(scene, angle, solved.poses), reference_misfit(scene))
+    tolerance = _kinematic_tolerance(scene, solved)
+    result = replace(empty, errors=errors, closure=closure, tolerance=tolerance, misfit=misfit).judged()
     other = scene.kinematics.branch(solved.poses) != scene.kinematics.branch_at(angle)
     if not other.any():
         return result
@@ -82,7 +85,7 @@ class ValidationCase(EngineCase[ValidationResult]):
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = COMPARED
-    version: ClassVar[int] = 7  # since errors of the bodies' poses are kept
+    version: ClassVar[int] = 8  # since the exact motion is held to the joints' equations
 
     plan: Plan
 

@@ -1,0 +1,193 @@
+"""The exact motion is held to the joints' own equations in every run: where it contradicts them, nothing is trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.engines import engine_named
+from conrod.engines.engine import run_of
+from conrod.engines.running import followed, whole_run
+from conrod.exact import joint_equations, kinematics
+from conrod.exact.branch_continuation import BranchContinuation
+from conrod.exact.equations import Equations
+from conrod.report.results import summary_words, verdict_words
+from conrod.runs.comparison import Stretch
+from conrod.runs.trajectory import BodyTracks
+from conrod.scenes import SCENES, catalogue_scene, scene_named
+from conrod.scenes.slider_cranks import Saw
+from conrod.studies.frame.case import QUANTITIES
+from conrod.studies.frame.prediction import Prediction, contradictions, misfit_words, reference_misfit
+from conrod.studies.frame.run import LEAST_STEPS
+from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.study import validate_kinematic
+
+SAW = SCENES["saw-500rpm"]
+PRESETS = [(e, p) for e in ("mujoco", "pymunk") for p in engine_named(e).presets]
+
+
+@pytest.fixture
+def forgotten() -> Iterator[None]:
+    """Machines are walked once and kept: with another solver they are walked anew."""
+    kinematics._walk_of.cache_clear()
+    yield
+    kinematics._walk_of.cache_clear()
+
+
+def judged(scene: Any, engine: str = "mujoco", preset: str = "tuned", steps: int = 200, turns: float = 1.0) -> Any:
+    return validate_dynamic("machine", scene, engine_named(engine), preset, Plan(steps, turns))
+
+
+# -- no false alarms ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("engine", "preset"), PRESETS)
+@pytest.mark.parametrize("name", ["saw-500rpm", "shear-press", "six-bar", "parallelogram", "geneva", "double-rocker"])
+@pytest.mark.parametrize("steps", [8, 24, 1000])
+def test_healthy_runs_are_trusted_however_far_off_they_are(name: str, engine: str, preset: str, steps: int) -> None:
+    scene, made = scene_named(name), engine_named(engine)
+    start, turns = run_of(scene, steps, 1.0)
+    if round(steps * turns) < LEAST_STEPS:
+        pytest.skip("the one pass of the machine has no room for so long a step")
+    found = Prediction(scene)
+    followed(made, scene, made.presets[preset](scene, steps), turns, start, found)
+    assert contradictions(found.misfit) == {}
+
+
+@pytest.mark.parametrize("name", ["cam-simple-harmonic", "cam-3-4-5"])
+@pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned")])
+def test_healthy_cams_are_trusted_where_accelerations_jump(name: str, engine: str, preset: str) -> None:
+    scene, made = catalogue_scene(name), engine_named(engine)
+    found = Prediction(scene)
+    # A sample at every degree is a sample at every end of a law's segment.
+    followed(made, scene, made.presets[preset](scene, 3600), 1.0, 0.0, found)
+    assert set(found.misfit) > set(QUANTITIES)
+    assert contradictions(found.misfit) == {}
+
+
+@pytest.mark.parametrize("name", [*SCENES, "six-bar", "jansen-leg", "peaucellier", "parallelogram", "cam-cycloidal"])
+def test_every_reference_agrees_with_its_joints(name: str) -> None:
+    found = reference_misfit(scene_named(name))
+    assert set(found) == set(QUANTITIES)
+    assert contradictions(found) == {}
+
+
+def test_the_allowed_difference_grows_with_the_square_of_the_error() -> None:
+    """A stock run is off by 3e-2 and predicted to 1e-4; a hardened one is predicted to rounding."""
+    stock, hardened = (judged(SAW, preset=p, steps=1000) for p in ("stock", "hardened"))
+    assert stock.prediction["position"]["difference"] > 1e-5
+    assert stock.passed is None
+    assert hardened.misfit["position"]["allowed"] < 1e-12
+
+
+# -- negative controls -------------------------------------------------------------------------------------------------
+
+
+def without_newton(self: Equations, guess: Any, *_: Any, **__: Any) -> Any:
+    return guess.copy()
+
+
+def one_newton_step(self: BranchContinuation, guess: Any, angle: Any) -> Any:
+    bodies = joint_equations.pose_jets(self.equations.mechanism, [guess])
+    residual = self.equations._residual(bodies, 0, angle)
+    return guess - self.equations.elimination(guess).solve(residual)
+
+
+@pytest.mark.usefixtures("forgotten")
+@pytest.mark.parametrize(("engine", "preset"), PRESETS)
+@pytest.mark.parametrize("machine", ["saw", "six-bar"])
+def test_a_solver_without_newton_steps_is_not_trusted(
+    machine: str, engine: str, preset: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Equations, "newton", without_newton)
+    scene = Saw() if machine == "saw" else catalogue_scene("six-bar")
+    found = judged(scene, engine, preset)
+    assert found.passed is False
+    assert verdict_words(found).startswith("CANNOT BE TRUSTED: the exact motion contradicts the joints' equations")
+    kinematic = validate_kinematic("machine", scene, engine_named(engine))
+    assert verdict_words(kinematic).startswith("CANNOT BE TRUSTED")
+
+
+@pytest.mark.usefixtures("forgotten")
+@pytest.mark.parametrize("machine", ["watt-straight-line", "crank-shaper", "double-rocker"])
+def test_a_solver_with_one_newton_step_is_not_trusted(machine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # From a guess this good one step leaves 4e-12 to 4e-10; on other machines less than 1e-12, which is exact.
+    monkeypatch.setattr(BranchContinuation, "solved", one_newton_step)
+    assert judged(catalogue_scene(machine), preset="hardened", steps=1000).passed is False
+
+
+class Wrong(Saw):
+    """A saw whose closed form is wrong: a factor on each derivative by the crank angle."""
+
+    factors = (1.0, 1.0, 1.0, 1.0)
+
+    def _angle_derivatives(self, angle: Any, side: Any) -> Any:
+        found = super()._angle_derivatives(angle, side)
+        scaled = {}
+        for name, (x, y) in found.items():
+            pairs = (zip(self.factors, axis, strict=True) for axis in (x, y))
+            scaled[name] = tuple([factor * np.asarray(values) for factor, values in axis] for axis in pairs)
+        return scaled
+
+
+@pytest.mark.parametrize(("engine", "preset"), PRESETS)
+@pytest.mark.parametrize(("order", "factor"), [(0, 1.0 + 1e-6), (1, -1.0), (1, 1.0 + 1e-6), (2, -1.0), (2, 1.0 + 1e-6)])
+def test_a_wrong_closed_form_is_not_trusted(
+    order: int, factor: float, engine: str, preset: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    factors = [1.0, 1.0, 1.0, 1.0]
+    factors[order] = factor
+    monkeypatch.setattr(Wrong, "factors", tuple(factors))
+    found = judged(Wrong(), engine, preset)
+    assert found.passed is False
+    assert QUANTITIES[order] in contradictions(found.misfit)
+
+
+def test_a_wrong_length_in_the_reference_is_not_trusted() -> None:
+    """The run is of the right machine, its joints and gaps too: the closed form's rod is 0.001 % too long."""
+
+    class Longer(Saw):
+        def motion(self, *args: Any, **kwargs: Any) -> Any:
+            return Saw(rod=0.3 * 1.00001).motion(*args, **kwargs)
+
+    assert judged(Saw()).passed
+    found = judged(Longer())
+    assert "position" in contradictions(found.misfit)
+    assert found.passed is False
+
+
+@pytest.mark.parametrize("planted", ["shifted", "turned", "mirrored"])
+def test_gaps_of_another_frame_are_not_trusted(planted: str) -> None:
+    """Bodies as another frame has them, beside points in the machine's own: no prediction of these points' errors."""
+    engine = engine_named("mujoco")
+    run = whole_run(engine, SAW, engine.presets["hardened"](SAW, 200), 1.0)
+    right, wrong = Prediction(SAW), Prediction(SAW)
+    right.add(Stretch(run, SAW))
+    assert contradictions(right.misfit) == {}
+    states = run.bodies.position
+    poses = states.poses.copy()
+    if planted == "shifted":
+        poses[:, 0::3] += 1e-3
+    elif planted == "turned":
+        poses[:, 2::3] += 1e-3
+    else:
+        poses[:, 1::3] *= -1.0
+        poses[:, 2::3] *= -1.0
+    moved = replace(states, poses=poses)
+    wrong.add(Stretch(replace(run, bodies=BodyTracks(moved, moved, moved)), SAW))
+    assert misfit_words(wrong.misfit).startswith("the measured points are not those of the bodies")
+
+
+# -- what a user sees --------------------------------------------------------------------------------------------------
+
+
+def test_distrust_comes_first_and_fails_whatever_tolerance_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Wrong, "factors", (1.0 + 1e-6, 1.0, 1.0, 1.0))
+    plan = Plan(200, 1.0, {"position": 1.0})
+    found = validate_dynamic("machine", Wrong(), engine_named("mujoco"), "stock", plan).judged(plan.tolerance)
+    assert found.passed is False
+    assert summary_words([found]).startswith("Cannot be trusted (MuJoCo stock): the exact motion contradicts")
