@@ -18,6 +18,7 @@ from four_bars import four_bar
 from own_model_edits import replaced
 
 from conrod.errors import InvalidInput
+from conrod.mjcf.anchors import parts_apart
 from conrod.mjcf.invariances.study import study
 from conrod.mjcf.lint.bench import differing
 from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
@@ -45,6 +46,8 @@ def renamed(text: str, seed: int = 0) -> str:
 RESETS = replaced(SAW, 'autoreset="disable" ', "")
 TOO_LONG = replaced(SAW, 'timestep="0.00012"', 'timestep="0.05"')
 TWICE = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
+APART = replaced((CASES / "anchor-apart.xml").read_text(encoding="utf-8"), 'gravity="0 0 0"/>',
+                 'gravity="0 0 0"><flag autoreset="disable"/></option>')  # fmt: skip
 PLANTED = {
     "links that collide at their pin": (
         SAW.replace(INERT, "").replace(' contact="disable"', ""),
@@ -55,6 +58,7 @@ PLANTED = {
     "a void tolerance": (replaced(SAW, 'tolerance="0" ', ""), "solver-stops-early"),
     "a silent reset": (RESETS, "silent-reset"),
     "a step that is too long": (TOO_LONG, "step-too-long"),
+    "parts that do not meet": (APART, "parts-apart"),
     "an open start": (replaced(SAW, 'euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
 }
 
@@ -135,6 +139,49 @@ def test_a_weld_to_a_mocap_body_is_a_handle_and_no_error(text: str, tmp_path: Pa
     assert {one.severity for one in report.findings} == {Severity.NOTE}
     # Negative control: welded to the world it is a closure that gives way.
     assert "soft-closure" in rules_of(at(tmp_path, replaced(HANDLE, ' mocap="true"', ""), seconds=1.0))
+
+
+PIN = '<connect name="pin" body1="coupler" body2="rocker" anchor="0 0 -0.26"/>'
+SWAPPED = '<connect name="pin" body1="rocker" body2="coupler" anchor="0 0 -0.22"/>'
+
+
+@pytest.mark.parametrize(("pin", "words"), [
+    (PIN, "pin holds rocker at a point 331 mm from its nearest geom: the parts do not meet"),
+    # sqrt(0.3^2 + 0.14^2) m from end to end; from the rocker's end the coupler hangs 0.3 m aside.
+    (SWAPPED, "pin holds coupler at a point 300 mm from its nearest geom: the parts do not meet"),
+    ('<weld name="pin" body1="coupler" body2="rocker"/>', "pin holds rocker 282 mm apart from coupler"),
+])  # fmt: skip
+def test_parts_that_do_not_meet_are_named_with_the_sites_to_connect(pin: str, words: str, tmp_path: Path) -> None:
+    (found,) = (one for one in at(tmp_path, replaced(APART, PIN, pin)).findings if one.rule == "parts-apart")
+    assert found.what.startswith(words)
+    assert found.severity is (Severity.NOTE if "weld" in pin else Severity.ERROR)
+    sites = 'site1="coupler_end" site2="rocker_end"' if pin == PIN else 'site1="rocker_end" site2="coupler_end"'
+    assert "weld" in pin or sites in found.fix
+    # Without sites on both it says to put them there.
+    bare = re.sub(r"<site [^>]*>", "", replaced(APART, PIN, pin))
+    assert "put a site on each" in next(parts_apart(mujoco.MjModel.from_xml_string(bare))).cure
+
+
+MEETING = """<mujoco><worldbody>
+  <body name="a"><joint axis="0 1 0"/><geom {a}/>
+    <body name="b" pos="0 0 -0.2"><joint axis="0 1 0"/><geom {b}/></body></body>
+  <body name="c" pos="0.2 0 0"><joint axis="0 1 0"/><geom {c}/></body></worldbody>
+  <equality><connect body1="b" body2="c" anchor="{anchor}"/></equality></mujoco>"""
+BAR, CROSS = 'type="capsule" size="0.01" fromto="0 0 0 0 0 -0.2"', 'type="capsule" size="0.01" fromto="0 0 0 0.2 0 0"'
+
+
+@pytest.mark.parametrize(("c", "anchor", "apart"), [
+    (BAR, "0.2 0 0", False),  # end to end
+    ('type="box" size="0.01 0.01 0.1" pos="0 0 -0.1"', "0.2 0 0", False),
+    ('size="0.02" pos="0 0 -0.1" mass="1"', "0.2 0 0", False),  # a mass that is not drawn: nothing is known of it
+    (BAR, "0.1 0 0", True),  # at the middle of b, beside c
+])  # fmt: skip
+def test_parts_that_meet_or_are_not_drawn_are_no_finding(c: str, anchor: str, apart: bool) -> None:
+    model = mujoco.MjModel.from_xml_string(MEETING.format(a=BAR, b=CROSS, c=c, anchor=anchor))
+    assert bool(list(parts_apart(model))) == apart
+    # To the world anything may be pinned anywhere.
+    world = MEETING.format(a=BAR, b=CROSS, c=c, anchor=anchor).replace(' body2="c"', "")
+    assert not list(parts_apart(mujoco.MjModel.from_xml_string(world)))
 
 
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("shear-press", "saw-40rpm", "cam-follower")]

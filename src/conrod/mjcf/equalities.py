@@ -143,8 +143,3 @@ def handle_words(model: mujoco.MjModel, indices: Iterable[int]) -> str:
         names = (name_or_number(model, "body", body) for body in (dragged, mocaps[0]))
         words.append("{} is a handle: it drags {} after the mocap body {}".format(closure_name(model, index), *names))
     return "; ".join(words)
-
-
-def about_closures(model: mujoco.MjModel) -> str:
-    """What a user may not know of a model's equalities: those that are inactive, and those that are handles."""
-    return "; ".join(filter(None, (inactive_words(model), handle_words(model, handles(model)))))

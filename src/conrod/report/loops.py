@@ -27,8 +27,7 @@ def finding(study: LoopStudy) -> str:
     said.insert(
         0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}."
     )
-    if study.moved_start:
-        said.append(f"{study.moved_start[0].upper()}{study.moved_start[1:]}.")
+    said += [f"{words[0].upper()}{words[1:]}." for words in (study.moved_start, study.about) if words]
     if study.begins is not None:
         said.insert(0 if study.begins_open else len(said), begins_words(study.begins))
     if study.is_machine and study.compared is not None and (words := _differences(study.compared)):

@@ -34,6 +34,8 @@ def verdict(study: ModelStudy) -> str:
     if (begins := study.model.begins) is not None:
         words = begins_words(begins, study.identity.frame.unit)
         sentences.insert(0 if study.begins_open else len(sentences), words)
+    if about := study.model.about:
+        sentences.append(f"{about[0].upper()}{about[1:]}.")
     return " ".join(sentences)
 
 

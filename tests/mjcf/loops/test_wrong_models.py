@@ -14,6 +14,8 @@ import pytest
 from command_line import conrod
 
 from conrod.errors import InvalidInput
+from conrod.exact.space.motion import NO_FURTHER
+from conrod.mjcf.causes import with_causes
 from conrod.mjcf.equalities import inactive_closures, inactive_words, openings
 from conrod.mjcf.loops import study as study_module
 from conrod.mjcf.loops.differences import Comparison, changes
@@ -367,3 +369,32 @@ def test_ranges_that_no_closed_pose_keeps_are_named() -> None:
         InvalidInput, match=r"range is 0.12 to 0.68 m, which the pose that it starts from, at 0, is out"
     ):
         leg(drives={"length": "sine:50mm,1Hz"})
+
+
+# -- parts that do not meet --------------------------------------------------------------------------------------------
+
+TO_THE_MEANT = ("--scene", CASES / "anchor-apart-meant.toml", "--crank", "crank", "--point", "P=site:coupler_end")
+
+
+@pytest.mark.usefixtures("at_once")
+@pytest.mark.parametrize("asked", [("--drive", "crank=60rpm"), TO_THE_MEANT], ids=["drive", "scene"])
+def test_a_pin_whose_parts_do_not_meet_is_why_it_goes_no_further(asked: tuple[object, ...]) -> None:
+    status, told = validate(CASES / "anchor-apart.xml", *asked)
+    assert status == 2
+    assert "it goes no further than with crank at 250.28 deg" in told
+    assert "pin holds rocker at a point 331 mm from its nearest geom: the parts do not meet, connect sites" in told
+    assert "dead centre" not in told
+
+
+@pytest.mark.usefixtures("few_runs")
+def test_a_pin_whose_parts_do_not_meet_is_said_where_the_machine_moves() -> None:
+    found = study(CASES / "anchor-apart.xml", Question({"crank": "move:0,20deg,1s"}), "apart")
+    assert "Pin holds rocker at a point 331 mm from its nearest geom" in finding(found)
+
+
+def test_a_cause_takes_the_place_of_a_guess_and_no_cause_leaves_it() -> None:
+    error = f"it goes no further than here: {NO_FURTHER}"
+    assert with_causes(error) == with_causes(error, "") == error
+    assert with_causes(error, "a is so", "b is so") == "it goes no further than here: a is so; b is so"
+    assert with_causes("it cannot move", "a is so") == "it cannot move; a is so"
+    assert with_causes("it cannot move, as a is so", "a is so") == "it cannot move, as a is so"

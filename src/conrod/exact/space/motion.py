@@ -26,6 +26,7 @@ LAST_STEP, NEARLY = 1e-9, 1e-7
 # its prediction.
 POSES, MOST_POSES, LEAST_STEP, STRAYED = 48, 20_000, 1e-7, 0.03
 TOGETHER = 2048  # samples
+NO_FURTHER = "a dead centre, or its loops reach no further"
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +96,7 @@ class DrivenTree(Assembly):
                 step *= 0.5
                 if step < LEAST_STEP * duration:
                     place = f"{self.where(here.time)} ({here.time:.6g} s)"
-                    reason = "a dead centre, or its loops reach no further"
-                    raise InvalidInput(f"it goes no further than {place}: {reason}")
+                    raise InvalidInput(f"it goes no further than {place}: {NO_FURTHER}")
                 continue
             here = following
             self.knots.append(here)

@@ -15,6 +15,7 @@ from conrod.engines.mujoco import STIFF_SOLIMP, older
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
+from conrod.mjcf.anchors import parts_apart
 from conrod.mjcf.equalities import close_loops, closure_name, handles, openings, owners, ties_bodies
 from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
@@ -128,6 +129,25 @@ def open_start(bench: Bench) -> Iterator[Finding]:
         fix=fix,
         change=change,
     )
+
+
+# -- parts that do not meet ------------------------------------------------------------------------------------------
+
+
+def parts_do_not_meet(bench: Bench) -> Iterator[Finding]:
+    """A connect or weld between bodies that holds parts which do not meet."""
+    for one in parts_apart(bench.model):
+        made = "the anchor on the second body" if one.kind == "connect" else "the relative pose"
+        yield Finding(
+            subjects=(one.closure, one.body),
+            what=one.words,
+            # A weld may hold what does not touch.
+            severity=Severity.NOTE if one.kind == "weld" else Severity.ERROR,
+            evidence={"distance [m]": one.distance, "extent of the model [m]": float(bench.model.stat.extent)},
+            why=f"a {one.kind} by bodies takes {made} from the reference pose: where that does not assemble the "
+            "machine, it is another machine, closed at the start and of other lengths",
+            fix=one.cure if one.kind == "connect" else "give its relpose, or connect sites where the parts meet",
+        )
 
 
 # -- closures that are too many --------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ RULES: Mapping[str, Rule] = {
     SOLVER: stepping.solver_stops_early,
     "soft-closure": closures.soft_closure,
     "open-start": closures.open_start,
+    "parts-apart": closures.parts_do_not_meet,
     "redundant-closure": closures.redundant_closure,
     "joined-links-collide": closures.joined_links_collide,
     "silent-reset": stepping.silent_reset,

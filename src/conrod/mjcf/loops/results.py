@@ -141,6 +141,7 @@ class LoopStudy:
     presets: Mapping[str, ShippedRun] = field(default_factory=dict)
     begins: OpenStart | None = None
     moved_start: str = ""
+    about: str = ""
 
     @property
     def begins_open(self) -> bool:

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf.causes import about_closures
 from conrod.mjcf.loops.start import open_start
 from conrod.mjcf.loops.turning import SAMPLES, TURN, Turning
 from conrod.own.models.loading import data_at_start, find_crank, name_or_number, names_of, numbered, start_words
@@ -108,6 +109,7 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
         start=start_words(model, key, controls),
         controls=dict(zip(numbered(names_of(model, "actuator")), controls, strict=True)),
         begins=open_start(model, data, tree.extent, start_words(model, key)),
+        about=about_closures(model),
     )
 
 

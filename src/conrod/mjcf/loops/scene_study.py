@@ -14,6 +14,7 @@ from conrod.exact import ExactReference
 from conrod.exact.motion import Array
 from conrod.exact.space.laws import law_of
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.mjcf.causes import causes_named
 from conrod.mjcf.loops.driving import Recording, driven_run, recorded
 from conrod.mjcf.loops.results import LABELS
 from conrod.mjcf.loops.runs import flipped, with_settings
@@ -58,8 +59,9 @@ def study(
     """
     with of_file(path):
         name, machine = scene
-        turning = prepare(path, question)
-        turn = scan(turning, question)
+        with causes_named(path):
+            turning = prepare(path, question)
+            turn = scan(turning, question)
         facts, (identity, moving) = turn.facts, identify(machine, turn, given)
         misplaced = identity.explanations[0].misplaced if identity.explanations else ()
         wrong = {one.point for one in misplaced}

@@ -14,7 +14,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.mobility import Mobility, check_drives, forces, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.equalities import about_closures, inactive_closures, inactive_words
+from conrod.mjcf.causes import about_closures, with_causes
+from conrod.mjcf.equalities import inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, outside_words
@@ -60,9 +61,8 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
         return _Bench.of(model, question).studied(str(path), name, machine)
     except InvalidInput as error:
-        words, about = str(error).removeprefix(f"{path}: "), about_closures(model)
-        more = f"; {about}" if about and about not in words else ""
-        raise InvalidInput(f"{path}: {words}{more}{against}") from None
+        words = with_causes(str(error).removeprefix(f"{path}: "), about_closures(model))
+        raise InvalidInput(f"{path}: {words}{against}") from None
 
 
 def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
@@ -162,7 +162,7 @@ class _Bench:
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
-            self._begins(), self.moved_start,
+            self._begins(), self.moved_start, about_closures(self.model),
         )  # fmt: skip
 
     def _begins(self) -> OpenStart | None:

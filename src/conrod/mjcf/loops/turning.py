@@ -15,7 +15,7 @@ from conrod.exact.space import SpatialJoint, moved
 from conrod.exact.space.laws import law_of
 from conrod.exact.space.mobility import Mobility, check_drives, loose, mobility
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.equalities import about_closures
+from conrod.mjcf.equalities import inactive_words
 from conrod.mjcf.loops.reading import check_rigid, tree_of
 from conrod.own.models.loading import (
     FoundPoint,
@@ -153,12 +153,11 @@ def _check_freedom(made: Turning, question: Question) -> None:
     """
     found, least = made.freedom, question.mobility
     if found.left > least + question.contacts:
-        off = about_closures(made.model)
         by_contact = f", or {least + question.contacts} where it is closed by contact" if question.contacts else ""
         raise InvalidInput(
             f"its mobility is {found.left} ({found.freedom} degrees of freedom of its joints, of which its closures "
             f"take {found.rank}), that of the machine is {least}{by_contact}: with the crank held, "
-            f"{', '.join(found.idle)} can still move{f': {off}' if off else '; is a closure missing?'}"
+            f"{', '.join(found.idle)} can still move; {inactive_words(made.model) or 'is a closure missing?'}"
         )
     if found.left <= least:
         check_drives(made.machine, made.start)

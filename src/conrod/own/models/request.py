@@ -142,6 +142,7 @@ class ModelFacts:
         start: of a run of the file as it is, in words.
         controls: inputs of all actuators in that run, by name or number.
         begins: where that run begins with its loops open; None where they are closed.
+        about: closures that are inactive, handles, or hold parts that do not meet, in words.
     """
 
     name: str
@@ -157,6 +158,7 @@ class ModelFacts:
     start: str = ""
     controls: Mapping[str, float] = field(default_factory=dict)
     begins: OpenStart | None = None
+    about: str = ""
 
 
 @dataclass(frozen=True)

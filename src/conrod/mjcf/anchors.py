@@ -1,0 +1,124 @@
+"""Connects and welds between bodies that do not meet: the compiler took them from a pose that is no assembly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.mjcf.equalities import closure_name, is_handle, kind_of, ties_bodies
+from conrod.own.models.loading import name_or_number
+
+BODY = int(mujoco.mjtObj.mjOBJ_BODY)
+# A point further than this share of the model's extent from all geoms of its part is not on the part.
+DETACHED = 0.05
+CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
+
+
+@dataclass(frozen=True)
+class PartsApart:
+    """A closure between bodies whose parts do not meet.
+
+    Attributes:
+        body: that it holds at a point, or at a distance, which is none of its geoms'.
+        distance: from there to the nearest of them, in the model's unit of length.
+        sites: of both bodies, to connect in its place, in the order of the closure; empty where one has none.
+    """
+
+    closure: str
+    kind: str
+    body: str
+    other: str
+    distance: float
+    sites: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """'pin holds rocker at a point 331 mm from its nearest geom: the parts do not meet'."""
+        distance = f"{1e3 * self.distance:.3g} mm"
+        if self.kind == "weld":
+            return f"{self.closure} holds {self.body} {distance} apart from {self.other}: the parts do not meet"
+        return f"{self.closure} holds {self.body} at a point {distance} from its nearest geom: the parts do not meet"
+
+    @property
+    def cure(self) -> str:
+        """Sites to connect, whose places do not depend on the reference pose."""
+        if self.sites:
+            return 'connect sites: site1="{}" site2="{}"'.format(*self.sites)
+        return "put a site on each of the two parts, where they meet, and connect the sites"
+
+
+def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
+    """Find closures between bodies, acting from the start, whose parts do not meet.
+
+    A connect's anchor on its second body, and a weld's relative pose, are made from the reference pose (MuJoCo
+    documentation, XML reference, equality/connect): where that does not assemble the machine they are of no machine.
+    Bodies are looked at whose geoms reach their own joints: others have no geoms of their shape.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    least = DETACHED * float(model.stat.extent)
+    for k in np.flatnonzero(model.eq_active0).tolist():
+        if not ties_bodies(model, k) or int(model.eq_objtype[k]) != BODY or is_handle(model, k):
+            continue
+        ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
+        names = [name_or_number(model, "body", body) for body in ends]
+        parts, kind = [_geoms(model, body) for body in ends], kind_of(model, k)
+        shown = [
+            bool(part) and _reaches_joints(model, data, body, least) for body, part in zip(ends, parts, strict=True)
+        ]
+        if kind == "weld":
+            pairs = [(a, b) for a in parts[0] for b in parts[1]] if all(shown) else []
+            gaps = [mujoco.mj_geomDistance(model, data, a, b, 1e3 * model.stat.extent, None) for a, b in pairs]
+            if gaps and min(gaps) > least:
+                yield PartsApart(closure_name(model, k), kind, names[1], names[0], float(min(gaps)))
+            continue
+        anchors = [model.eq_data[k, :3], model.eq_data[k, 3:6]]
+        places = [data.xpos[b] + data.xmat[b].reshape(3, 3) @ a for b, a in zip(ends, anchors, strict=True)]
+        away = [min((_distance(model, data, geom, place) for geom in part), default=0.0) * seen
+                for part, place, seen in zip(parts, places, shown, strict=True)]  # fmt: skip
+        if max(away) > least:
+            worst = int(np.argmax(away))
+            sites = tuple(name for b, p in zip(ends, places, strict=True) if (name := _nearest_site(model, data, b, p)))
+            yield PartsApart(closure_name(model, k), kind, names[worst], names[1 - worst], away[worst],
+                             sites if len(sites) == 2 else ())  # fmt: skip
+
+
+def _geoms(model: mujoco.MjModel, body: int) -> list[int]:
+    """Geoms of a body and of all that is fixed to it; none of the world, to which anything may be pinned anywhere."""
+    part = int(model.body_weldid[body])
+    return [g for g in range(model.ngeom) if part and int(model.body_weldid[model.geom_bodyid[g]]) == part]
+
+
+def _reaches_joints(model: mujoco.MjModel, data: mujoco.MjData, body: int, least: float) -> bool:
+    """True if all joints of a part are at its geoms."""
+    part = int(model.body_weldid[body])
+    joints = range(model.body_jntadr[part], model.body_jntadr[part] + model.body_jntnum[part])
+    geoms = _geoms(model, body)
+    return all(min(_distance(model, data, geom, data.xanchor[j]) for geom in geoms) <= least for j in joints)
+
+
+def _distance(model: mujoco.MjModel, data: mujoco.MjData, geom: int, place: Array) -> float:
+    """Distance of a point (3,) from a geom: from the axis of a capsule, from the box about others; 0 within."""
+    local = data.geom_xmat[geom].reshape(3, 3).T @ (place - data.geom_xpos[geom])
+    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:].copy()
+    if int(model.geom_type[geom]) == CAPSULE:
+        half = np.array([0.0, 0.0, float(model.geom_size[geom, 1])])
+    return float(np.linalg.norm(np.maximum(np.abs(local - centre) - half, 0.0)))
+
+
+def _nearest_site(model: mujoco.MjModel, data: mujoco.MjData, body: int, place: Array) -> str:
+    """Name of the site of a part that is nearest to a point; empty where the part has none with a name."""
+    part = int(model.body_weldid[body])
+    sites = [s for s in range(model.nsite) if int(model.body_weldid[model.site_bodyid[s]]) == part]
+    named = {s: mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_SITE, s) for s in sites}
+    known = [s for s, name in named.items() if name]
+    return named[min(known, key=lambda s: float(np.linalg.norm(data.site_xpos[s] - place)))] if known else ""
+
+
+def apart_words(model: mujoco.MjModel) -> str:
+    """All of them in words, with what to do; empty where there is none."""
+    return "; ".join(f"{one.words}, {one.cure}" for one in parts_apart(model))

@@ -1,0 +1,42 @@
+"""What a user may not know of a model's closures, as causes of what goes wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import mujoco
+
+from conrod.errors import InvalidInput
+from conrod.exact.space.motion import NO_FURTHER
+from conrod.mjcf.anchors import apart_words
+from conrod.mjcf.equalities import handle_words, handles, inactive_words
+from conrod.own.models.loading import load_model
+
+
+def about_closures(model: mujoco.MjModel) -> str:
+    """Closures that are inactive, that are handles, and that hold parts which do not meet; empty where none is."""
+    return "; ".join(filter(None, (inactive_words(model), handle_words(model, handles(model)), apart_words(model))))
+
+
+def with_causes(error: str, *causes: str) -> str:
+    """An error with what causes it, in the place of a guess that it ends with."""
+    known = [cause for cause in causes if cause and cause not in error]
+    if not known:
+        return error
+    begins, guess, ends = error.partition(f": {NO_FURTHER}")
+    return f"{begins}{': ' if guess else '; '}{'; '.join(known)}{ends}"
+
+
+@contextmanager
+def causes_named(path: Path) -> Iterator[None]:
+    """What goes wrong with a user's model file is said with the causes that its closures show."""
+    try:
+        yield
+    except InvalidInput as error:
+        try:
+            causes = about_closures(load_model(path))
+        except InvalidInput:  # what cannot be loaded says so itself
+            raise error from None
+        raise InvalidInput(with_causes(str(error), causes)) from None
