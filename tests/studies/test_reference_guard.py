@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import own_model_edits
 import pytest
+import table_files
 
 from conrod.engines import engine_named
 from conrod.engines.engine import run_of
@@ -15,11 +18,15 @@ from conrod.engines.running import followed, whole_run
 from conrod.exact import joint_equations, kinematics
 from conrod.exact.branch_continuation import BranchContinuation
 from conrod.exact.equations import Equations
+from conrod.own.models.results import OWN
+from conrod.report import user_model
 from conrod.report.results import summary_words, verdict_words
+from conrod.report.trajectory import verdict_text
 from conrod.runs.comparison import Stretch
 from conrod.runs.trajectory import BodyTracks
 from conrod.scenes import SCENES, catalogue_scene, scene_named
 from conrod.scenes.slider_cranks import Saw
+from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.prediction import Prediction, contradictions, misfit_words, reference_misfit
 from conrod.studies.frame.run import LEAST_STEPS
@@ -191,3 +198,34 @@ def test_distrust_comes_first_and_fails_whatever_tolerance_is_asked_for(monkeypa
     found = validate_dynamic("machine", Wrong(), engine_named("mujoco"), "stock", plan).judged(plan.tolerance)
     assert found.passed is False
     assert summary_words([found]).startswith("Cannot be trusted (MuJoCo stock): the exact motion contradicts")
+
+
+def test_a_table_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    columns = table_files.exact_table(Saw(), ("position", "velocity"), crank=True)
+    right = table_files.judged(columns, Saw(), tmp_path, tolerance={"position": 1e-4})
+    assert (right.passed, right.distrust) == (True, "")
+    monkeypatch.setattr(Wrong, "factors", (1.0 + 1e-6, 1.0, 1.0, 1.0))
+    wrong = table_files.judged(columns, Wrong(), tmp_path, tolerance={"position": 1e-4})
+    assert wrong.passed is False
+    assert verdict_text(wrong).startswith("CANNOT BE TRUSTED: the exact motion contradicts")
+    assert table_files.judged(columns, Wrong(), tmp_path).passed is False
+
+
+def test_a_model_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", (OWN,))
+    right = own_model_edits.judged(tmp_path, "saw", own_model_edits.TEXTS["saw"])
+    assert (right.passed, right.distrust) == (True, "")
+    planted = {"position": {"difference": 1e-6, "allowed": 1e-12, "angle": 0.0}}
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.reference_misfit", lambda _: planted)
+    wrong = own_model_edits.judged(tmp_path, "saw", own_model_edits.TEXTS["saw"])
+    assert wrong.passed is False
+    assert user_model.verdict(wrong).startswith("CANNOT BE TRUSTED: the exact motion contradicts")
+
+
+def test_forces_beside_a_wrong_reference_are_not_trusted(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, mujoco = ForcePlan(200, 1.0, refined=False), engine_named("mujoco")
+    assert validate_forces("machine", Saw(), mujoco, "hardened", plan).distrust == ""
+    monkeypatch.setattr(Wrong, "factors", (1.0, 1.0, 1.0 + 1e-6, 1.0))
+    found = validate_forces("machine", Wrong(), mujoco, "hardened", plan)
+    assert found.passed is False
+    assert verdict_words(found).startswith("CANNOT BE TRUSTED")

@@ -93,8 +93,7 @@ def verdicts(studies: Sequence[SceneStudy]) -> Iterator[Part]:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
     from conrod.report.validation_tables import added_words, qualification_table, verdicts_table
 
-    doubted = [study for study in studies if any(result.distrust for result in study.results)]
-    yield from (said(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
+    yield from distrusted(studies)
     yield verdicts_table(studies)
     yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
     reasons = dict.fromkeys(
@@ -105,6 +104,12 @@ def verdicts(studies: Sequence[SceneStudy]) -> Iterator[Part]:
     )
     yield from (f"{scene}: tolerances: {reason}" for scene, reason in reasons)
     yield from map(qualification_table, studies)
+
+
+def distrusted(studies: Sequence[SceneResults[Any]]) -> Iterator[Part]:
+    """Scenes whose exact motion contradicts itself, before anything else is said."""
+    doubted = [study for study in studies if any(result.distrust for result in study.results)]
+    yield from (said(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
 
 
 # -- the forces in it --------------------------------------------------------------------------------------------------
@@ -145,6 +150,7 @@ def force_verdicts(found: Sequence[ForceStudy]) -> Iterator[Part]:
     """Largest errors, observed orders, verdict."""
     from conrod.report.forces import reasons, verdicts_table
 
+    yield from distrusted(found)
     yield verdicts_table(found)
     yield from (f"tolerance: {reason}" for reason in reasons(r for one in found for r in one.results))
 

@@ -13,7 +13,7 @@ from conrod.report import numbers
 from conrod.report.charts.panels import table_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import exceeded_words
+from conrod.report.results import DISTRUST, exceeded_words
 from conrod.report.table import Table, table
 
 PART = "table"  # of the report, which has one
@@ -39,6 +39,8 @@ def _turns(study: TableStudy) -> str:
 
 def verdict_text(study: TableStudy) -> str:
     """The verdict, with what is out of tolerance."""
+    if study.distrust:
+        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST}"
     if study.passed is None:
         return "measured, not judged: give --tolerance"
     if study.passed:

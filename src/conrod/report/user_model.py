@@ -13,7 +13,7 @@ from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
 from conrod.report.kind import Kind
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
-from conrod.report.results import exceeded_words
+from conrod.report.results import DISTRUST, exceeded_words
 from conrod.report.start_pose import begins_words
 from conrod.report.table import Table, table
 from conrod.runs.trajectory import Outcome
@@ -27,6 +27,8 @@ KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Roll
 
 def verdict(study: ModelStudy) -> str:
     """The answer in a sentence; what the file's own run shows comes first where that failed, and last where not."""
+    if study.distrust:
+        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST}"
     sentences = [_judgement(study)]
     if study.own_run is not None:
         own_run = f"Run as the file has it, {_own_run_words(study, study.own_run)}."

@@ -30,6 +30,7 @@ from conrod.runs.comparison import ExactMotions, size_of, track_errors
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.scenes import Scene
+from conrod.studies.frame.prediction import misfit_words, reference_misfit
 from conrod.studies.frame.resolve_arguments import MOST_SAMPLES
 from conrod.studies.validation.results import RefinementPoint
 
@@ -67,7 +68,9 @@ def study(
         wrong = {one.point for one in misplaced}
         # Compared are points that are where they should be on their links; all, where none is.
         points = tuple(point for point in turn.points if point not in wrong) or turn.points
-        found = ModelStudy(str(path), name, machine, question, facts, identity, tolerance, revolutions, {}, {}, points)
+        distrust = misfit_words(reference_misfit(machine))
+        parts = (str(path), name, machine, question, facts, identity, tolerance, revolutions)
+        found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
         if identity.left > COMPARABLE:
             return found
         bench = Bench(turning, question, moving, machine.speed, identity.frame, points, revolutions)

@@ -86,6 +86,7 @@ class ModelStudy:
         refused: presets that were not run, with the reason.
         points: that the runs are compared at.
         refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
+        distrust: how the exact motion contradicts its joints' equations, in words; empty where it does not.
     """
 
     file: str
@@ -102,6 +103,7 @@ class ModelStudy:
     own_run: JudgedRun | None = None
     crank: CrankMotion | None = None
     refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
+    distrust: str = ""
 
     @property
     def kinematic_tolerance(self) -> float:
@@ -176,6 +178,6 @@ class ModelStudy:
     def passed(self) -> bool:
         """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
         own = self.own
-        if not self.is_machine or self.model.stops or own is None or self.own_failed or self.begins_open:
+        if self.distrust or not self.is_machine or self.model.stops or self.own_failed or self.begins_open:
             return False
-        return own.outcome is Outcome.COMPLETED and not self.exceeded()
+        return own is not None and own.outcome is Outcome.COMPLETED and not self.exceeded()

@@ -17,6 +17,7 @@ from conrod.own.tables.errors import ERRORS, Errors, Exact
 from conrod.own.tables.estimation import Estimate, aligned, estimate
 from conrod.own.tables.reading import Reading
 from conrod.scenes import Scene
+from conrod.studies.frame.prediction import misfit_words, reference_misfit
 
 # Below this nobody asks why, but for a tolerance: tables are written with so many digits.
 NOTEWORTHY = 1e-6
@@ -47,6 +48,7 @@ class TableStudy:
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
         notes: what is not judged, or not as one might think, a sentence each.
+        distrust: how the exact motion contradicts its joints' equations, in words; empty where it does not.
     """
 
     file: str
@@ -63,6 +65,7 @@ class TableStudy:
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
     notes: tuple[str, ...]
+    distrust: str = ""
 
     @property
     def revolutions(self) -> float:
@@ -87,6 +90,8 @@ class TableStudy:
     @property
     def passed(self) -> bool | None:
         """True if all is within tolerance; None where nothing is judged."""
+        if self.distrust:
+            return False
         return not self.exceeded if self.tolerance else None
 
 
@@ -126,6 +131,7 @@ def study_table(
         tolerance={**clock_limits(table, reading, limits), **limits},
         causes=(),
         notes=tuple(_notes(reading, scene)),
+        distrust=misfit_words(reference_misfit(scene)),
     )
     for name in limits:
         if found.largest(name) is None:

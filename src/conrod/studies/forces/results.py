@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from conrod.exact.dynamics.inverse import TORQUE
+from conrod.studies.frame.prediction import misfit_words
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
 
 GROUPS = ("torque", "reactions", "contact")
@@ -55,6 +56,7 @@ class ForceResult(Result):
         groups: those asked for that the machine has, by the names of their quantities.
         unsupported: by quantity, why the engine does not report it.
         order: by group and by quantity.
+        misfit: of the exact motion and its joints' equations, as of a validation's result.
         tolerance, reason_of_tolerance: by group, what is allowed, and why.
         likeness: by "body.property", how many times the change that is to be seen the errors look like.
     """
@@ -69,6 +71,7 @@ class ForceResult(Result):
     errors: Mapping[str, ForceErrors] | None = None
     refinement: tuple[ForcePoint, ...] = ()
     likeness: Mapping[str, float] | None = None
+    misfit: Mapping[str, Mapping[str, float]] | None = None
     tolerance: Mapping[str, float] | None = None
     reason_of_tolerance: str = ""
 
@@ -76,6 +79,10 @@ class ForceResult(Result):
     def names(self) -> list[str]:
         """All quantities that were asked for."""
         return [name for names in self.groups.values() for name in names]
+
+    @property
+    def distrust(self) -> str:
+        return misfit_words(self.misfit or {})
 
     @property
     def limits(self) -> Mapping[str, float]:

@@ -14,6 +14,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.measuring import Measured, likenesses, peaks_of, quantities_of, tolerance_of
 from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult
+from conrod.studies.frame.prediction import reference_misfit
 from conrod.studies.frame.result import EngineCase, refine
 from conrod.studies.validation.plan import Plan
 
@@ -43,7 +44,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     measured = Measured(scene, tracks, peaks, scene.period / steps)
     errors = measured.errors(result.names)
     likeness = likenesses(scene, measured, result.names)
-    result = replace(result, errors=errors, likeness=likeness)
+    result = replace(result, errors=errors, likeness=likeness, misfit=reference_misfit(scene))
 
     def point(n: int, turns: float, start: float) -> ForcePoint:
         tracks = _forces(engine, scene, engine.presets[preset](scene, n), turns, start)
