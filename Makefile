@@ -6,10 +6,11 @@ ENGINE_SCENES ?= shear-press saw-40rpm saw-500rpm cam-follower crank-shaper whit
 MUTANT_SECONDS ?= 3600 # after which `make mutants` stops; the next one goes on from there
 MUTANT_SAMPLE ?= 40 # defects of a module at most, those of changed functions first; 0 for all
 READY  := $(VENV)/.ready
+LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection own-models verification test test-all lint types mjcf golden golden-write bench mutants attack wheel site check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection own-models verification test test-all lowest lint types mjcf golden golden-write bench mutants attack wheel site check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -56,6 +57,11 @@ test: $(READY) ## the fast tests, some minutes on two cores
 
 test-all: $(READY) ## the slow tests too: all 25 cams, long runs
 	$(BIN)/python -m pytest -n auto -m "slow or not slow"
+
+# What its libraries warn of each other is not conrod's: newer ones have deprecated what these call.
+lowest: $(LOWEST)/.ready ## the tests of command line, runs and engines with the lowest versions that are allowed
+	$(LOWEST)/bin/python -m pytest -n auto -W ignore::DeprecationWarning tests/cli tests/runs tests/engines \
+	    tests/mechanism tests/exact/test_exact_dynamics.py
 
 lint: $(READY)
 	$(BIN)/ruff check src audits tests benchmarks golden
@@ -107,10 +113,15 @@ wheel: $(READY)
 check: lint types test
 
 clean:
-	rm -rf $(VENV) dist build
+	rm -rf $(VENV) $(LOWEST) dist build
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit("conrod needs Python 3.11 or newer, this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,engines]'
 	touch $(READY)
+
+$(LOWEST)/.ready: pyproject.toml constraints-lowest.txt
+	$(PYTHON) -m venv $(LOWEST)
+	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-lowest.txt --editable '.[box2d,dev,exudyn,fmi]'
+	touch $@

@@ -14,7 +14,9 @@ from free_machines import chain
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
+from conrod.engines.mujoco import PRESETS, older
 from conrod.engines.mujoco import model_edits as dressing
+from conrod.engines.mujoco.engine import unjudged
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.engines.variants import Ingredient
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
@@ -211,3 +213,23 @@ def test_loads_act_at_every_stage() -> None:
     assert np.abs(motion.poses - free.poses[:FIRST]).max() > 0.1
     assert error(swing(mechanism, motion), motion) < 1e-5
     assert mujoco.get_mjcb_act_bias() is None
+
+
+# -- older releases ----------------------------------------------------------------------------------------------------
+
+
+def test_loops_of_a_release_without_the_jacobians_rate_have_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    engine: Any = engine_named("mujoco")
+    loop, contact = MuJoCoSettings.tuned(SAW, 100), MuJoCoSettings.tuned(CAM, 8000)
+    assert engine.expected_error(SAW, loop).position is not None
+    bound = engine.expected_error(CAM, contact).position
+    monkeypatch.setattr(older, "RELEASE", (3, 6, 0))
+    law = engine.expected_error(SAW, loop)
+    assert (law.position, law.law) == (None, older.UNBOUNDED)
+    assert engine.expected_error(CAM, contact).position == bound, "a cam's contact has no connect"
+
+
+def test_nothing_is_required_of_the_forces_of_a_loop_in_such_a_release() -> None:
+    assert "torque" in PRESETS["hardened"].forces
+    assert [sorted(unjudged(one).forces) for one in PRESETS.values()] == [[], ["contact"], []]
+    assert not any(unjudged(one).judged_free for one in PRESETS.values())

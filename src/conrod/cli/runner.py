@@ -121,7 +121,8 @@ class ProgressBar(Progress, Watcher):
         self._usual, self._ended = usual, Counter[str]()
 
     def stop(self) -> None:
-        super().stop()
+        if not self.disable:  # before rich 15 one that shows nothing ends with an empty line
+            super().stop()
         (task,) = self.tasks
         if task.started:
             text = f"{task.description}: {self._ended.total()} done in {task.elapsed:.1f} s"

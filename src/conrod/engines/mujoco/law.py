@@ -20,7 +20,7 @@ import numpy as np
 from conrod.engines.cam_polygon import FollowerMotion, cam_polygon
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
-from conrod.engines.mujoco import LEAST_STEPS, MuJoCoSettings, exchanged_inertia
+from conrod.engines.mujoco import LEAST_STEPS, MuJoCoSettings, exchanged_inertia, older
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.numerics import SAMPLES, UNDETERMINED, rounding
 from conrod.engines.tree import Tree
@@ -219,6 +219,8 @@ def expected_error(machine: Machine, settings: MuJoCoSettings, start_angle: floa
 
     The drive is a flywheel, whose rate varies by what the crank exchanges with the links over what it holds.
     """
+    if not machine.kinematics.mechanism.cam_contacts and not older.closures_are_bounded():
+        return ExpectedError(law=older.UNBOUNDED)
     bounds = _bounds(machine, settings, start_angle)
     return replace(bounds, ripple=ripple(machine, settings.armature)) if settings.armature > 0.0 else bounds
 

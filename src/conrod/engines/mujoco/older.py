@@ -20,6 +20,9 @@ RELEASE = tuple(map(int, re.findall(r"\d+", mujoco.__version__)))
 # The first releases in which a bad state can be left as it is, equalities are of sites, rollouts take several data.
 # (3.2.3 and 3.2.4, which had sites first, have errors in connects of them: on 3.2.3 six-bar ends by a signal.)
 AUTORESET_FLAG, SITE_EQUALITIES, SEVERAL_DATA = (3, 2, 1), (3, 2, 5), (3, 2, 7)
+# ... in which `connect` has the term of the changing Jacobian, without which no loop keeps the law of its errors, ...
+JACOBIAN_RATE = (3, 7, 0)
+UNBOUNDED = "MuJoCo before 3.7.0 leaves the rate of the Jacobian out of `connect`: errors of a loop have no bound"
 # ... and in which an integrator, or an option, is there.
 SINCE = {"discrete": (3, 13, 0)}
 
@@ -30,6 +33,11 @@ def lacking(settings: MuJoCoSettings) -> str | None:
     if first > RELEASE:
         return f"the integrator {settings.integrator} is there from MuJoCo {'.'.join(map(str, first))} on"
     return None
+
+
+def closures_are_bounded() -> bool:
+    """True if this release keeps loops as the law of its errors says; one that does not is measured, and not judged."""
+    return RELEASE >= JACOBIAN_RATE
 
 
 def resets_by_itself(settings: MuJoCoSettings) -> bool:
