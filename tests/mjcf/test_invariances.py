@@ -98,6 +98,31 @@ def test_what_a_similarity_does_not_know_is_unsupported_with_the_reason(loops: B
     assert all(one.refusal(windy) == "the model has a fluid" for one in SIMILARITIES.values())
 
 
+def test_a_world_of_many_geoms_is_turned_with_the_boxes_that_contacts_are_sought_by(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    grid = [(0.1 * i - 0.25, 0.1 * j - 0.25) for i in range(6) for j in range(6)]
+    floor = "".join(f'<geom type="box" size="0.05 0.05 0.05" pos="{x} {y} 0"/>' for x, y in grid)
+    shapes = '<geom type="box" size="0.1 0.02 0.02"/><geom type="box" size="0.02 0.1 0.02"/>'
+    body = f'<body pos="0 0 0.067"><freejoint/>{shapes}<geom size="0.05" pos="0.1 0.1 0.035"/></body>'
+    path = tmp_path / "floor.xml"
+    path.write_text(f"<mujoco><worldbody>{floor}{body}</worldbody></mujoco>", encoding="utf-8")
+    model = load_model(path)
+    states = run(model, state_of(model, mujoco.MjData(model)), 60).states[::20]
+    bench = Bench.of(model, 0.04 * np.arange(len(states)), states)
+    assert [one.outcome for one in similarities(bench)] == [Kept.HOLDS, Kept.HOLDS]
+    # Negative control: with the boxes as they were compiled, contacts are missed.
+    monkeypatch.setattr(mujoco.mjtDisableBit, "mjDSBL_MIDPHASE", 0)
+    assert [one.outcome for one in similarities(bench)] == [Kept.HOLDS, Kept.BROKEN]
+
+
+def test_an_actuator_whose_force_is_not_linear_is_not_known(loops: Bench) -> None:
+    muscle = copy.copy(loops.model)
+    muscle.actuator_gaintype[0] = int(mujoco.mjtGain.mjGAIN_MUSCLE)
+    assert SIMILARITIES["masses doubled"].refusal(loops.model) == ""
+    assert SIMILARITIES["masses doubled"].refusal(muscle) == "an actuator's force is not linear in its numbers"
+
+
 @pytest.mark.slow
 def test_sparse_factorisation_of_4_0_0_is_told_from_that_of_4_0_1() -> None:
     """MuJoCo 4.0.1's release notes: 4.0.0 merged rows with different descendants (#3767)."""

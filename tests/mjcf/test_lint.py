@@ -45,9 +45,10 @@ def renamed(text: str, seed: int = 0) -> str:
 
 RESETS = replaced(SAW, 'autoreset="disable" ', "")
 TOO_LONG = replaced(SAW, 'timestep="0.00012"', 'timestep="0.05"')
+AT_REST = re.sub(' qvel="[^"]*"', "", replaced(SAW, 'gravity="0 -9.81 0"', 'gravity="0 0 -9.81"'))
 TWICE = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
 APART = replaced((CASES / "anchor-apart.xml").read_text(encoding="utf-8"), 'gravity="0 0 0"/>',
-                 'gravity="0 0 0"><flag autoreset="disable"/></option>')  # fmt: skip
+                 'gravity="0.1 0 0"><flag autoreset="disable"/></option>')  # fmt: skip
 PLANTED = {
     "links that collide at their pin": (
         SAW.replace(INERT, "").replace(' contact="disable"', ""),
@@ -59,6 +60,7 @@ PLANTED = {
     "a silent reset": (RESETS, "silent-reset"),
     "a step that is too long": (TOO_LONG, "step-too-long"),
     "parts that do not meet": (APART, "parts-apart"),
+    "a model at rest": (AT_REST, "nothing-moves"),
     "an open start": (replaced(SAW, 'euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
 }
 
@@ -182,6 +184,16 @@ def test_parts_that_meet_or_are_not_drawn_are_no_finding(c: str, anchor: str, ap
     # To the world anything may be pinned anywhere.
     world = MEETING.format(a=BAR, b=CROSS, c=c, anchor=anchor).replace(' body2="c"', "")
     assert not list(parts_apart(mujoco.MjModel.from_xml_string(world)))
+
+
+def test_nothing_moves_in_the_run_of_a_steering_and_it_is_said_until_something_does(tmp_path: Path) -> None:
+    text = (CASES / "steering.xml").read_text(encoding="utf-8")
+    report = at(tmp_path, text, seconds=0.2)
+    (found,) = (one for one in report.findings if one.rule == "nothing-moves")
+    assert (found.severity, found.evidence["travel [m]"]) == (Severity.NOTE, 0.0)
+    motor = '</equality><actuator><motor name="m" joint="pinion"/></actuator>'
+    driven = at(tmp_path, replaced(text, "</equality>", motor), seconds=0.2, controls=(("m", 0.1),))
+    assert "nothing-moves" not in rules_of(driven)
 
 
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("shear-press", "saw-40rpm", "cam-follower")]

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import older
+from conrod.engines.mujoco.compiled_edits import set_step
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -181,7 +182,7 @@ def start_of(
 def swing(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> Run:
     """Run a model from a state, with so many times as many steps between the same samples."""
     made = unresetting(model)
-    made.opt.timestep /= finer
+    set_step(made, float(made.opt.timestep) / finer)
     return run(made, state, steps * finer, every * finer)
 
 

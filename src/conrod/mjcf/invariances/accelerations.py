@@ -90,12 +90,18 @@ WORLD, NO_SAME_FRAME = 0, 0  # the latter is mjSAMEFRAME_NONE, a name that 3.2.2
 MASSES = (  # fields in proportion to the unit of mass, and in inverse proportion
     "body_mass", "body_subtreemass", "body_inertia", "dof_armature", "dof_damping", "dof_M0", "dof_frictionloss",
     "jnt_stiffness", "jnt_actfrcrange", "tendon_stiffness", "tendon_damping", "tendon_frictionloss", "tendon_armature",
+    "geom_adhesion", "pair_adhesion",
     "actuator_gainprm", "actuator_biasprm", "actuator_forcerange", "actuator_damping", "actuator_armature",
 )  # fmt: skip
 INVERSE_MASSES = ("body_invweight0", "dof_invweight0", "tendon_invweight0")
 # Which a model may have and a similarity does not know: counts, or fields that must be 0.
 NEVER = ("nflex", "nplugin", "nmocap", "nhfield", "na")
-ZERO = ("dof_dampingpoly", "jnt_stiffnesspoly", "tendon_dampingpoly", "tendon_stiffnesspoly", "actuator_dampingpoly")
+ZERO = (
+    "dof_dampingpoly", "jnt_stiffnesspoly", "tendon_dampingpoly", "tendon_stiffnesspoly", "actuator_dampingpoly",
+    "jnt_springyield", "tendon_springyield",
+)  # fmt: skip
+LINEAR_GAINS = tuple(int(getattr(mujoco.mjtGain, f"mjGAIN_{kind}")) for kind in ("FIXED", "AFFINE"))
+LINEAR_BIASES = tuple(int(getattr(mujoco.mjtBias, f"mjBIAS_{kind}")) for kind in ("NONE", "AFFINE"))
 
 
 @dataclass(frozen=True)
@@ -128,6 +134,8 @@ class Similarity:
         of_joints = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
         right = model.jnt_type[model.actuator_trnid[of_joints, 0]] >= SLIDE
         yield "an actuator acts on something else than a hinge or a slide", not (of_joints.all() and right.all())
+        linear = np.isin(model.actuator_gaintype, LINEAR_GAINS) & np.isin(model.actuator_biastype, LINEAR_BIASES)
+        yield "an actuator's force is not linear in its numbers", not linear.all()
         to_world = (model.eq_obj1id == WORLD) | (model.eq_obj2id == WORLD)
         yield "a weld to the world", self.turned and bool(np.any((model.eq_type == WELD) & to_world))
 
@@ -138,6 +146,7 @@ class Similarity:
             for name in names:
                 if hasattr(made, name):
                     getattr(made, name)[:] *= factor
+        made.stat.meanmass, made.stat.meaninertia = self.mass * made.stat.meanmass, self.mass * made.stat.meaninertia
         if self.turned:
             self._turn(made)
         return made
@@ -155,6 +164,8 @@ class Similarity:
         for objects, columns in ((made.eq_obj1id, slice(0, 3)), (made.eq_obj2id, slice(3, 6))):
             anchors = made.eq_data[:, columns]
             anchors[of_bodies & (objects == WORLD)] @= self.rotation.T
+        # The boxes around the world's geoms (bvh_aabb) stay where they were compiled: contacts are sought without.
+        made.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
         made.opt.gravity[:] = self.rotation @ made.opt.gravity
         for name in ("qpos0", "qpos_spring"):
             getattr(made, name)[:] = self.positions(made, getattr(made, name))

@@ -26,6 +26,7 @@ RULES: Mapping[str, Rule] = {
     "parts-apart": closures.parts_do_not_meet,
     "redundant-closure": closures.redundant_closure,
     "joined-links-collide": closures.joined_links_collide,
+    "nothing-moves": stepping.nothing_moves,
     "silent-reset": stepping.silent_reset,
 }
 NEED_A_RUN = (SOLVER, "soft-closure")  # that holds together

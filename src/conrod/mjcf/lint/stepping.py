@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco import older
 from conrod.exact.motion import Array
-from conrod.mjcf.lint.bench import Bench
+from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
 from conrod.mjcf.runs import data_at
 
@@ -126,6 +126,26 @@ def _left(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> float:
     mujoco.mj_mulJacVec(model, own, work, exact.qacc - exact.qacc_smooth)
     largest = float(np.abs(work).max())
     return float(np.abs(rest).max()) / largest if largest > 0.0 else 0.0
+
+
+# -- a run in which nothing happens ------------------------------------------------------------------------------------
+
+
+def nothing_moves(bench: Bench) -> Iterator[Finding]:
+    """A run in which nothing moves, and which shows nothing."""
+    run = bench.run
+    if run.broke or run.travel > UNCHANGED * bench.size:
+        return
+    command = "--ctrl NAME=VALUE commands a motion, " if bench.model.nu else ""
+    yield Finding(
+        what="nothing moves in its own run",
+        severity=Severity.NOTE,
+        evidence={"travel [m]": run.travel, "steps": run.steps, "actuators": int(bench.model.nu)},
+        why="the closures carry nothing but what rests on them: that they are not seen to open says nothing of the "
+        "model in motion",
+        fix=f"{command}--keyframe KEY starts from a keyframe with rates (qvel); `conrod validate --drive JOINT=LAW` "
+        "moves it",
+    )
 
 
 # -- a model that starts again by itself -----------------------------------------------------------------------------

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.mujoco import older
+from conrod.engines.mujoco.compiled_edits import set_armature
 from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
@@ -68,8 +69,8 @@ class Drives:
         self.held = [joint for joint in machine.tree.joints if joint.name in machine.held]
         inertia = float(model.body_mass.sum()) * (machine.tree.extent**2)
         self.armature = FLYWHEEL * max(inertia, float(model.dof_M0.max(initial=1e-9)))
-        for joint in [*machine.driven, *self.held]:
-            model.dof_armature[joint.rates] = self.armature
+        driven = [np.arange(model.nv)[joint.rates] for joint in (*machine.driven, *self.held)]
+        set_armature(model, np.concatenate(driven).tolist(), self.armature)
 
     def write(self, data: mujoco.MjData, time: float) -> None:
         """The driven coordinates and rates of a time."""
@@ -82,19 +83,25 @@ class Drives:
 
     @contextmanager
     def acting(self) -> Iterator[None]:
-        """MuJoCo asks for the forces that accelerate the flywheels at each stage of a step."""
+        """MuJoCo asks for the forces that accelerate the flywheels at each stage of a step.
+
+        Where the model switches actuation off MuJoCo asks for no control, but for passive forces all the same.
+        """
+        off = self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
+        kind = "passive" if off else "control"
+        callback, set_callback = (getattr(mujoco, f"{verb}_mjcb_{kind}") for verb in ("get", "set"))
 
         def push(_: mujoco.MjModel, data: mujoco.MjData) -> None:
             now = np.array([data.time])
             for joint, law in self.joints:
                 data.qfrc_applied[joint.rate] = self.armature * law.derivatives(now)[2, 0]
 
-        before = mujoco.get_mjcb_control()
-        mujoco.set_mjcb_control(push)
+        before = callback()
+        set_callback(push)
         try:
             yield
         finally:
-            mujoco.set_mjcb_control(before)
+            set_callback(before)
 
 
 def driven_run(
@@ -109,9 +116,6 @@ def driven_run(
     """
     original, model = model, copy.copy(model)
     model.opt.disableflags |= older.flag("AUTORESET")
-    if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION:  # without which MuJoCo asks for no control
-        model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
-        model.actuator_gainprm[:], model.actuator_biasprm[:] = 0.0, 0.0
     drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
     start_state(data, motion)
     step, joined = float(model.opt.timestep), list[str]()

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import HARDENING, MuJoCoSettings, harden, older
+from conrod.engines.mujoco.compiled_edits import set_step
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -52,7 +53,7 @@ def with_settings(
     """
     made = copy.copy(model)
     option = made.opt
-    option.timestep = step
+    set_step(made, step)
     option.disableflags |= older.flag("AUTORESET")
     if label != OWN:
         settings = _settings(label, step, period, idle, contact)
