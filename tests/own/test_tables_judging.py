@@ -255,5 +255,5 @@ def test_a_report_whose_columns_have_another_shape_is_of_another_version(tmp_pat
     file.write_text(csv_text(exact_table(SAW)))
     conrod("validate", str(file), "--scene", "saw-500rpm", "--out", str(out))
     document = out / "results.json"
-    document.write_text(document.read_text().replace('"schema": 3', '"schema": 2'))
+    document.write_text(document.read_text().replace('"schema": 4', '"schema": 3'))
     assert "another version of conrod" in conrod("report", str(out), "--out", str(tmp_path / "again")).stderr

@@ -38,16 +38,17 @@ def _turns(study: TableStudy) -> str:
 
 
 def verdict_text(study: TableStudy) -> str:
-    """The verdict, with what is out of tolerance."""
+    """The verdict, with what is out of tolerance and what it does not rest on."""
     if study.distrust:
         return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST}"
     if study.passed is None:
         return "measured, not judged: give --tolerance"
+    unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""
     if study.passed:
         found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
         within = (f"{name} {numbers.error(name, size)} <= {_allowed(name, limit)}" for name, size, limit in found)
-        return f"within tolerance: {', '.join(within)}"
-    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _allowed))}"
+        return f"within tolerance: {', '.join(within)}{unjudged}"
+    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _allowed))}{unjudged}"
 
 
 def _allowed(name: str, limit: float) -> str:
@@ -138,5 +139,5 @@ KIND = Kind(
     title=lambda study: f"{study.file} against {study.scene_name}",
     summary=_summary,
     one_part=True,
-    schema=3,
+    schema=4,
 )

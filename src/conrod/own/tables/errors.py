@@ -93,13 +93,20 @@ class Exact:
         return self.nominal_angle if own is None else own + self.turn
 
     @property
+    def phases(self) -> Array:
+        """Deviation of the table's crank from the nominal one (T,) [rad].
+
+        A table may count its angle from 0 to 360 deg again and again, and begin in any turn. Jumps by a turn are taken
+        out of the deviation, not of the angle: where rows are missing the crank itself may have turned by more than
+        half a turn.
+        """
+        phase = np.unwrap(self.angle - self.nominal_angle)
+        return np.asarray(phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi)))
+
+    @property
     def phase(self) -> float | None:
         """Largest deviation of the table's crank from the nominal one [rad]; None where it has no crank angle."""
-        if CRANK_ANGLE not in self.values:
-            return None
-        # A table may count its angle from 0 to 360 deg again and again, and begin in any turn.
-        phase = np.unwrap(self.angle) - self.nominal_angle
-        return float(np.abs(phase - 2.0 * np.pi * np.rint(phase[0] / (2.0 * np.pi))).max())
+        return float(np.abs(self.phases).max()) if CRANK_ANGLE in self.values else None
 
     @cached_property
     def nominal(self) -> Motion:

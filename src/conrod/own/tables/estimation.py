@@ -86,7 +86,7 @@ def _estimates(table: Exact, asked: Sequence[str]) -> Iterator[Estimate]:
     if has_places:
         shift, error, left = shift_of(table, "total")
     else:
-        off = np.unwrap(table.angle) - table.nominal_angle
+        off = table.phases
         spread = float(np.sum((off - off.mean()) ** 2))
         error, left = math.sqrt(spread / (len(off) - 1) / len(off)), math.sqrt(spread / len(off))
         shift = math.remainder(float(off.mean()), TURN)

@@ -6,13 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
 from conrod.own.tables.causes import Cause, likely_causes
-from conrod.own.tables.columns import CRANK_ANGLE, TIME, Column, quantities
+from conrod.own.tables.clock import clock_limits
+from conrod.own.tables.columns import TIME, Column, quantities
+from conrod.own.tables.coverage import RMS, check_moving, quantity_of, still_columns, unjudged
 from conrod.own.tables.errors import ERRORS, Errors, Exact
 from conrod.own.tables.estimation import Estimate, aligned, estimate
 from conrod.own.tables.reading import Reading
@@ -26,9 +24,6 @@ CLOCK_NOTE = (
     "phase and total are held to the scene's speed from crank angle 0 at time 0: --set speed=SPEED gives another, "
     "--estimate time finds an unknown start, and --tolerance phase=ANGLE allows a drive that does not keep its speed"
 )
-EPS = float(np.finfo(float).eps)
-RMS = "velocity_rms"
-DIGITS = 17  # that tell doubles apart
 
 
 @dataclass(frozen=True)
@@ -48,6 +43,7 @@ class TableStudy:
         tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
         causes: that reproduce what is wrong.
         notes: what is not judged, or not as one might think, a sentence each.
+        unjudged: what the verdict does not rest on, as `position of M`, `velocity`; empty where nothing is judged.
         distrust: how the exact motion contradicts its joints' equations, in words; empty where it does not.
     """
 
@@ -65,6 +61,7 @@ class TableStudy:
     tolerance: Mapping[str, float]
     causes: tuple[Cause, ...]
     notes: tuple[str, ...]
+    unjudged: tuple[str, ...]
     distrust: str = ""
 
     @property
@@ -110,12 +107,14 @@ def study_table(
         tolerance: largest errors allowed, of `ERRORS`, `velocity_rms` and `phase` [rad]; None judges nothing.
 
     Raises:
-        InvalidInput: a tolerance of what the table has not, or an estimate of what it does not tell.
+        InvalidInput: a tolerance of what the table has not or of what stands still, or an estimate of what the table
+            does not tell.
     """
     table, limits = Exact(reading.values, scene), dict(tolerance or {})
     estimates = estimate(table, asked) if asked else ()
     table = aligned(table, estimates)
     _check_pass(table)
+    allowed = {**clock_limits(table, reading, limits), **limits}
     found = TableStudy(
         file=file,
         scene_name=scene_name,
@@ -128,15 +127,18 @@ def study_table(
         errors=table.errors,
         phase=table.phase,
         estimates=estimates,
-        tolerance={**clock_limits(table, reading, limits), **limits},
+        tolerance=allowed,
         causes=(),
-        notes=tuple(_notes(reading, scene)),
+        notes=tuple(_notes(reading, table)),
+        unjudged=unjudged(table, allowed),
         distrust=misfit_words(reference_misfit(scene)),
     )
     for name in limits:
         if found.largest(name) is None:
-            what = {"phase": "crank angle", "total": "position"}.get(name, name.removesuffix("_rms"))
+            what = {"phase": "crank angle"}.get(name, quantity_of(name))
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
+    if found.passed:
+        check_moving(table, allowed, limits)
     if "phase" in found.exceeded and "phase" not in limits:
         found = replace(found, notes=(*found.notes, CLOCK_NOTE))
     # None where all are within tolerance, otherwise all that are worth a note.
@@ -157,7 +159,8 @@ def _check_pass(table: Exact) -> None:
         )
 
 
-def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
+def _notes(reading: Reading, table: Exact) -> Iterator[str]:
+    scene = table.scene
     if reading.repeated:
         yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
     assumed = [column.name for column in reading.columns if column.unit_from == "assumed"]
@@ -165,55 +168,5 @@ def _notes(reading: Reading, scene: Scene) -> Iterator[str]:
         yield f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise"
     if missing := [name for name in quantities(tuple(scene.lengths)) if name not in reading.values]:
         yield f"not in the table: {', '.join(missing)}; motion is not judged then, and the crank taken at its nominal"
-
-
-# -- what a clock is allowed where the crank has a prescribed speed ----------------------------------------------------
-
-
-def clock_limits(table: Exact, reading: Reading, asked: Mapping[str, float]) -> dict[str, float]:
-    """Limits that follow from those asked for; none where the table has no crank angle, or the user sets `total`.
-
-    Errors at the angle that a table says show no wrong clock. An angle at the prescribed speed is off by rounding, and
-    by the digits that its column and that of the time are written with; the position at the nominal time by what
-    `position` is allowed, and by what the phase moves the point.
-    """
-    values, scene, nominal = reading.values, table.scene, table.nominal_angle
-    if CRANK_ANGLE not in values or not asked or "total" in asked:
-        return {}
-    factors = {column.name: column.factor for column in reading.columns}
-    rounding = phase_bound(len(nominal), float(np.abs(nominal).max()) / (2.0 * math.pi))
-    written = abs(scene.speed) * _written(values[TIME], values[TIME], factors[TIME])
-    written += _written(values[CRANK_ANGLE], np.unwrap(values[CRANK_ANGLE]), factors[CRANK_ANGLE])
-    phase = asked.get("phase", rounding + written)
-    limits = {"phase": phase}
-    if "position" in asked:
-        limits["total"] = asked["position"] + phase * largest_derivatives(scene.kinematics, 1)[1]
-    return limits
-
-
-def _written(values: Array, course: Array, factor: float) -> float:
-    """Bound on the rounding of a column by the digits that it is written with, SI.
-
-    Half of the last digit, or of a single's; no more than the column leaves equal spacing by, so that whole numbers
-    at equal distances are taken at their word.
-
-    Args:
-        values, course: (T,) SI; as written, and without jumps by a turn.
-        factor: of the unit that it is written in, to SI.
-    """
-    even = course[0] + np.arange(len(course)) * ((course[-1] - course[0]) / (len(course) - 1))
-    written = np.abs(values[values != 0.0]) / factor
-    if not len(written):
-        return 0.0
-    first = np.floor(np.log10(written))
-    unknown = 2.0**-24 * written.max() if _same(written, written.astype(np.float32)) else 0.0
-    for digits in range(1, DIGITS + 1):
-        last = 10.0 ** (first - digits + 1)
-        if digits == DIGITS or _same(written, np.rint(written / last) * last):
-            unknown = max(unknown, 0.5 * float(last.max()))
-            break
-    return min(unknown * factor, float(np.abs(course - even).max()))
-
-
-def _same(written: Array, rounded: Array) -> bool:
-    return bool(np.all(np.abs(written - rounded) <= 4.0 * EPS * written))
+    if still := still_columns(table, NOTEWORTHY):
+        yield f"{', '.join(still)}: the exact motion stands still there, so that their errors say nothing of it"

@@ -1,0 +1,96 @@
+"""What a verdict on a table rests on: the columns that move, and what is not judged."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.own.tables.columns import AXES, CRANK_ANGLE, MOTION
+from conrod.own.tables.errors import ERRORS, Exact
+
+RMS = "velocity_rms"
+LISTED = 6  # columns that an error or a verdict names
+
+
+def quantity_of(tolerance: str) -> str:
+    """The quantity of `MOTION` that a tolerance limits, such as `position` of `total`; `phase` for itself."""
+    return ERRORS.get(tolerance.removesuffix("_rms"), tolerance)
+
+
+def exact_travels(table: Exact, quantity: str) -> dict[str, float]:
+    """Travel of each component of each point in the exact motion over the table's rows, normalised as its errors.
+
+    That is the range of a position, and the largest size of a velocity or an acceleration: a column that has less
+    travel than its tolerance is within that while nothing moves.
+    """
+    letter, travels = MOTION[quantity][0], dict[str, float]()
+    for point in table.scene.lengths:
+        exact = getattr(table.nominal.point(point), quantity) / table.norm(quantity, point)
+        sizes = np.ptp(exact, axis=0) if quantity == "position" else np.abs(exact).max(axis=0)
+        travels |= {f"{point}.{letter}{axis}": float(size) for axis, size in zip(AXES, sizes, strict=True)}
+    return travels
+
+
+def check_moving(table: Exact, tolerance: Mapping[str, float], asked: Collection[str]) -> None:
+    """Refuse a tolerance that limits no column that moves: whatever stands still would be within it.
+
+    Raises:
+        InvalidInput: names the columns that stand still, and some that move.
+    """
+    for name in asked:
+        quantity, allowed = quantity_of(name), tolerance[name]
+        if quantity not in MOTION:
+            continue
+        travels = exact_travels(table, quantity)
+        moving = [column for column, travel in travels.items() if travel > allowed]
+        still = [column for column in travels if column in table.values]
+        if not set(moving) & set(still):
+            what = f"{', '.join(still[:LISTED])} {'moves' if len(still) == 1 else 'move'}"
+            give = f"; give a column that moves: {', '.join(moving[:LISTED])}" if moving else ""
+            raise InvalidInput(
+                f"--tolerance {name}={allowed:g}: it judges nothing, for the exact {what} by no more than that{give}"
+            )
+
+
+def still_columns(table: Exact, travel: float) -> list[str]:
+    """Columns of quantities of which the table has none that travels by more, normalised, in the exact motion."""
+    still = list[str]()
+    for quantity in MOTION:
+        own = {name: size for name, size in exact_travels(table, quantity).items() if name in table.values}
+        if own and max(own.values()) <= travel:
+            still += own
+    return still
+
+
+def unjudged(table: Exact, tolerance: Mapping[str, float]) -> tuple[str, ...]:
+    """What a table with some tolerances leaves unjudged, as `position of M.y`, `velocity`; empty for nothing."""
+    return tuple(_unjudged(table, tolerance)) if tolerance else ()
+
+
+def _unjudged(table: Exact, tolerance: Mapping[str, float]) -> Iterator[str]:
+    for quantity in MOTION:
+        limits = [allowed for name, allowed in tolerance.items() if quantity_of(name) == quantity]
+        if not limits:
+            yield quantity
+        elif missing := _missing(table, quantity, min(limits)):
+            more = f" and {len(missing) - LISTED} more" if len(missing) > LISTED else ""
+            yield f"{quantity} of {', '.join(missing[:LISTED])}{more}"
+    if CRANK_ANGLE not in table.values or "phase" not in tolerance:
+        yield "crank angle"
+
+
+def _missing(table: Exact, quantity: str, allowed: float) -> list[str]:
+    """Points, or the components of one, that move by more than is allowed and have no column."""
+    travels, letter, found = exact_travels(table, quantity), MOTION[quantity][0], list[str]()
+    for point in table.scene.lengths:
+        own = [f"{point}.{letter}{axis}" for axis in AXES]
+        missing = [column for column in own if travels[column] > allowed and column not in table.values]
+        judged = [column for column in own if travels[column] > allowed and column in table.values]
+        still = [column for column in own if column in table.values and column not in judged]
+        if missing and not judged:
+            found.append(f"{point} ({', '.join(still)} stands still)" if still else point)
+        else:
+            found += missing
+    return found
