@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import quote
 
 from conrod.mjcf.loops.differences import Comparison
-from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, ShippedRun
+from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, LoopStudy, ShippedRun, limits_of
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured, order, quantity
 from conrod.report.start_pose import begins_words
@@ -21,13 +21,17 @@ CONTRADICTION = 1e-9  # of the travel; less is rounding
 
 
 def finding(study: LoopStudy) -> str:
-    """The answer in a few sentences; what the file's own run shows comes first where that failed."""
+    """The answer in a few sentences: on the file as it is, on its runs along the drives, and what was not judged.
+
+    That it is another machine comes first, unless its own run failed.
+    """
     shipped, own = study.shipped, study.own
-    said = [_judgement(study)]
-    said.insert(
-        0 if shipped.failed else 1, f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}."
-    )
+    said = [_own_run_words(study), _judgement(study)]
+    if not study.shipped_failed and not (study.is_machine and study.agrees):
+        said.reverse()
     said += [f"{words[0].upper()}{words[1:]}." for words in (study.moved_start, study.about) if words]
+    if not_judged := list(_not_judged(study)):
+        said.append(f"Not judged: {'; '.join(not_judged)}.")
     if study.begins is not None:
         said.insert(0 if study.begins_open else len(said), begins_words(study.begins))
     if study.is_machine and study.compared is not None and (words := _differences(study.compared)):
@@ -35,12 +39,41 @@ def finding(study: LoopStudy) -> str:
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
-        best = min((run for run in study.runs if run.errors), key=lambda run: run.errors["position"])
+        best = min(
+            (run for run in study.runs if run.errors), key=lambda run: max(run.errors["position"], run.gap or 0.0)
+        )
         if best is not own:
             said.append(f"At the same step `{best.label}` is within {in_mm(best.errors['position'])}.")
             if (run := study.presets.get(best.label)) is not None and run.failed and not shipped.failed:
                 said.append(f"But with it and its own actuators the file {shipped_words(run)}.")
     return " ".join(said)
+
+
+def _own_run_words(study: LoopStudy) -> str:
+    """The verdict on the file as it is, in a sentence."""
+    shipped, asked = study.shipped, study.question.tolerance
+    did = f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}"
+    if shipped.failed:
+        return f"{did}."
+    if not shipped.driven:
+        return f"{did}: not judged, nothing drives it (no control and no rate at its start)."
+    if shipped.exceeds(asked):
+        return f"{did}: OUT OF TOLERANCE (allowed {in_mm(limits_of(asked)[LOOPS])})."
+    return f"{did}: {'within tolerance' if LOOPS in limits_of(asked) else 'measured, not judged'}."
+
+
+def _not_judged(study: LoopStudy) -> Iterator[str]:
+    """What the verdict says nothing on, in words; nothing where all is measured and not judged."""
+    asked, idle = study.question.tolerance, study.mobility.idle
+    if study.judges_loops_alone:
+        named = f"{', '.join(study.points[:TOLD])}{', ..' if len(study.points) > TOLD else ''}"
+        yield f"what moves by the loops: {named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
+    if asked:
+        if left := [name for name in QUANTITIES if name not in asked]:
+            yield " and ".join(left)
+        yield "forces"
+    if study.mobility.undetermined:
+        yield f"what {', '.join(idle[:TOLD])} moves, which the drives do not determine"
 
 
 def _judgement(study: LoopStudy) -> str:
@@ -54,18 +87,17 @@ def _judgement(study: LoopStudy) -> str:
         return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
     if own.outcome is not Outcome.COMPLETED:
         met = f"; {study.remarks[0]}" if study.remarks else ""
-        return f"With its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
+        return f"Driven with its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
     off = in_mm(own.errors["position"])
     gap = f"its loops open by up to {in_mm(own.gap or 0.0)}, and {own.worst} is off its exact place by {off}"
     if not study.question.tolerance:
-        return f"With its own settings {gap}: measured, not judged."
+        return f"Driven with its own settings {gap}: measured, not judged."
     over = [
-        f"{name} {_sized(name, own.errors[name])}, allowed {_sized(name, allowed)}"
-        for name, allowed in study.question.tolerance.items()
-        if own.errors[name] > allowed
+        f"{'loops open' if name == LOOPS else name} {_sized(name, found)}, allowed {_sized(name, allowed)}"
+        for name, (found, allowed) in own.exceeded(study.question.tolerance).items()
     ]
     verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
-    return f"With its own settings {gap}: {verdict}."
+    return f"Driven with its own settings {gap}: {verdict}."
 
 
 def _differences(other: Comparison) -> str:
@@ -101,7 +133,7 @@ def in_mm(size: float) -> str:
 
 
 def _sized(name: str, size: float) -> str:
-    factor, unit = UNITS[name]
+    factor, unit = UNITS["position" if name == LOOPS else name]
     return f"{measured(factor * size)} {unit}"
 
 

@@ -34,6 +34,7 @@ class Mobility:
         rows, rank: scalar equations of the closures, and how many are independent.
         redundant: by closure, its equations that those before them say already.
         undetermined: points that the drives do not determine.
+        rigid: points that closures cannot move: rigid with what is driven or held.
         idle: joints that the freedoms move that are left, such as a rod's spin about itself.
         margin: least singular value that counts, along the motion, over the largest.
         margin_time: when that is [s].
@@ -47,6 +48,7 @@ class Mobility:
     idle: tuple[str, ...]
     margin: float
     margin_time: float
+    rigid: tuple[str, ...] = ()
 
     @property
     def left(self) -> int:
@@ -113,7 +115,8 @@ def mobility(machine: DrivenTree) -> Mobility:
         if spare := rows.stop - rows.start - (after - before):
             redundant[name] = spare
         before = after
-    undetermined, idle = dict[str, None](), dict[str, None]()
+    undetermined, idle, rigid = dict[str, None](), dict[str, None](), dict.fromkeys(machine.tree.points)
+    directions = np.eye(len(machine.free))
     for k in np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round().astype(int):
         left_free, found = (
             loose(machine, machine.knots[k].coordinates),
@@ -123,12 +126,15 @@ def mobility(machine: DrivenTree) -> Mobility:
         for name, point in machine.tree.points.items() if left_free.shape[1] else ():
             if np.abs(_movement(machine, found, point, left_free)).max() > MOVES:
                 undetermined[name] = None
+        for name in list(rigid):
+            if np.abs(_movement(machine, found, machine.tree.points[name], directions)).max(initial=0.0) > MOVES:
+                del rigid[name]
     rank = start.rows.shape[1]
     margins = [knot.values[rank - 1] / knot.values[0] if rank else 1.0 for knot in machine.knots]
     least = int(np.argmin(margins))
     return Mobility(
         len(columns), len(matrix), before, redundant, tuple(undetermined), tuple(idle), float(margins[least]),
-        machine.knots[least].time,
+        machine.knots[least].time, tuple(rigid),
     )  # fmt: skip
 
 

@@ -222,7 +222,11 @@ def duration(laws: Mapping[str, Law]) -> float:
 def judged_points(
     model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question
 ) -> tuple[FoundPoint, ...]:
-    """Points that are judged: those named, or sites that loops carry and drives determine; bodies where none is."""
+    """Select the points that are judged: those named, or sites that closures move and drives determine, or bodies.
+
+    A point that is rigid with what is driven or held is where the drives put it, however far the loops open: it is
+    selected by name, or where closures move no point at all.
+    """
     for name in question.points:
         if name not in tree.points:
             raise unknown_choice("point", name, tree.points)
@@ -232,5 +236,6 @@ def judged_points(
             )
     carried = [name for name, point in tree.points.items() if set(tree.above[point.body]) & set(tree.looped)]
     judged = [name for name in carried if name not in freedom.undetermined]
+    judged = [name for name in judged if name not in freedom.rigid] or judged
     sites = [name_or_number(model, "site", k) for k in range(model.nsite)]
     return site_points(model, question.points or tuple(name for name in judged if name in sites) or tuple(judged))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -13,6 +14,8 @@ from conrod.runs.trajectory import Outcome
 OWN = "as it is"
 LABELS = (OWN, "tuned", "hardened")  # settings that a model is run with
 QUANTITIES = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+# The tolerance of the position bounds how far the loops open, too: a machine whose loops are open is another one.
+LOOPS = "loops"
 # MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.
 KINEMATIC = 1e-9
 
@@ -67,11 +70,24 @@ class LoopRun:
     order: float | None = None
     cost: float | None = None
 
+    def judged_error(self, name: str) -> float:
+        """The error that a limit of this name is compared with; not a number where the run has none."""
+        found = self.gap if name == LOOPS else self.errors.get(name)
+        return math.nan if found is None else found
+
+    def exceeded(self, tolerance: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+        """Quantities that are out of tolerance: found and allowed."""
+        pairs = {name: (self.judged_error(name), allowed) for name, allowed in limits_of(tolerance).items()}
+        return {name: (found, allowed) for name, (found, allowed) in pairs.items() if not found <= allowed}
+
     def within(self, tolerance: Mapping[str, float]) -> bool:
-        """True if it completed and no error is larger than allowed."""
-        return self.outcome is Outcome.COMPLETED and all(
-            self.errors[name] <= allowed for name, allowed in tolerance.items()
-        )
+        """True if it completed and neither an error nor the opening of its loops is larger than allowed."""
+        return self.outcome is Outcome.COMPLETED and not self.exceeded(tolerance)
+
+
+def limits_of(tolerance: Mapping[str, float]) -> dict[str, float]:
+    """What is allowed by quantity [SI], with what follows for the opening of the loops."""
+    return {**tolerance, **({LOOPS: tolerance["position"]} if "position" in tolerance else {})}
 
 
 @dataclass(frozen=True)
@@ -83,6 +99,7 @@ class ShippedRun:
         gap: as of a `LoopRun`.
         chatter: joint whose rate swings back and forth from step to step, and by how much over its range; None
             where none does.
+        driven: whether it starts with a control or a rate that is not 0: without, nothing but weight moves it.
     """
 
     start: str
@@ -91,11 +108,16 @@ class ShippedRun:
     reason: str
     gap: float
     chatter: tuple[str, float] | None = None
+    driven: bool = True
 
     @property
     def failed(self) -> bool:
         """True where it did not complete, or oscillates."""
         return self.outcome is not Outcome.COMPLETED or self.chatter is not None
+
+    def exceeds(self, tolerance: Mapping[str, float]) -> bool:
+        """True if something drives it and its loops open by more than is allowed."""
+        return self.driven and not self.gap <= limits_of(tolerance).get(LOOPS, math.inf)
 
 
 @dataclass(frozen=True)
@@ -116,6 +138,7 @@ class LoopStudy:
         paste: what to write into the model for that; empty without.
         presets: of the file run as it is, its actuators included, with each preset's settings at its own step.
         begins: where the file's own run begins with its loops open; None where they are closed.
+        points: that are judged.
         compared: with the machine that it is to be; None where it is its own reference.
     """
 
@@ -142,6 +165,7 @@ class LoopStudy:
     begins: OpenStart | None = None
     moved_start: str = ""
     about: str = ""
+    points: tuple[str, ...] = ()
 
     @property
     def begins_open(self) -> bool:
@@ -167,7 +191,17 @@ class LoopStudy:
         return self.compared.off is not None and self.compared.off <= allowed
 
     @property
+    def judges_loops_alone(self) -> bool:
+        """True if no judged point is one that closures move, so that none shows how far they are off."""
+        return all(name in self.mobility.rigid for name in self.points) and bool(self.points)
+
+    @property
+    def shipped_failed(self) -> bool:
+        """True if the file's own run failed, or is out of tolerance."""
+        return self.shipped.failed or self.shipped.exceeds(self.question.tolerance)
+
+    @property
     def passed(self) -> bool:
         """True if it is the machine, agrees, begins closed, and runs as shipped and driven, within tolerance."""
         held = self.own.within(self.question.tolerance) and not self.begins_open
-        return self.is_machine and self.agrees and not self.shipped.failed and held
+        return self.is_machine and self.agrees and not self.shipped_failed and held

@@ -216,6 +216,7 @@ def shipped_run(
 ) -> ShippedRun:  # fmt: skip
     """The file run as it is, with the controls of its start."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
+    driven = bool(np.any(data.ctrl) or np.any(data.qvel))
     rates, gaps = list[Array](), dict[str, float]()
 
     def look(done: int) -> None:
@@ -234,7 +235,7 @@ def shipped_run(
     elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
         outcome, reason = Outcome.OPENED, opens(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
-    return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter)
+    return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven)
 
 
 def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:

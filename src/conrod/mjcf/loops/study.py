@@ -162,7 +162,7 @@ class _Bench:
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
-            self._begins(), self.moved_start, about_closures(self.model),
+            self._begins(), self.moved_start, about_closures(self.model), tuple(judged),
         )  # fmt: skip
 
     def _begins(self) -> OpenStart | None:

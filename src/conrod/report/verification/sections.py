@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 from conrod.engines import presets_of
 from conrod.mechanism.units import in_prose
-from conrod.mjcf.loops.results import QUANTITIES as UNITS
-from conrod.mjcf.loops.results import LoopStudy
+from conrod.mjcf.loops.results import LOOPS, LoopStudy, limits_of
+from conrod.mjcf.loops.results import QUANTITIES as LOOP_UNITS
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report import loops, numbers, trajectory, user_model
@@ -21,6 +21,7 @@ from conrod.runs.convergence import claimed_order, numerical_uncertainty
 from conrod.studies.frame.case import QUANTITIES
 
 MUJOCO = "mujoco"
+UNITS = {**LOOP_UNITS, LOOPS: "m"}
 # Healthy presets show 3.9 to 4.2 for 4, and 1.9 to 2.0 for 2, on the machines of the catalogue.
 ORDER_AGREES, ROUNDING, VANISHES = 0.25, 1e-11, 0.05
 ASKED, CLOCK = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
@@ -149,7 +150,7 @@ def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str]
             own = study.own
             return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK)] if own else [])]
         case LoopStudy():
-            return [(run.label, study.question.tolerance, run.errors.get, ASKED) for run in study.runs]
+            return [(run.label, limits_of(study.question.tolerance), run.judged_error, ASKED) for run in study.runs]
         case TableStudy():
             return [("the table", study.tolerance, study.largest, CLOCK)]
     return [(" ".join(name_of(r)), r.limits, r.judged_error, r.tolerance.reason) for r in study.results]
