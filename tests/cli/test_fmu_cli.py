@@ -117,6 +117,7 @@ def test_a_planted_error_is_out_of_tolerance(tmp_path: Path, library: Path) -> N
 
 @pytest.mark.parametrize(("fault", "words"), [
     ("segfault", "the process ended abnormally (ended by signal SIGSEGV)"),
+    ("fork", "the process ended abnormally (ended by signal SIGABRT)"),
     ("hang", "the run took longer than its limit (no result after 0.5 s)"),
     ("error", "co-simulation failed: fmi2DoStep failed with status 3 (error). the crank is stuck"),
 ])  # fmt: skip
@@ -126,6 +127,25 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
     with pytest.raises(InvalidInput) as caught:
         local.confined(simulate, path, folder, "co-simulation", (0.0, 0.24, 200), place, timeout=limit)
     assert words in str(caught.value)
+
+
+def in_its_own_process(folder: Path) -> subprocess.CompletedProcess[str]:
+    """The command as a user gives it; it ends only when nobody holds its output open any more."""
+    command = [sys.executable, "-m", "conrod", *VALIDATE, *POINT, *JUDGED]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=100, check=False)
+
+
+def test_an_fmu_that_forks_holds_no_output_of_conrods_open(tmp_path: Path, library: Path) -> None:
+    saw(tmp_path, library, "fork")
+    done = in_its_own_process(tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "ended by signal SIGABRT" in done.stderr
+
+
+def test_an_fmu_that_writes_into_descriptors_not_its_own_is_judged(tmp_path: Path, library: Path) -> None:
+    saw(tmp_path, library, "stray")
+    done = in_its_own_process(tmp_path)
+    assert (done.returncode, "within tolerance" in done.stdout) == (0, True), done.stderr
 
 
 DESCRIBED = {"modelDescription.xml": DESCRIPTION}

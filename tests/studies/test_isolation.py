@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from table_files import csv_text, exact_table
 from conrod import InvalidInput, PymunkSettings, Saw, run
 from conrod.scenes import SCENES
 from conrod.studies.execution.local import LocalProcesses, isolated
+from conrod.studies.execution.worker_process import WorkerDied
 from conrod.studies.frame.case import Measurement
 
 SAW = Saw()
@@ -51,6 +54,46 @@ def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(m
 def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measurement], kind: type[Exception]) -> None:
     with LocalProcesses(1, cell_memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
         executor.submit(task, 16).result()
+
+
+# -- what an engine or an FMU forks ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("how", ["fork", "exec", "double fork"])
+def test_a_call_that_forks_and_aborts_ended_by_its_signal_and_leaves_nothing(how: str, tmp_path: Path) -> None:
+    begun, note = time.monotonic(), tmp_path / "pids"
+    with LocalProcesses(1, cell_timeout=60.0) as executor, pytest.raises(WorkerDied, match="ended by signal SIGABRT"):
+        executor.submit(planted.fork_and_abort, how, str(note)).result()
+    assert time.monotonic() - begun < 30.0
+    for pid in map(int, note.read_text().split()):
+        assert gone(pid), f"{how}: process {pid} is left"
+
+
+def gone(pid: int) -> bool:
+    """True if a process ends within a second; what has ended and nobody waits for counts as ended."""
+    for _ in range(20):
+        try:
+            if "State:\tZ" in Path(f"/proc/{pid}/status").read_text():
+                return True
+        except OSError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_an_answer_that_a_fork_gives_too_is_no_answer_to_the_next_call() -> None:
+    with LocalProcesses(1) as executor:
+        first = executor.submit(planted.fork_and_return).result()
+        assert executor.submit(os.path.join, "a", "b").result() == "a/b"
+        assert executor.submit(os.getpid).result() == first
+
+
+def test_what_is_written_into_stray_descriptors_costs_its_own_call_at_most() -> None:
+    with LocalProcesses(1) as executor:
+        assert executor.submit(planted.write_into_strays, 3, 100).result() == "written"
+        with pytest.raises(WorkerDied, match="conrod's connection"):
+            executor.submit(planted.write_into_strays, 3, 300).result()
+        assert executor.submit(os.path.join, "a", "b").result() == "a/b"
 
 
 # -- files beside a user's model are data ------------------------------------------------------------------------------

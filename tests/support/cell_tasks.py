@@ -282,3 +282,40 @@ def mistake_with_little(megabytes: int) -> Measurement:
 
 def wrong_value(megabytes: int) -> Measurement:
     raise ValueError("a mistake in the task")
+
+
+# -- what an engine or an FMU forks ------------------------------------------------------------------------------------
+
+
+def fork_and_abort(how: str, note: str) -> None:
+    """Leave a process behind that holds all that this one has open, and abort."""
+    if how == "exec":
+        left = subprocess.Popen(["sleep", "600"], close_fds=False).pid
+    else:
+        left = os.fork()
+        if left == 0:
+            if how == "double fork" and os.fork():
+                os._exit(0)
+            Path(note + ".own").write_text(str(os.getpid()))
+            while True:
+                time.sleep(1.0)
+    while how != "exec" and not (Path(note + ".own").exists() and Path(note + ".own").read_text()):
+        time.sleep(0.01)
+    Path(note).write_text(str(left) if how == "exec" else Path(note + ".own").read_text())
+    os.abort()
+
+
+def fork_and_return() -> int:
+    """The process that serves the call, from both the process and its copy; the copy comes back first."""
+    served_by = os.getpid()
+    if copy := os.fork():
+        os.waitpid(copy, 0)
+    return served_by
+
+
+def write_into_strays(first: int, last: int) -> str:
+    """Write a text into all descriptors from one to another, as an FMU that takes one of conrod's for its own."""
+    for descriptor in range(first, last):
+        with suppress(OSError):
+            os.write(descriptor, b"a line that is meant for a log\n")
+    return "written"

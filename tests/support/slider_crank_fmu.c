@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef int Status; /* OK, Warning, Discard, Error */
 typedef struct {
@@ -37,6 +38,8 @@ void fmi2FreeInstance(Machine *m) { free(m); }
 Status fmi2DoStep(Machine *m, double time, double step, int keep) {
     int late = m->time > 0.03;
     if (is(m, "segfault") && late) *(volatile int *)0 = 1;
+    if (is(m, "fork") && late) { if (fork()) abort(); for (;;) pause(); }
+    if (is(m, "stray") && late) for (int file = 3; file < 100; file++) if (write(file, "a line of a log\n", 16) < 0) continue;
     while (is(m, "hang") && late) {}
     if (is(m, "error") && late) {
         m->callbacks->logger(m, "machine", 3, "logStatusError", "the crank is stuck");

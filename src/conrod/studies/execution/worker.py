@@ -5,9 +5,11 @@ A process that runs many cases of one scene computes the scene's tables once.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import pickle
 import resource
+import signal
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -61,6 +63,9 @@ def _known(scene: Scene) -> Scene:
 # -- the process ------------------------------------------------------------------------------------------------------
 
 
+HIDDEN = 200  # least descriptor of the connection: an engine that writes into a wrong one writes into a lower
+
+
 def main(pipe: int, memory: int | None) -> None:
     """Serve calls until their owner ends.
 
@@ -68,15 +73,21 @@ def main(pipe: int, memory: int | None) -> None:
         pipe: descriptor of the owner's connection.
         memory: address space that a call may take beyond what this process has when it begins [bytes].
     """
-    os.set_inheritable(pipe, False)
-    owner, calls = Connection(pipe), SimpleQueue[bytes]()
+    # Closed in what an engine starts, and where nobody writes who means another file.
+    least = min(HIDDEN, resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2)
+    hidden = fcntl.fcntl(pipe, fcntl.F_DUPFD_CLOEXEC, least)
+    os.close(pipe)
+    owner, calls, served_by = Connection(hidden), SimpleQueue[bytes](), os.getpid()
     threading.Thread(target=_listen, args=(owner, calls), daemon=True).start()
     reserve = bytearray(0 if memory is None else RESERVE)
     while True:
         call = calls.get()
         # Before the call is looked at: to unpickle it may take the process down.
         owner.send(None)
-        owner.send_bytes(_answer(call, reserve, memory))
+        answer = _answer(call, reserve, memory)
+        if os.getpid() != served_by:
+            os._exit(0)  # an engine has forked, and this copy came back from its call, too
+        owner.send_bytes(answer)
 
 
 def _listen(owner: Connection, calls: SimpleQueue[bytes]) -> None:
@@ -85,7 +96,14 @@ def _listen(owner: Connection, calls: SimpleQueue[bytes]) -> None:
         try:
             calls.put(owner.recv_bytes())
         except (EOFError, OSError):
-            os._exit(0)
+            _leave()
+
+
+def _leave() -> None:
+    """End this process, and what an engine has forked, which nobody else is there to end."""
+    if os.getpgrp() == os.getpid():
+        os.killpg(os.getpid(), signal.SIGKILL)
+    os._exit(0)
 
 
 def _answer(call: bytes, reserve: bytearray, memory: int | None) -> bytes:

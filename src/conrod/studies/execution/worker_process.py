@@ -11,6 +11,7 @@ import pickle
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -24,6 +25,9 @@ from conrod.runs.trajectory import Outcome
 
 Result = TypeVar("Result")
 
+LOOK, GRACE = 0.1, 5.0  # [s] between two looks whether a process is there; for one to end that answers no more
+# Of a message: the length that a text reads as which an engine writes into the connection (0x20202020) is more.
+MOST_BYTES = 1 << 29
 LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 2e6  # [s]; a wait for a connection takes no more
 # Where this very conrod is.
 HOME = str(Path(__file__).parents[3])
@@ -111,8 +115,9 @@ class WorkerProcess:
                 stdout=2,
                 pass_fds=[theirs.fileno()],
                 env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before)},
-                # In a group of its own: Ctrl-C at the terminal is for the owner to answer.
-                process_group=0,
+                # In a session of its own: Ctrl-C at the terminal is for the owner to answer, and what an engine
+                # forks ends with its group.
+                start_new_session=True,
             )
         except OSError as error:
             raise InvalidInput(f"a worker process cannot start: {error.strerror or error}") from None
@@ -137,7 +142,7 @@ class WorkerProcess:
         # It says when it begins: a new process's start is not its first call's time.
         self._received()
         self._served = self._busy = True
-        if not self._pipe.poll(self._limits.timeout):
+        if not self._answered(self._limits.timeout):
             self.kill()
             raise TimeoutError(f"no result after {self._limits.timeout:g} s")
         returned, content = self._received()
@@ -158,8 +163,11 @@ class WorkerProcess:
         return not self._busy and not self._killed and self._process.poll() is None
 
     def kill(self) -> None:
-        """End the process, whatever it is doing; a call under way ends as died."""
+        """End the process and all that it has forked, whatever it is doing; a call under way ends as died."""
         self._killed = True
+        # What it forked is in its group, and would hold the owner's output open; there may be nobody left in it.
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
 
     def end(self) -> None:
@@ -168,17 +176,49 @@ class WorkerProcess:
         self._process.wait()
         self._pipe.close()
 
+    def _answered(self, timeout: float | None) -> bool:
+        """Wait for a message or the end of the process; False where neither came in time [s].
+
+        What the process has forked may hold the connection open after it, so that no end of it would be read.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            left = LOOK if deadline is None else min(LOOK, max(0.0, deadline - time.monotonic()))
+            if self._pipe.poll(left) or self._process.poll() is not None:
+                return True
+            if deadline is not None and time.monotonic() >= deadline:
+                return False
+
     def _received(self) -> Any:
         """Next message of the worker; where there is none, the error of its end, which is waited for."""
         with suppress(EOFError, OSError):
-            return self._pipe.recv()
-        status = self._process.wait()
-        how = f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+            self._answered(None)
+            # Nothing is waited for of a process that has ended without a message.
+            if self._pipe.poll(0.0):
+                return self._opened(self._pipe.recv_bytes(MOST_BYTES))
+        how = self._end_told()
         if self._served and not self._busy and not self._killed:
             raise NeverBegun(how)
-        if status in FROM_OUTSIDE and not self._killed:
+        if self._process.returncode in FROM_OUTSIDE and not self._killed:
             raise KilledFromOutside(how, self._served)
         raise WorkerDied(how) if self._served else InvalidInput(cannot_start(how))
+
+    def _opened(self, message: bytes) -> Any:
+        try:
+            return pickle.loads(message)
+        except Exception:  # what is no message may raise anything
+            self.kill()
+            raise WorkerDied("wrote into conrod's connection with it, so that no answer can be read") from None
+
+    def _end_told(self) -> str:
+        """How the process ended; one that has closed its connection, or filled it with what is no message, is ended."""
+        try:
+            status = self._process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            self._process.wait()
+            return "broke conrod's connection with it"
+        return f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
 
 
 def cannot_start(how: str) -> str:
