@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -30,13 +30,13 @@ def with_causes(error: str, *causes: str) -> str:
 
 
 @contextmanager
-def causes_named(path: Path) -> Iterator[None]:
-    """What goes wrong with a user's model file is said with the causes that its closures show."""
+def causes_named(path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = lambda _: ()) -> Iterator[None]:
+    """What goes wrong with a user's model file is said with the causes that its closures show, and more."""
     try:
         yield
     except InvalidInput as error:
         try:
-            causes = about_closures(load_model(path))
+            model = load_model(path)
         except InvalidInput:  # what cannot be loaded says so itself
             raise error from None
-        raise InvalidInput(with_causes(str(error), causes)) from None
+        raise InvalidInput(with_causes(str(error), about_closures(model), *more(model))) from None

@@ -56,6 +56,16 @@ class Mobility:
         return self.freedom - self.rank
 
 
+class TooManyDrivesError(InvalidInput):
+    """Drives that the closures do not let move independently, or at all.
+
+    Attributes:
+        stuck: whether none of them can move the machine.
+    """
+
+    stuck = False
+
+
 def check_drives(machine: DrivenTree, start: Array) -> None:
     """Refuse drives that are too few or too many for a closed pose (nq, 1).
 
@@ -70,7 +80,9 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     if over := rank - _rank(matrix[:, driven:]):
         can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
         much = f"{over} of its {driven} drives {'is' if over == 1 else 'are'} too many"
-        raise InvalidInput(f"{loops}, which leaves {left}; {much}: {can}")
+        error = TooManyDrivesError(f"{loops}, which leaves {left}; {much}: {can}")
+        error.stuck = driven <= over
+        raise error
     left_free = _null(matrix[:, driven:])
     number, missing = _missing(machine, found, left_free) if left_free.shape[1] else (0, [])
     if not number:

@@ -19,6 +19,7 @@ from conrod.mjcf.loops.driving import Recording, driven_run, recorded
 from conrod.mjcf.loops.results import LABELS
 from conrod.mjcf.loops.runs import flipped, with_settings
 from conrod.mjcf.loops.scanning import scan
+from conrod.mjcf.loops.scene_causes import scene_causes
 from conrod.mjcf.loops.turning import Turning, prepare
 from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
@@ -60,10 +61,10 @@ def study(
     """
     with of_file(path):
         name, machine = scene
-        with causes_named(path):
+        with causes_named(path, lambda model: scene_causes(model, scene, question)):
             turning = prepare(path, question)
             turn = scan(turning, question)
-        facts, (identity, moving) = turn.facts, identify(machine, turn, given)
+            facts, (identity, moving) = turn.facts, identify(machine, turn, given)
         misplaced = identity.explanations[0].misplaced if identity.explanations else ()
         wrong = {one.point for one in misplaced}
         # Compared are points that are where they should be on their links; all, where none is.
@@ -71,6 +72,9 @@ def study(
         distrust = misfit_words(reference_misfit(machine))
         parts = (str(path), name, machine, question, facts, identity, tolerance, revolutions)
         found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
+        if not (found.is_machine or identity.explanations or identity.other_branch):
+            about = filter(None, (facts.about, *scene_causes(turning.model, scene, question)))
+            found = replace(found, model=replace(facts, about="; ".join(about)))
         if identity.left > COMPARABLE:
             return found
         bench = Bench(turning, question, moving, machine.speed, identity.frame, points, revolutions)

@@ -11,12 +11,14 @@ import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.mobility import Mobility, check_drives, forces, mobility
+from conrod.exact.space.immobile import mend_words, mends
+from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, forces, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.causes import about_closures, with_causes
 from conrod.mjcf.equalities import inactive_closures, inactive_words
-from conrod.mjcf.loops.differences import Comparison, changes, compared
+from conrod.mjcf.loops.differences import SAME, Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
 from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, outside_words
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
@@ -42,6 +44,7 @@ from conrod.studies.frame.paired_timing import paired_cost
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 500
 CHECKED, MOST_STEPS = 180, 10**6
+MOST_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
 
 
 def study(path: Path, question: Question, name: str) -> LoopStudy:
@@ -65,6 +68,18 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         raise InvalidInput(f"{path}: {words}{against}") from None
 
 
+def _check_drives(machine: DrivenTree, start: Array) -> None:
+    """Refuse drives that are too few or too many for a closed pose (nq, 1), with the axis by which it cannot move."""
+    try:
+        check_drives(machine, start)
+    except TooManyDrivesError as error:
+        searched = len(machine.tree.looped) <= MOST_JOINTS
+        found = mends(machine.tree, machine.laws, machine.held, start) if searched else []
+        # Where some of the drives can stay they are simply too many.
+        words = f"; {mend_words(found)}" if found or (searched and error.stuck) else ""
+        raise InvalidInput(f"{error}{words}") from None
+
+
 def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
     """Assemble a machine and follow its motion; where its start is outside the joints' ranges, perhaps from inside.
 
@@ -79,7 +94,7 @@ def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
     """
     try:
         start = machine.assembled()
-        check_drives(machine, start)
+        _check_drives(machine, start)
         machine.go(start, seconds)
     except InvalidInput as error:
         if not (outside := outside_words(machine.tree, pose)):
@@ -89,7 +104,7 @@ def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
         folded = ", and is folded" if is_folded(machine, inside) else ""
         nearest = f'qpos="{pose_words(inside[:, 0])}"'
         try:
-            check_drives(machine, inside)
+            _check_drives(machine, inside)
             machine.go(inside, seconds)
         except InvalidInput as later:
             words = f"{outside}{folded}; from {nearest}, the nearest pose inside"
@@ -162,8 +177,16 @@ class _Bench:
             self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
             shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
-            self._begins(), self.moved_start, about_closures(self.model), tuple(judged),
+            self._begins(), self.moved_start, self._about(), tuple(judged),
         )  # fmt: skip
+
+    def _about(self) -> str:
+        """What closures show, and the axis or anchor by which they contradict each other; empty where they do not."""
+        machine, said = self.machine, about_closures(self.model)
+        if machine.misfit <= SAME * machine.tree.extent or len(machine.tree.looped) > MOST_JOINTS:
+            return said
+        found = mends(machine.tree, machine.laws, machine.held, machine.knots[0].coordinates)
+        return f"{said}{'; ' if said else ''}its closures contradict each other: {mend_words(found)}"
 
     def _begins(self) -> OpenStart | None:
         """Loops that are open where the file's own run starts."""

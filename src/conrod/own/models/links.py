@@ -1,0 +1,228 @@
+"""Links of a model and of a planar machine side by side: what differs between them, whether the model can move or not.
+
+A model that cannot turn has no paths to be known by. Its links are compared instead: both machines are graphs of links,
+joined by pins and slides. One graph is laid over the other, crank on crank, and the distances on each are compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations, islice, product
+
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import GROUND, Mechanism, Prismatic, Revolute
+from conrod.own.models.frame import UNITS
+
+SAME = 1e-6  # of the machine's size: numbers of a file with six digits
+MOST_MATCHES = 2000  # ways of laying one graph over the other that are looked at
+
+
+@dataclass(frozen=True)
+class LinkDifference:
+    """A distance on a link that is another one than the machine's [m]."""
+
+    link: str
+    ends: tuple[str, str]
+    found: float
+    expected: float
+
+    @property
+    def words(self) -> str:
+        """'coupler is 42.3 % shorter from pin a to pin b: 150 mm instead of 260 mm'."""
+        one, other = self.ends
+        if self.expected == 0.0:
+            return f"{self.link} has {one} {1e3 * self.found:.6g} mm from {other}, where they should be at one place"
+        sizes = f"{1e3 * self.found:.6g} mm instead of {1e3 * self.expected:.6g} mm"
+        share = self.found / self.expected - 1.0
+        way = "longer" if share > 0.0 else "shorter"
+        return f"{self.link} is {100.0 * abs(share):.3g} % {way} from {one} to {other}: {sizes}"
+
+
+@dataclass
+class Link:
+    """A rigid part in a plane of its own.
+
+    Attributes:
+        pins, points: places (2,) of its pins and observed points, by name.
+        lines: a point (2,) and the direction (2,) of each slide.
+    """
+
+    pins: dict[str, Array] = field(default_factory=dict)
+    points: dict[str, Array] = field(default_factory=dict)
+    lines: dict[str, tuple[Array, Array]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A pin or a slide between two links."""
+
+    name: str
+    kind: str
+    links: tuple[str, str]
+
+
+@dataclass
+class LinkGraph:
+    """Links by name, and what joins them."""
+
+    crank: str
+    links: dict[str, Link] = field(default_factory=dict)
+    edges: list[Edge] = field(default_factory=list)
+
+    def link(self, name: str) -> Link:
+        """The link of a name, made where it is new."""
+        return self.links.setdefault(name, Link())
+
+    def pin(self, name: str, one: str, other: str, places: tuple[Array, Array]) -> None:
+        """Join two links by a pin at its places (2,) on both."""
+        self.edges.append(Edge(name, "pin", (one, other)))
+        self.link(one).pins[name], self.link(other).pins[name] = places
+
+    def slide(self, name: str, one: str, other: str, lines: tuple[tuple[Array, Array], tuple[Array, Array]]) -> None:
+        """Join two links by a slide along its line on both."""
+        self.edges.append(Edge(name, "slide", (one, other)))
+        self.link(one).lines[name], self.link(other).lines[name] = lines
+
+
+def graph_of(mechanism: Mechanism) -> LinkGraph | None:
+    """Links of a planar machine of pins and slides; None of one with other joints."""
+    made = LinkGraph(mechanism.crank)
+    for joint in mechanism.joints:
+        match joint:
+            case Revolute():
+                made.pin(joint.name, joint.a, joint.b, (np.array(joint.point_a), np.array(joint.point_b)))
+            case Prismatic():
+                ways = [np.array([np.cos(a), np.sin(a)]) for a in (joint.direction, joint.direction - joint.angle)]
+                lines = (np.array(joint.point_a), ways[0]), (np.array(joint.point_b), ways[1])
+                made.slide(joint.name, joint.a, joint.b, lines)
+            case _:
+                return None
+    for one in mechanism.observed:
+        made.link(one.body).points[one.name] = np.array(one.point)
+    return made
+
+
+# -- one laid over the other -------------------------------------------------------------------------------------------
+
+
+def differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifference, ...] | None:
+    """Distances on the model's links that are not the machine's, the largest first; None where it has other links.
+
+    Of several ways of laying the model over the machine the one with the fewest differences counts. The model's unit of
+    length is the one in which most distances are the machine's.
+    """
+    found = [
+        _differences_of(model, machine, match, unit)
+        for match in islice(_matches(model, machine), MOST_MATCHES)
+        for unit in UNITS.values()
+    ]
+    best = min(found, key=lambda some: (len(some), sum(map(_share, some))), default=None)
+    if best is None:
+        return None
+    # A point at a pin has the pin's distances.
+    alike = {(one.link, f"{one.found:.9g}", f"{one.expected:.9g}"): one for one in reversed(best)}
+    return tuple(sorted(alike.values(), key=_share, reverse=True))
+
+
+def _share(one: LinkDifference) -> float:
+    """How far a distance is off, in orders of e."""
+    return abs(float(np.log(max(one.found, 1e-12) / max(one.expected, 1e-12))))
+
+
+Match = tuple[Mapping[str, str], Mapping[str, str]]  # links and joints of the machine to those of the model
+
+
+def _matches(model: LinkGraph, machine: LinkGraph) -> Iterator[Match]:
+    """Lay the machine's joints over the model's one by one, so that links fall on links and points on points."""
+    if len(model.edges) != len(machine.edges) or len(model.links) != len(machine.links):
+        return
+    order = _outwards(machine)
+
+    def laid(at: int, links: dict[str, str], joints: dict[str, str]) -> Iterator[Match]:
+        if at == len(order):
+            yield links, joints
+            return
+        edge = order[at]
+        for other in model.edges:
+            if other.kind != edge.kind or other.name in joints.values():
+                continue
+            for ends in (other.links, other.links[::-1]):
+                more = _laid_links(links, edge.links, ends)
+                if more is not None and _carries_points(model, machine, more):
+                    yield from laid(at + 1, more, {**joints, edge.name: other.name})
+
+    yield from laid(0, {GROUND: GROUND, machine.crank: model.crank}, {})
+
+
+def _laid_links(links: Mapping[str, str], ends: tuple[str, str], others: tuple[str, str]) -> dict[str, str] | None:
+    """The links with two more; None where one of them is on, or under, another one."""
+    made = dict(links)
+    for end, other in zip(ends, others, strict=True):
+        if made.get(end, other) != other or (end not in made and other in made.values()):
+            return None
+        made[end] = other
+    return made
+
+
+def _carries_points(model: LinkGraph, machine: LinkGraph, links: Mapping[str, str]) -> bool:
+    """True if observed points that both have are on links that are laid over each other."""
+    place = {point: name for name, link in model.links.items() for point in link.points}
+    return all(place.get(p, on) == on for name, on in links.items() for p in machine.links[name].points)
+
+
+def _outwards(machine: LinkGraph) -> list[Edge]:
+    """Joints in an order in which each has a link that one before it has, as far as there is one."""
+    known, left, order = {GROUND, machine.crank}, list(machine.edges), list[Edge]()
+    while left:
+        edge = next((edge for edge in left if known & {*edge.links}), left[0])
+        left.remove(edge)
+        known |= {*edge.links}
+        order.append(edge)
+    return order
+
+
+def _differences_of(model: LinkGraph, machine: LinkGraph, match: Match, unit: float) -> list[LinkDifference]:
+    links, joints = match
+    names = {theirs: mine for mine, theirs in joints.items()}
+    own = LinkGraph(machine.crank)
+    for name, theirs in links.items():
+        own.links[name] = _renamed(model.links[theirs], names)
+    own.edges = machine.edges
+    expected, found = dict(_distances(machine)), dict(_distances(own))
+    size = max(expected.values(), default=1.0)
+    return [
+        LinkDifference(link, (one, other), unit * found[link, one, other], right)
+        for (link, one, other), right in expected.items()
+        if (link, one, other) in found and abs(unit * found[link, one, other] - right) > SAME * size
+    ]
+
+
+def _renamed(link: Link, names: Mapping[str, str]) -> Link:
+    """A model's link with the machine's names of its joints."""
+    pins = {names[name]: place for name, place in link.pins.items()}
+    return Link(pins, link.points, {names[name]: line for name, line in link.lines.items()})
+
+
+def _distances(graph: LinkGraph) -> Iterator[tuple[tuple[str, str, str], float]]:
+    """Distances between pins and points of each link, and of pins from the lines that the pins beyond a slide take.
+
+    A pin p moves along the slide at a distance s(p) from the line on its own link; seen from the other link that is a
+    parallel line, from which a pin q is |s(q) - s(p)| away. Which line the slide is drawn on does not matter then.
+    """
+    for name, link in graph.links.items():
+        places = [*((f"pin {pin}", place) for pin, place in sorted(link.pins.items())), *sorted(link.points.items())]
+        for (one, first), (other, second) in combinations(places, 2):
+            yield (name, one, other), float(np.linalg.norm(first - second))
+    for edge in (edge for edge in graph.edges if edge.kind == "slide"):
+        sides = [_from_line(graph.links[name], edge.name) for name in edge.links]
+        for (one, near), (other, far) in product(sides[0].items(), sides[1].items()):
+            yield (edge.name, f"pin {one}", f"the line of pin {other}"), abs(near - far)
+
+
+def _from_line(link: Link, slide: str) -> dict[str, float]:
+    """Signed distance of each pin of a link from the line of one of its slides."""
+    start, way = link.lines[slide]
+    return {name: float(way[0] * (p - start)[1] - way[1] * (p - start)[0]) for name, p in sorted(link.pins.items())}

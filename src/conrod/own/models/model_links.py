@@ -1,0 +1,142 @@
+"""Links of a user's model that moves in a plane, from its bodies, joints and closures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from conrod.exact.motion import Array
+from conrod.exact.space import Closure, SpatialPoint, SpatialTree
+from conrod.exact.space.poses import poses
+from conrod.mechanism.mechanism import GROUND
+from conrod.own.models.links import LinkGraph
+
+# Sine of an angle up to which an axis is meant to be along, or across, the crank's.
+MEANT = 0.1
+ONE_PIN = 1e-6  # of the machine's extent: two connects along one axis are one pin
+FLOATING = ["hinge", "slide", "slide"]  # joints of a body that is free in the plane
+
+
+def links_of(tree: SpatialTree, crank: str, points: Mapping[str, SpatialPoint]) -> LinkGraph | None:
+    """Links of a model in the plane across its crank's axis; None where its joints are not pins and slides of one.
+
+    Args:
+        crank: name of the hinge that is driven.
+        points: observed points by name.
+    """
+    try:
+        return _PlanarModel(tree, crank).graph(points)
+    except NotPlanarError:
+        return None
+
+
+class NotPlanarError(ValueError):
+    """A model whose joints are not pins and slides of a plane."""
+
+
+class _PlanarModel:
+    """A tree with its closures, whose bodies are put together to links where nothing moves between them.
+
+    Attributes:
+        axis: the crank's, seen from the ground (3,).
+        turns: of all bodies, in the pose that the model is assembled from (3, 3).
+        frames: of each body the body whose frame its link has, and its own frame there: rotation (3, 3), place (3,).
+    """
+
+    def __init__(self, tree: SpatialTree, crank: str) -> None:
+        joint, found = next(joint for joint in tree.joints if joint.name == crank), poses(tree, tree.start[:, None])
+        self.tree, self.crank = tree, joint.body
+        self.axis = found.axes[joint.rate][:, 0, 0]
+        self.turns = [turn[0][..., 0] for turn in found.turns]
+        self.frames = {0: (0, np.eye(3), np.zeros(3))}
+        for k, body in enumerate(tree.bodies[1:], 1):
+            root, turn, place = self.frames[body.parent]
+            self.frames[k] = (
+                (k, np.eye(3), np.zeros(3)) if body.joints else (root, turn @ body.turn, place + turn @ body.place)
+            )
+        for closure in tree.closures:
+            if closure.turn is not None:
+                self._put_together(closure, closure.turn)
+
+    def _put_together(self, weld: Closure, turn: Array) -> None:
+        """Make one link of two that a weld ties, in the frame of the first."""
+        (one, two) = weld.points
+        root, first, place = self.frames[one.body]
+        other, second, there = self.frames[two.body]
+        if root == other:
+            return
+        # The frame of the second link's root in the first's: through both bodies and the weld between them.
+        rotation = first @ turn @ second.T
+        origin = place + first @ (one.offset - turn @ two.offset) - rotation @ there
+        if other == 0:
+            root, other, rotation, origin = 0, root, rotation.T, -rotation.T @ origin
+        for k, (own, own_turn, own_place) in self.frames.items():
+            if own == other:
+                self.frames[k] = root, rotation @ own_turn, origin + rotation @ own_place
+
+    def name(self, body: int) -> str:
+        """Name of a body's link: that of the body whose frame it has."""
+        root = self.frames[body][0]
+        return self.tree.bodies[root].name if root else GROUND
+
+    def across(self, body: int, vector: Array, place: bool = True) -> Array:
+        """A place, or a direction, in a body's frame (3,) as (2,) in its link's plane."""
+        root, turn, origin = self.frames[body]
+        normal = self.turns[root].T @ self.axis
+        right = np.linalg.svd(normal[None])[2][1]
+        there = turn @ vector + (origin if place else 0.0)
+        return np.array([right @ there, np.cross(normal, right) @ there])
+
+    def along(self, body: int, vector: Array) -> float:
+        """Share of a direction in a body's frame (3,) that is along the crank's axis, from 0 to 1."""
+        return abs(float(self.axis @ self.turns[body] @ vector))
+
+    def graph(self, points: Mapping[str, SpatialPoint]) -> LinkGraph:
+        """All links and joints; raises NotPlanarError where one is none of a plane."""
+        made = LinkGraph(self.name(self.crank))
+        made.link(GROUND)
+        for k, body in enumerate(self.tree.bodies):
+            kinds = sorted(joint.kind for joint in body.joints)
+            if not kinds or self.name(k) == self.name(body.parent) or kinds == FLOATING:
+                continue
+            if len(kinds) > 1:
+                raise NotPlanarError
+            (joint,) = body.joints
+            names, axis = (self.name(body.parent), self.name(k)), self.along(k, joint.axis)
+            there = self.across(body.parent, body.place + body.turn @ joint.anchor)
+            if joint.kind == "hinge" and axis > 1.0 - MEANT:
+                made.pin(joint.name, *names, (there, self.across(k, joint.anchor)))
+            elif joint.kind == "slide" and axis < MEANT:
+                lines = (
+                    (
+                        self.across(body.parent, body.place),
+                        self.across(body.parent, body.turn @ joint.axis, place=False),
+                    ),
+                    (self.across(k, np.zeros(3)), self.across(k, joint.axis, place=False)),
+                )
+                made.slide(joint.name, *names, lines)
+            else:
+                raise NotPlanarError
+        for closure in self.tree.closures:
+            self._add(made, closure)
+        for name, point in points.items():
+            made.link(self.name(point.body)).points[name] = self.across(point.body, point.offset)
+        return made
+
+    def _add(self, made: LinkGraph, closure: Closure) -> None:
+        """A connect as a pin, unless there is one at its place."""
+        if closure.kind == "weld":
+            return
+        if closure.kind != "connect":
+            raise NotPlanarError
+        names = [self.name(point.body) for point in closure.points]
+        places = [self.across(point.body, point.offset) for point in closure.points]
+        if names[0] == names[1]:
+            raise NotPlanarError
+        for edge in made.edges:
+            if edge.kind == "pin" and sorted(edge.links) == sorted(names):
+                off = [np.abs(made.links[n].pins[edge.name] - p).max() for n, p in zip(names, places, strict=True)]
+                if max(off) < ONE_PIN * self.tree.extent:
+                    return
+        made.pin(closure.name, names[0], names[1], (places[0], places[1]))

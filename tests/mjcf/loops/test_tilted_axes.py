@@ -1,0 +1,111 @@
+"""A machine that an axis or an anchor keeps from moving: which one it is, or that several would explain it."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+import pytest
+from four_bars import four_bar
+
+from conrod.errors import InvalidInput
+from conrod.exact.space.immobile import Mend, mend_words, mends
+from conrod.exact.space.mobility import TooManyDrivesError, check_drives
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loops.reading import laws_of, tree_of
+from conrod.mjcf.loops.results import Question
+from conrod.mjcf.loops.study import _Bench
+from conrod.scenes.space import MACHINES
+
+TILT = 0.05  # [deg]
+
+
+def tilted(text: str, joint: str, seed: int = 0, tilt: float = TILT) -> str:
+    """A model with the axis of a joint turned about a random direction across it."""
+    root = ET.fromstring(text)
+    one = next(e for e in root.iter("joint") if e.get("name") == joint and e.get("type") != "ball")
+    axis = np.array([float(value) for value in one.get("axis", "0 0 1").split()])
+    axis /= np.linalg.norm(axis)
+    across = np.cross(axis, np.random.default_rng(seed).normal(size=3))
+    across *= np.tan(np.radians(tilt)) / np.linalg.norm(across)
+    one.set("axis", " ".join(f"{value:.12g}" for value in axis + across))
+    return ET.tostring(root, encoding="unicode")
+
+
+def found(text: str, drives: dict[str, str]) -> list[Mend]:
+    """What would let the drives move a model that they do not; none where they do."""
+    tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
+    laws, held = laws_of(model, tree, Question(drives))
+    machine = DrivenTree(tree, laws, held)
+    start = machine.assembled()
+    try:
+        check_drives(machine, start)
+    except TooManyDrivesError:
+        return mends(tree, laws, held, start)
+    return []
+
+
+@pytest.mark.parametrize("joint", ["crank", "coupler", "rocker"])
+@pytest.mark.parametrize("tilt", [0.05, 0.3, 3.0])
+def test_the_axis_that_keeps_a_planar_four_bar_from_moving_is_named(joint: str, tilt: float) -> None:
+    (one,) = found(tilted(four_bar(), joint, tilt=tilt), {"crank": "60rpm"})
+    assert (one.joint, one.kind) == (joint, "axis")
+    assert np.degrees(one.size) == pytest.approx(tilt, rel=1e-3)
+    assert not found(four_bar(), {"crank": "60rpm"})  # negative control
+
+
+@pytest.mark.parametrize(("machine", "joint", "seed"), [
+    ("tilted-slider-crank", "input", 0), ("tilted-slider-crank", "rod", 1), ("tilted-slider-crank", "wrist", 2),
+    ("bennett", "input", 0), ("bennett", "coupler", 1), ("bennett", "output", 2),
+    ("sarrus", "knee", 3),
+])  # fmt: skip
+def test_the_axis_that_keeps_a_machine_in_space_from_moving_is_named(machine: str, joint: str, seed: int) -> None:
+    made = MACHINES[machine]()
+    text = tilted(made.mjcf, joint, seed)
+    if seen := found(text, dict(made.drives)):
+        assert [one.words for one in seen if one.joint == joint and one.kind == "axis"] == [
+            f"the axis of {joint} is 0.05 deg off"
+        ]
+    else:  # it moves, as far as its closures contradict each other
+        assert "the axis of" in _Bench.of(mujoco.MjModel.from_xml_string(text), Question(dict(made.drives)))._about()
+    assert not found(made.mjcf, dict(made.drives))
+
+
+def test_a_spherical_four_bar_has_two_explanations_and_both_are_said() -> None:
+    """Its coupler's axis misses the centre: by a tilt, or by an anchor that is aside."""
+    made = MACHINES["spherical-four-bar"]()
+    text = tilted(made.mjcf, "coupler")
+    seen = found(text, dict(made.drives))
+    assert [(one.joint, one.kind) for one in seen] == [("coupler", "axis"), ("coupler", "anchor")]
+    # 0.2 m from the centre.
+    assert seen[1].size == pytest.approx(0.2 * np.radians(TILT), rel=0.01)
+    with pytest.raises(
+        InvalidInput, match=r"it cannot move; either the axis of coupler is 0.05 deg off or coupler is anc"
+    ):
+        _Bench.of(mujoco.MjModel.from_xml_string(text), Question(dict(made.drives)))
+
+
+def test_a_machine_that_no_axis_or_anchor_explains_is_said_so() -> None:
+    pin = four_bar().replace("<connect", "<weld")
+    with pytest.raises(InvalidInput, match=r"it cannot move; no single axis or anchor explains it$"):
+        _Bench.of(mujoco.MjModel.from_xml_string(pin), Question({"crank": "60rpm"}))
+
+
+def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
+    with pytest.raises(InvalidInput, match=r"give 1 of crank, rocker$"):
+        _Bench.of(mujoco.MjModel.from_xml_string(four_bar()), Question({"crank": "60rpm", "rocker": "sine:5deg,1Hz"}))
+
+
+def test_what_explains_is_said_alone_with_others_or_to_be_unknown() -> None:
+    some = [
+        Mend("a", "axis", np.radians(0.1)),
+        Mend("b", "anchor", 1e-4),
+        Mend("c", "axis", 0.01),
+        Mend("d", "axis", 0.02),
+    ]
+    assert mend_words(some[:1]) == "the axis of a is 0.1 deg off, which alone explains it"
+    both = "either the axis of a is 0.1 deg off or b is anchored 0.1 mm off: each alone would explain it"
+    assert mend_words(some[:2]) == both
+    assert "or another of 1 more: each" in mend_words(some)
+    assert mend_words([]) == "no single axis or anchor explains it"

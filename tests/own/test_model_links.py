@@ -1,0 +1,128 @@
+"""Links of models and machines side by side: healthy ones have no difference, and each length that is off is named."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import mujoco
+import pytest
+from command_line import conrod
+from own_model_edits import mirrored, placed, scaled
+
+from conrod import scene
+from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.mjcf.loops.reading import tree_of
+from conrod.mjcf.loops.scene_causes import tilted_axes
+from conrod.own.models.links import LinkDifference, differences, graph_of
+from conrod.own.models.model_links import links_of
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
+MEANT = str(CASES / "anchor-apart-meant.toml")
+PLANAR = (
+    *("saw-40rpm", "shear-press", "six-bar", "jansen-leg", "watt-straight-line", "peaucellier", "crank-shaper"),
+    *("whitworth", "two-slider-linkage", "inverted-slider-crank", "double-rocker", "parallelogram", "web-cutter"),
+)
+
+
+@cache
+def exported(name: str) -> str:
+    return standalone_mjcf(name, scene(name), 1000)
+
+
+def found(name: str, text: str, crank: str = "crank", sites: dict[str, str] | None = None) -> list[str] | None:
+    """Differences of a model from a scene, in words; None where their links are other ones."""
+    tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
+    mechanism = scene(name).mechanism()
+    named = sites or {one.name: one.name for one in mechanism.observed}
+    points = {point: tree.points[site] for point, site in named.items() if site in tree.points}
+    own, right = links_of(tree, crank, points), graph_of(mechanism)
+    if own is None or right is None:
+        return None
+    seen = differences(own, right)
+    return None if seen is None else [one.words for one in seen]
+
+
+@pytest.mark.parametrize("name", PLANAR)
+def test_the_links_of_a_model_of_a_machine_are_the_machines(name: str) -> None:
+    assert found(name, exported(name)) == []
+    # In another unit, turned and seen from behind, too.
+    assert found(name, placed(scaled(exported(name), 1e3), euler="0.3 2 1", pos="1 2 3")) == []
+    assert found(name, mirrored(exported(name))) == []
+
+
+def changed(text: str, tag: str, name: str, place: str) -> str:
+    made = re.sub(rf'(<{tag} name="{re.escape(name)}" pos=")[^"]*"', rf'\g<1>{place}"', text)
+    assert made != text
+    return made
+
+
+@pytest.mark.parametrize(("name", "change", "words"), [
+    ("saw-40rpm", ("site", "slider-pin.rod", "0.303 0 0"),
+     "rod is 1 % longer from pin crank-pin to pin slider-pin: 303 mm instead of 300 mm"),
+    ("saw-40rpm", ("body", "rod", "0.11 0 0"),
+     "crank is 10 % longer from pin crank-pin to pin shaft: 110 mm instead of 100 mm"),
+    ("saw-40rpm", ("body", "slider", "0 0.001 0"),
+     "slide is 1.11 % longer from pin shaft to the line of pin slider-pin: 91 mm instead of 90 mm"),
+    ("saw-40rpm", ("site", "M", "0.16 0 0"), "rod is 6.67 % longer from pin crank-pin to M: 160 mm instead of 150 mm"),
+    ("watt-straight-line", ("body", "left", "0 0.001 0"), None),
+])  # fmt: skip
+def test_a_length_that_is_off_is_named_with_its_size(
+    name: str, change: tuple[str, str, str], words: str | None
+) -> None:
+    seen = found(name, changed(exported(name), *change))
+    assert seen
+    assert words is None or words in seen
+
+
+def test_a_coupler_that_is_short_is_why_a_four_bar_cannot_turn() -> None:
+    short = (CASES / "four-bar-short.xml").read_text()
+    expected = ["coupler is 42.3 % shorter from pin a to pin b: 150 mm instead of 260 mm"]
+    assert found(MEANT, short, sites={"P": "P"}) == expected
+    asked = ("--scene", MEANT, "--crank", "crank", "--point", "P=site:P")
+    done = conrod("validate", str(CASES / "four-bar-short.xml"), *asked)
+    assert done.returncode == 2
+    assert "it goes no further than with crank at 127.95 deg" in done.stderr
+    assert f"against {MEANT}, {expected[0]}" in done.stderr
+    assert "dead centre" not in done.stderr
+
+
+def test_models_of_other_links_are_not_compared() -> None:
+    # A slide where the machine has a pin, a link too many, and joints that are none of a plane.
+    saw = exported("saw-40rpm")
+    pinned = saw.replace('<joint name="slide" type="slide" axis="1 0 0"', '<joint name="slide" axis="0 0 1"')
+    flap = saw.replace("</worldbody>", '<body><joint name="flap" axis="0 0 1"/><geom size="1"/></body></worldbody>')
+    ball = saw.replace('<joint name="crank-pin" type="hinge" axis="0 0 1"', '<joint name="crank-pin" type="ball"')
+    for text in (pinned, flap, ball):
+        assert text != saw
+        assert found("saw-40rpm", text) is None
+    assert graph_of(scene("cam-follower").mechanism()) is None
+
+
+def test_what_should_be_at_one_place_is_said_so() -> None:
+    one = LinkDifference("crank", ("pin A", "pin B"), 0.0035, 0.0)
+    assert one.words == "crank has pin A 3.5 mm from pin B, where they should be at one place"
+
+
+# -- axes --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("joint", "axis", "words"), [
+    ('name="crank-pin" type="hinge" axis="0 0 1"', '0 0.000872665 1',
+     "the axis of crank-pin is 0.05 deg off that of crank"),
+    ('name="slide" type="slide" axis="1 0 0"', '1 0 0.000872665',
+     "the axis of slide is 0.05 deg off the plane across that of crank"),
+])  # fmt: skip
+def test_an_axis_that_is_tilted_out_of_the_plane_is_named(joint: str, axis: str, words: str, tmp_path: Path) -> None:
+    saw = exported("saw-40rpm")
+    tree = tree_of(model := mujoco.MjModel.from_xml_string(saw), model.qpos0)
+    assert list(tilted_axes(tree)) == []
+    text = saw.replace(joint, re.sub(r'axis="[^"]*"', f'axis="{axis}"', joint))
+    tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
+    assert list(tilted_axes(tree)) == [words]
+    path = tmp_path / "saw.xml"
+    path.write_text(text)
+    done = conrod("validate", str(path), "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
+    assert done.returncode != 0
+    assert words in done.stdout + done.stderr
