@@ -87,9 +87,10 @@ def test_a_spherical_four_bar_has_two_explanations_and_both_are_said() -> None:
 
 
 def test_a_machine_that_no_axis_or_anchor_explains_is_said_so() -> None:
-    pin = four_bar().replace("<connect", "<weld")
+    made = MACHINES["rssr"]()
+    welded = made.mjcf.replace("<connect", "<weld")
     with pytest.raises(InvalidInput, match=r"it cannot move; no single axis or anchor explains it$"):
-        _Bench.of(mujoco.MjModel.from_xml_string(pin), Question({"crank": "60rpm"}))
+        _Bench.of(mujoco.MjModel.from_xml_string(welded), Question(dict(made.drives)))
 
 
 def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
