@@ -39,9 +39,12 @@ EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 # MuJoCo's Newton solver ends where its next correction of the accelerations is shorter than 1e-15 in SI units
 # (mjMINVAL), whatever they are. With a run's flywheel and slow links its second one already is, and of what the first
 # leaves closures with 1e-13 of their inertia as regularisation make 7e-3 of the drive torque (saw, 40 rpm). With less
-# of a flywheel it goes on, but for single poses of slow links; there closures that are less hard lose less.
+# of a flywheel it goes on, but for single poses of slow links; there closures that are less hard lose less, and the
+# state is solved a second time, see `_settle`.
 LIGHTER = 1e-8
 LEAST_HARDENING = 1e-6
+SETTLED_ITERATIONS = 2  # of the solver: the first one leaves its own rounding, and the second removes that
+WARM_SHIFT = 1e-6  # share of the accelerations: far above mjMINVAL, and its rounding far below that of the whole
 LOOKS = 721  # for change points, over a turn
 NO_DRIVE = "without a flywheel there is no drive"
 ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
@@ -111,6 +114,18 @@ def spatial_tendons_count() -> bool:
     return bool(abs(data.cfrc_ext[1, 5]) > 0.5)
 
 
+def _settle(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Solve a state once more where the solver ended after its first iteration.
+
+    A closure's force is D (aref - J qacc) with D = 1 / R, 1e8 and more where it is hardened, so an error of 1e-15 in the
+    accelerations is 1e-7 N: little beside the pins' forces, and 1e-3 of the moment that a light slide carries. The
+    solver does not correct it, being shorter than mjMINVAL; it does where it begins a little beside the solution.
+    """
+    if int(data.solver_niter[0]) < SETTLED_ITERATIONS:
+        data.qacc_warmstart[:] = (1.0 + WARM_SHIFT) * data.qacc
+        mujoco.mj_fwdConstraint(model, data)
+
+
 class _Reading:
     """Reading of the crank and of all joints, state by state."""
 
@@ -138,6 +153,7 @@ class _Reading:
             data.time, data.qpos[:], data.qvel[:] = time, coordinates[k], speeds[k]
             data.qacc_warmstart[:] = 0.0  # the solution of a state depends on it alone
             mujoco.mj_forward(model, data)
+            _settle(model, data)
             acceleration[k] = data.qacc[crank]
             data.xfrc_applied[self._bodies, :2] = pushes[k, :, :2]
             data.xfrc_applied[self._bodies, 5] = pushes[k, :, 2]
