@@ -79,6 +79,30 @@ class ReportsForces(Protocol):
     def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks: ...
 
 
+@dataclass(frozen=True)
+class ExpectedForces:
+    """Forces that an engine's own scheme takes, by its laws and the exact motion, before any run.
+
+    Attributes:
+        tracks: at the instants of a run, or at others of its turns; None where nothing bounds them, nor is judged.
+        share: of their errors, that the law leaves out.
+        law: where they come from, for the report.
+    """
+
+    tracks: ForceTracks | None
+    share: float
+    law: str
+
+
+@runtime_checkable
+class ForceLaw(Protocol):
+    """Errors of the forces of a run that begins exact, before it is made; None where the engine has no law of them."""
+
+    def expected_forces(
+        self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0
+    ) -> ExpectedForces | None: ...
+
+
 @runtime_checkable
 class FreeMotion(Protocol):
     """A motion without drive, free or under the mechanism's loads, by steps of a length [s].
@@ -167,6 +191,7 @@ MEANINGS: Mapping[type, str] = {
     KinematicMode: "kinematic mode",
     ErrorLaw: "law of its errors",
     ReportsForces: "report of forces",
+    ForceLaw: "law of its forces' errors",
     FreeMotion: "motion without a drive",
     Timed: "stepping with nothing recorded, which timings take",
     Swept: "grid of settings",

@@ -14,7 +14,7 @@ from conrod.engines.capabilities import REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, Engine, Machine, Preset, run_of, with_fields
 from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, dynamics, law, older, standalone
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
-from conrod.engines.mujoco.forces import forces
+from conrod.engines.mujoco.forces import expected_forces, forces
 from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
@@ -141,6 +141,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
+    expected_forces = staticmethod(expected_forces)
     stepper = BareRun
     reference_loop = staticmethod(reference_loop)
     grid = staticmethod(rules)

@@ -20,13 +20,16 @@ from functools import cache
 import mujoco
 import numpy as np
 
+from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.dynamics import advance
+from conrod.engines.mujoco.law import LEFT_OUT, has_law, moved_states, predicted_gaps
 from conrod.engines.mujoco.model import Build, build, laws_acting
+from conrod.engines.numerics import UNDETERMINED
 from conrod.engines.tracks import EDITED, ForceTracks, applied_forces, no_forces
 from conrod.engines.tree import Branch
-from conrod.exact.dynamics.inverse import component_names
+from conrod.exact.dynamics.inverse import component_names, joint_forces_in
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Point, Prismatic, Revolute, to_world
@@ -44,7 +47,7 @@ EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 LIGHTER = 1e-8
 LEAST_HARDENING = 1e-6
 SETTLED_ITERATIONS = 2  # of the solver: the first one leaves its own rounding, and the second removes that
-WARM_SHIFT = 1e-6  # share of the accelerations: far above mjMINVAL, and its rounding far below that of the whole
+WARM_SHIFT = 1e-9  # of the way to free links: far above mjMINVAL, and its rounding far below that of the whole way
 LOOKS = 721  # for change points, over a turn
 NO_DRIVE = "without a flywheel there is no drive"
 ROLLING = "MuJoCo couples the joint coordinates of what rolls by a tendon: no force acts where the bodies meet"
@@ -97,6 +100,41 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     return ForceTracks(replace(where, acceleration=acceleration), drive, components, {})
 
 
+FORCE_LAW = "forces of the states and accelerations that the closures' predicted gaps leave"
+
+
+def expected_forces(
+    machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
+) -> ExpectedForces | None:
+    """Forces at the states with the gaps that the law of the closures predicts; None where there is none.
+
+    MuJoCo solves M q'' - Q = J^T lambda for the accelerations that its closures ask for, g'' of the gaps g they have,
+    so that its forces are those that the state beside the exact one takes with these accelerations.
+    """
+    del revolutions  # the law follows a run until it repeats itself
+    mechanism, kinematics = machine.kinematics.mechanism, machine.kinematics
+    if mechanism.cam_contacts or mechanism.meshes or settings.armature == 0.0:
+        return None
+    if kinematics.change_angles.size:
+        return ExpectedForces(None, 0.0, UNDETERMINED)
+    used = force_settings(settings)
+    if not has_law(used):
+        return None
+    course, _, gaps = predicted_gaps(machine, used, build(machine, used), start_angle)
+    rate = abs(machine.speed)
+    poses, rates, accelerations = (values * rate**k for k, values in enumerate(moved_states(course, gaps)))
+    times = course.angles / machine.speed
+    found = joint_forces_in(kinematics, poses, rates, accelerations, times)
+    rest = np.zeros_like(times)
+    return ExpectedForces(
+        ForceTracks(
+            Instants(times, course.angles, rest + machine.speed, rest), found.drive_torque, found.components, {}
+        ),
+        LEFT_OUT,
+        FORCE_LAW,
+    )
+
+
 @cache
 def spatial_tendons_count() -> bool:
     """True where this version of MuJoCo counts the forces of spatial tendons in what its joints carry.
@@ -117,12 +155,12 @@ def spatial_tendons_count() -> bool:
 def _settle(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Solve a state once more where the solver ended after its first iteration.
 
-    A closure's force is D (aref - J qacc) with D = 1 / R, 1e8 and more where it is hardened, so an error of 1e-15 in the
-    accelerations is 1e-7 N: little beside the pins' forces, and 1e-3 of the moment that a light slide carries. The
+    A closure's force is D (aref - J qacc) with D = 1 / R, 1e8 and more where it is hardened, so an error of 1e-15 in
+    the accelerations is 1e-7 N: little beside the pins' forces, and 1e-3 of the moment that a light slide carries. The
     solver does not correct it, being shorter than mjMINVAL; it does where it begins a little beside the solution.
     """
     if int(data.solver_niter[0]) < SETTLED_ITERATIONS:
-        data.qacc_warmstart[:] = (1.0 + WARM_SHIFT) * data.qacc
+        data.qacc_warmstart[:] = data.qacc + WARM_SHIFT * (data.qacc_smooth - data.qacc)
         mujoco.mj_fwdConstraint(model, data)
 
 

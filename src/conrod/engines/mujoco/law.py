@@ -152,18 +152,25 @@ def followed(steps: Array, left: tuple[Array, Array], pushed: Array, constant: f
     return gaps, rates, pushed - 2.0 / c * rates - gaps / c**2
 
 
+def predicted_gaps(
+    machine: Machine, settings: MuJoCoSettings, made: Build, start_angle: float
+) -> tuple[Course, Array, tuple[Array, Array, Array]]:
+    """The exact states of a run, what pushes its gaps open (T, 3 n), and the gaps with two derivatives by the way."""
+    constant, step = abs(machine.speed) * settings.solref[0], 2.0 * math.pi / settings.steps_per_revolution
+    course = Course.of(machine, start_angle, step, constant)
+    left = local_errors(made.tree, course, constant, step)
+    pushed = yielding(machine, settings, made, course)
+    return course, pushed, followed(course.steps, left, pushed, constant)
+
+
 def closure_errors(machine: Machine, settings: MuJoCoSettings, made: Build, start_angle: float) -> tuple[Array, Array]:
     """Largest errors (3,) of position, velocity and acceleration of observed points, over L, ω L, ω² L.
 
     And what rounding alone may make of them (3,). A step that always rounds to the same side leaves eps of the largest
     turn; folded with the answers of a gap and its derivatives to a unit of gap and of rate, that is no more than this.
     """
-    constant = c = abs(machine.speed) * settings.solref[0]
-    step = 2.0 * math.pi / settings.steps_per_revolution
-    course = Course.of(machine, start_angle, step, constant)
-    left = local_errors(made.tree, course, constant, step)
-    pushed = yielding(machine, settings, made, course)
-    gaps = followed(course.steps, left, pushed, constant)
+    course, pushed, gaps = predicted_gaps(machine, settings, made, start_angle)
+    c = abs(machine.speed) * settings.solref[0]
     turn = max(float(np.abs(course.states[0][:, 2::3]).max()) / (4.0 * math.pi), 1.0)
     answers = np.array([2.0 * c + c**2, 1.0 + 2.0 / math.e * c, 2.0 / (math.e * c) + 1.0 + 2.0 / math.e**2])
     rounded = rounding(machine.kinematics, 2 * settings.steps_per_revolution) * turn * np.maximum(answers, 1.0)
@@ -182,8 +189,8 @@ def _largest_gain(course: Course, rows: Any) -> float:
     return largest
 
 
-def largest_point_errors(course: Course, gaps: tuple[Array, Array, Array]) -> Array:
-    """Largest changes (3,) of observed points over L, and of their derivatives by the way, by gaps (T, 3 n)."""
+def moved_states(course: Course, gaps: tuple[Array, Array, Array]) -> list[Array]:
+    """Poses and their derivatives by the way, (T, 3 n) each, with gaps left open and their derivatives."""
     moved: list[Array] = []
     for k, (exact, gap) in enumerate(zip(course.states, gaps, strict=True)):
         state = exact
@@ -191,6 +198,12 @@ def largest_point_errors(course: Course, gaps: tuple[Array, Array, Array]) -> Ar
         for _ in range(1 if k else 2):
             state = state - course.kinematics.solve(moved[0] if k else state, course.opening([*moved, state]) - gap)
         moved.append(state)
+    return moved
+
+
+def largest_point_errors(course: Course, gaps: tuple[Array, Array, Array]) -> Array:
+    """Largest changes (3,) of observed points over L, and of their derivatives by the way, by gaps (T, 3 n)."""
+    moved = moved_states(course, gaps)
     before, after = course.kinematics.point_derivatives(list(course.states)), course.kinematics.point_derivatives(moved)
     off = [
         [np.linalg.norm(moved - exact, axis=1).max() for moved, exact in zip(after[name], before[name], strict=True)]
@@ -244,18 +257,23 @@ def _varying_inertia(machine: Machine) -> float:
     return float(np.ptp(felt))
 
 
+def has_law(settings: MuJoCoSettings) -> bool:
+    """True for settings whose closures are followed: RK4, one constant impedance, critical damping."""
+    if settings.dressing or not settings.gravity or settings.integrator != "RK4":
+        return False
+    # A time constant that is shorter MuJoCo raises, or RK4 cannot follow.
+    if settings.solref[0] < LEAST_STEPS * settings.timestep:
+        return False
+    return settings.solimp[0] == settings.solimp[1] and settings.solref[1] == 1.0
+
+
 def _bounds(machine: Machine, settings: MuJoCoSettings, start_angle: float) -> ExpectedError:
     none = ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:
         return none if settings.dressing else _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
         return replace(none, law=UNDETERMINED)
-    if settings.dressing or not settings.gravity or settings.integrator != "RK4":
-        return none
-    # A time constant that is shorter MuJoCo raises, or RK4 cannot follow.
-    if settings.solref[0] < LEAST_STEPS * settings.timestep:
-        return none
-    if settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
+    if not has_law(settings):
         return none
     errors, rounded = closure_errors(machine, settings, build(machine, settings), start_angle)
     position, velocity, acceleration = (errors * (1.0 + LEFT_OUT + SECOND_ORDER * errors[0]) + rounded).tolist()

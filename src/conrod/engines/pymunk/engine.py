@@ -194,6 +194,7 @@ class Pymunk(Engine[PymunkSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
+    expected_forces = staticmethod(forces.expected_forces)
     forces = staticmethod(forces.forces)
     free_run = staticmethod(dynamics.free_run)
     stepper = BareRun

@@ -21,14 +21,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import body_states
-from conrod.engines.pymunk import PymunkSettings
+from conrod.engines.pymunk import SHARE, PymunkSettings
 from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started, turns_at
+from conrod.engines.pymunk.law import settled_states
 from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.space import refusal
+from conrod.engines.pymunk.space import refusal, shaft_centred
 from conrod.engines.pymunk.stepping import advance
 from conrod.engines.tracks import ForceTracks, no_forces
+from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Mechanism
@@ -67,6 +70,34 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)
     return _tracks(machine, at.acceleration, poses[FIRST:], right)
+
+
+FORCE_LAW = "forces of the scheme's own steps: positions lag by h^2 x''/2, accelerations by 5/12 h^2 x''''"
+
+
+def expected_forces(
+    machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0
+) -> ExpectedForces | None:
+    """Forces that the scheme's own steps take, at the instants that `forces` reports; None where it has no law.
+
+    A step's forces are M (v_n - v_(n-1)) / h - Q at x_n, of states that lag as `settled_states` has them; loads are
+    those of x_n and of the rate that is extrapolated to t_n, v_(n-1) + (v_(n-1) - v_(n-2)) / 2.
+    """
+    mechanism = machine.kinematics.mechanism
+    if settings.error_bias > 0.0 or mechanism.cam_contacts or refusal(machine, settings):
+        return None
+    centred, h = shaft_centred(mechanism), settings.timestep
+    steps = round(settings.steps_per_revolution * revolutions)
+    poses, speeds = settled_states(machine, h, start_angle, steps)
+    centres, rates = body_states(centred, poses, speeds, -1.0)
+    times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
+    at = staggered(centred, h, times, centres, rates)
+    run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], np.zeros_like(centres[FIRST:])
+    right = _carried(mechanism, settings, at, run)
+    if mechanism.loads:
+        ahead = 1.5 * rates[FIRST - 1 : -1] - 0.5 * rates[FIRST - 2 : -2]
+        right -= load_forces(mechanism, *body_states(centred, centres[FIRST:], ahead), times[FIRST:])
+    return ExpectedForces(_tracks(machine, at.acceleration, poses[FIRST:], right), SHARE, FORCE_LAW)
 
 
 def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run: tuple[Array, Array, Array]) -> Array:

@@ -94,6 +94,36 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
     return largest
 
 
+MAX_SWEEPS = 60  # over the whole run
+SETTLED = 1e-13  # of the mechanism's size: changes of a pose that are rounding
+
+
+def settled_states(machine: Machine, h: float, start: float, steps: int) -> tuple[Array, Array]:
+    """Poses and rates (steps + 1, 3 n) that the scheme's steps h [s] make of an exact start, at a settled iteration.
+
+    All steps are made at once, each from the pose that the last sweep gave the one before: x_(n+1) takes over nothing
+    of x_n but what the joints' equations leave of their linearisation, a part of order h, so that sweeps converge.
+
+    Args:
+        start: crank angle [rad].
+    """
+    kinematics, speed = machine.kinematics, machine.speed
+    mechanism = shaft_centred(kinematics.mechanism)
+    angles: Array = np.asarray(start + speed * h * np.arange(steps + 1), dtype=float)
+    poses = kinematics.poses(angles)
+    crank = np.full_like(angles, speed)
+    for _ in range(MAX_SWEEPS):
+        gaps = kinematics.residual([poses], angles)
+        rates = kinematics.solve(poses, -gaps / h - kinematics.residual([poses, np.zeros_like(poses)], crank))
+        centres, speeds = body_states(mechanism, poses, rates, -1.0)
+        following = body_states(mechanism, centres + h * speeds, speeds)[0][:-1]
+        change = float(np.abs(following - poses[1:]).max(initial=0.0))
+        poses[1:] = following
+        if change <= SETTLED * max(kinematics.size, 1.0):
+            break
+    return poses, rates
+
+
 def _derivatives(place: tuple[Jet, Jet]) -> list[Array]:
     """Of a point, each (T, 2)."""
     x, y = place

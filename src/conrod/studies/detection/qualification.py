@@ -18,7 +18,7 @@ from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS, MOTION, Defect, Plant, Recording
-from conrod.studies.forces.measuring import Measured, Peaks, likenesses, peaks_of, seen_in
+from conrod.studies.forces.measuring import LawOfForces, Measured, Peaks, likenesses, peaks_of, seen_in
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, recorded_forces
 from conrod.studies.frame.case import Study
@@ -53,12 +53,12 @@ def motion_judge(
     return judged
 
 
-def force_judge(result: ForceResult, tracks: ForceTracks, peaks: Peaks, step: float) -> Judge:
+def force_judge(result: ForceResult, tracks: ForceTracks, law: LawOfForces | None, peaks: Peaks, step: float) -> Judge:
     """The judge of `conrod validate --quantity`, of the forces of a run as they were recorded in steps [s]."""
 
     def judged(given: Recording) -> ForceResult:
         measured = Measured(given.reference, tracks, peaks, step)
-        likeness = likenesses(given.reference, measured, result.names)
+        likeness = likenesses(given.reference, measured, result.names, law)
         return replace(result, errors=measured.errors(result.names), likeness=likeness).judged()
 
     return judged
@@ -159,11 +159,11 @@ class QualificationCase(EngineCase[ValidationResult]):
         if not isinstance(self.made_by, ReportsForces):
             return ()
         plan = ForcePlan(self.plan.steps_per_revolution, self.plan.revolutions, refined=False)
-        result, tracks = recorded_forces(self.name, self.scene, self.made_by, str(self.preset), plan)
+        result, tracks, law = recorded_forces(self.name, self.scene, self.made_by, str(self.preset), plan)
         if not result.completed or not result.limits:
             return ()
         peaks = peaks_of(self.scene)
-        judge = force_judge(result, tracks, peaks, self.scene.period / result.steps_per_revolution)
+        judge = force_judge(result, tracks, law, peaks, self.scene.period / result.steps_per_revolution)
         if judge(given).passed is not True:
             return ()
         # What no force depends on at constant speed shows by the drive's ripple at most.

@@ -1,12 +1,12 @@
 """Forces that an engine reports against the exact ones, at the angle, rate and acceleration that its crank had.
 
-No law of an engine gives a bound on them, as one does for its motion: they are judged by what is required of an
-engine at 1000 steps a revolution. With fewer the bar is as much higher as the order of the engine's scheme makes the
-error; with more it stays.
+They are judged by what is required of an engine at 1000 steps a revolution. With fewer the bar is as much higher as the
+order of the engine's scheme makes the error; with more it stays. A machine whose motion changes quickly, as beside a
+dead centre, has a scheme further off: where the engine's law of its forces (`ForceLaw`) says so, that is allowed.
 
 An error that looks like the effect of a wrong mass on the forces, by the exact sensitivities, is reported as how much
-of it: the projection of all errors on its effect. That detects less than a tolerance has to allow, for an engine's own
-errors look different.
+of it: the projection of all errors on its effect, less those that the law has at the same instants. That detects less
+than a tolerance has to allow.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Preset
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import ExactReference
@@ -63,12 +64,14 @@ def quantities_of(mechanism: Mechanism, group: str) -> tuple[str, ...]:
 
 
 def tolerance_of(
-    mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, object]
-) -> tuple[dict[str, float], str]:
+    mechanism: Mechanism, preset: Preset[Any], steps: int, groups: Mapping[str, Sequence[str]],
+    law: LawOfForces | None = None,
+) -> tuple[dict[str, float], str]:  # fmt: skip
     """By group what is allowed, and why; nothing of presets of which nothing is required.
 
     Args:
-        groups: those that are looked at.
+        groups: those that are looked at, with the names of their quantities.
+        law: what the engine's scheme makes of the exact motion; allowed where it is more than what is required.
     """
     if mechanism.cam_contacts:
         # Where the acceleration jumps all forces do: their largest errors are one step of the jump.
@@ -81,9 +84,13 @@ def tolerance_of(
     allowed = {group: bar * coarser for group, bar in bars.items() if group in groups}
     required = ", ".join(f"{group} {bars[group]:g}" for group in allowed)
     reason = f"required at {STEPS} steps a revolution: {required}, of the exact peak" if allowed else ""
-    return allowed, reason + (
-        f"; at {steps} times {coarser:.3g}, by order {order}" if coarser > 1.0 and allowed else ""
-    )
+    reason += f"; at {steps} times {coarser:.3g}, by order {order}" if coarser > 1.0 and allowed else ""
+    expected = {} if law is None else {group: law.largest(groups[group]) for group in allowed}
+    if above := {group: size for group, size in expected.items() if size > allowed[group]}:
+        allowed |= above
+        more = ", ".join(f"{group} {size:.2g}" for group, size in above.items())
+        reason += f"; {more} by its law, {law.text if law else ''}"
+    return allowed, reason
 
 
 def exact_quantities(kinematics: Kinematics, state: State) -> dict[str, Array]:
@@ -142,6 +149,10 @@ class Measured:
         self._together = max(1, round(TOGETHER * step / max(spacing, step)))
         self._between = _between(self.angle, scene.break_angles()) if kinematics.mechanism.cam_contacts else None
 
+    def signed(self, name: str) -> Array:
+        """Errors (T,) of a reported quantity [N] or [N m]."""
+        return np.asarray(self.reported[name] - self.exact[name], dtype=float)
+
     def clear(self) -> NDArray[np.int_]:
         """Indices of the measured values that lie away from arc joints."""
         return np.flatnonzero(np.ones(len(self.angle)) if self._between is None else self._between)
@@ -152,7 +163,7 @@ class Measured:
 
     def _error(self, name: str) -> ForceErrors:
         peak, own = self.peaks[name]
-        off = (self.reported[name] - self.exact[name]) / peak
+        off = self.signed(name) / peak
         between = None
         if self._between is not None:
             clear = _blocks(self._between, self._together).all(axis=1)
@@ -161,6 +172,30 @@ class Measured:
             between = size_of(means[clear]).rms if clear.any() else None
         whole = size_of(np.abs(off))
         return ForceErrors(whole.max, whole.rms, between, peak, own)
+
+
+class LawOfForces:
+    """What an engine's scheme makes of the exact forces of a scene, by its law, in steps of a length [s]."""
+
+    def __init__(self, scene: ExactReference, expected: ExpectedForces, peaks: Peaks, step: float) -> None:
+        assert expected.tracks is not None
+        self._errors, self.text = Measured(scene, expected.tracks, peaks, step), expected.law
+        self._share, self._peaks = expected.share, peaks
+
+    def largest(self, names: Sequence[str]) -> float:
+        """Largest error over the peak of some quantities, with what the law leaves out."""
+        found = [
+            float(np.abs(self._errors.signed(name)).max(initial=0.0)) / self._peaks[name][0]
+            for name in names
+            if name in self._errors.reported
+        ]
+        return (1.0 + self._share) * max(found, default=0.0)
+
+    def at(self, state: State, name: str) -> Array:
+        """Errors (T,) of a quantity in a run; zero where the law has other instants than these."""
+        if np.array_equal(self._errors.state.time, state.time) and name in self._errors.reported:
+            return self._errors.signed(name)
+        return np.zeros_like(state.time)
 
 
 def _between(angle: Array, joints: Sequence[float]) -> NDArray[np.bool_]:
@@ -190,7 +225,9 @@ def seen_in(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> set[tu
     return {which for which, share in shown.items() if share >= SEEN}
 
 
-def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) -> dict[str, float]:
+def likenesses(
+    scene: ExactReference, measured: Measured, names: Sequence[str], law: LawOfForces | None = None
+) -> dict[str, float]:
     """By "body.property", how many times the change that is to be seen the errors look like.
 
     That is 1 % of a mass, 1 % of a length, 5 % of an inertia. What no quantity depends on is not among them,
@@ -198,6 +235,7 @@ def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) 
 
     Args:
         names: of the quantities that are looked at; those that are not reported are left out.
+        law: of the engine's own errors, which are taken off before: no wrong mass makes them.
     """
     reported = [name for name in names if name in measured.reported]
     some = measured.clear()
@@ -205,7 +243,8 @@ def likenesses(scene: ExactReference, measured: Measured, names: Sequence[str]) 
     at = measured.state
     state = State(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
     peaks = {name: measured.peaks[name][0] for name in reported}
-    errors = np.concatenate([(measured.reported[n][some] - measured.exact[n][some]) / peaks[n] for n in reported])
+    own = {name: 0.0 if law is None else law.at(at, name) for name in reported}
+    errors = np.concatenate([(measured.signed(n) - own[n])[some] / peaks[n] for n in reported])
     # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
     seen = seen_in(scene, reported, measured.peaks)
     found = {}

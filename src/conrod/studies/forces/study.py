@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Lacking, ReportsForces, capability
+from conrod.engines.capabilities import ExpectedForces, ForceLaw, Lacking, ReportsForces, capability
 from conrod.engines.tracks import ForceTracks, no_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.measuring import Measured, likenesses, peaks_of, quantities_of, tolerance_of
+from conrod.studies.forces.measuring import LawOfForces, Measured, likenesses, peaks_of, quantities_of, tolerance_of
 from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult
 from conrod.studies.frame.prediction import reference_misfit
 from conrod.studies.frame.result import EngineCase, refine
@@ -36,14 +36,14 @@ class ForcePlan(Plan):
 
 def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
     """Measure the engine: one run, its refinement path, and the verdict."""
-    result, tracks = recorded_forces(name, scene, engine, preset, plan)
+    result, tracks, law = recorded_forces(name, scene, engine, preset, plan)
     steps = result.steps_per_revolution
     if not result.completed:
         return result.judged()
     peaks = peaks_of(scene)
     measured = Measured(scene, tracks, peaks, scene.period / steps)
     errors = measured.errors(result.names)
-    likeness = likenesses(scene, measured, result.names)
+    likeness = likenesses(scene, measured, result.names, law)
     result = replace(result, errors=errors, likeness=likeness, misfit=reference_misfit(scene))
 
     def point(n: int, turns: float, start: float) -> ForcePoint:
@@ -62,18 +62,26 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
 
 def recorded_forces(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan
-) -> tuple[ForceResult, ForceTracks]:
-    """The forces of a run, and a result of which nothing is measured yet."""
+) -> tuple[ForceResult, ForceTracks, LawOfForces | None]:
+    """A result of which nothing is measured yet, the forces of a run, and the law of their errors if there is one."""
     result, mechanism = started(name, scene, engine, preset, plan), scene.kinematics.mechanism
     steps = result.steps_per_revolution
     settings = engine.presets[preset](scene, steps)
     refusal = engine.refusal(scene, settings) if result.groups else NO_CONTACT
     if refusal:
-        return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), no_forces(mechanism, refusal)
+        return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), no_forces(mechanism, refusal), None
     start, revolutions = plan.stretch(scene)
+    expected = _expected(engine, scene, settings, revolutions, start) if result.limits else None
+    law = None
+    if expected is not None and expected.tracks is None:
+        result = replace(result, tolerance={}, reason_of_tolerance=expected.law)
+    elif expected is not None:
+        law = LawOfForces(scene, expected, peaks_of(scene), scene.period / steps)
+        tolerance, reason = tolerance_of(mechanism, engine.presets[preset], steps, result.groups, law)
+        result = replace(result, tolerance=tolerance, reason_of_tolerance=reason)
     tracks = _forces(engine, scene, settings, revolutions, start)
     ended = _outcome_fields(result, tracks)
-    return replace(result, settings=settings.as_dict(), revolutions=revolutions, **ended), tracks
+    return replace(result, settings=settings.as_dict(), revolutions=revolutions, **ended), tracks, law
 
 
 def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan) -> ForceResult:
@@ -99,6 +107,14 @@ def _forces(engine: Engine[Any], scene: Scene, settings: Any, revolutions: float
 def judged_sizes(errors: Mapping[str, ForceErrors]) -> dict[str, float]:
     """Errors that a refinement path follows: the max; with a cam the rms between arc joints, where all forces jump."""
     return {name: one.max if one.between is None else one.between for name, one in errors.items()}
+
+
+def _expected(
+    engine: Engine[Any], scene: Scene, settings: Any, revolutions: float, start: float
+) -> ExpectedForces | None:
+    """Forces that the engine's scheme takes by its law; None where it has no law of them."""
+    law = capability(engine, ForceLaw)
+    return None if isinstance(law, Lacking) else law.expected_forces(scene, settings, revolutions, start)
 
 
 def _outcome_fields(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:
@@ -130,7 +146,7 @@ class ForceCase(EngineCase[ForceResult]):
     kind: ClassVar[type[Any]] = ForceResult
     quantities: ClassVar[tuple[str, ...]] = GROUPS
     measures: ClassVar[tuple[str, ...]] = ("max", "rms", "between")
-    version: ClassVar[int] = 2  # since MuJoCo solves a pose again where its solver ended early
+    version: ClassVar[int] = 2  # since errors of the engine's law are allowed, and MuJoCo's solver goes on
 
     plan: ForcePlan
 
