@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import pytest
 from command_line import conrod
-from own_model_edits import mirrored, placed, scaled
+from own_model_edits import mirrored, placed, replaced, scaled
 
 from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
@@ -126,3 +126,50 @@ def test_an_axis_that_is_tilted_out_of_the_plane_is_named(joint: str, axis: str,
     done = conrod("validate", str(path), "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
     assert done.returncode != 0
     assert words in done.stdout + done.stderr
+
+
+# -- a slide that is tilted in its plane, and an offset ----------------------------------------------------------------
+
+SAW = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
+TILTED = ('type="slide" axis="1 0 0"', 'type="slide" axis="1 0.00872687 0"')
+ASIDE = ('name="slider" pos="0 0 0"', 'name="slider" pos="0 0.001 0"')
+EITHER, GIVEN = "It may be as well that the slide is tilted by 0.5 deg", "the slide is tilted by 0.5 deg from where"
+
+
+@pytest.mark.usefixtures("at_once")
+@pytest.mark.parametrize(("edit", "rotation", "said", "not_said"), [
+    # The offset grows by the slider's 0.186 m from the shaft's foot, times the tilt.
+    (TILTED, (), ("offset is 1.8 % too long: 91.62", EITHER), (GIVEN,)),
+    (TILTED, ("--rotation", "0"), (GIVEN, "slide is 1.8 % longer from pin shaft to the line of pin slider"), (EITHER,)),
+    (ASIDE, (), ("offset is 1.1 % too long: 91 mm",), ("is tilted",)),
+    (ASIDE, ("--rotation", "0"), ("offset is 1.1 % too long: 91 mm",), ("is tilted",)),
+], ids=["tilt", "tilt-in-a-given-frame", "offset", "offset-in-a-given-frame"])  # fmt: skip
+def test_a_tilted_slide_and_an_offset_are_told_apart_or_both_said(
+    edit: tuple[str, str], rotation: tuple[str, ...], said: tuple[str, ...], not_said: tuple[str, ...],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
+    path = tmp_path / "saw.xml"
+    path.write_text(replaced(exported("saw-40rpm"), *edit))
+    done = conrod("validate", str(path), *SAW, *rotation)
+    assert done.returncode == 1
+    for words in said:
+        assert words in done.stdout
+    for words in not_said:
+        assert words not in done.stdout
+
+
+def test_a_slide_that_is_tilted_on_a_ground_with_two_pins_is_told_from_an_offset() -> None:
+    text = exported("six-bar")
+    (axis,) = re.findall(r'name="slide" type="slide" axis="([^"]*)"', text)
+    x, y = (float(value) for value in axis.split()[:2])
+    seen = found("six-bar", text.replace(axis, f"{x - 0.01 * y!r} {y + 0.01 * x!r} 0"))
+    assert seen
+    assert seen[0] == "slide is tilted by 0.573 deg on ground"
+    start = re.search(r'<body name="slider" pos="([^"]*)"', text)
+    assert start
+    px, py = (float(value) for value in start[1].split()[:2])
+    aside = found("six-bar", changed(text, "body", "slider", f"{px - 0.001 * y!r} {py + 0.001 * x!r} 0"))
+    assert aside
+    assert not any("tilted" in words for words in aside)
+    assert all(words.startswith("slide is ") for words in aside)

@@ -19,7 +19,7 @@ from conrod.mjcf.loops.driving import Recording, driven_run, recorded
 from conrod.mjcf.loops.results import LABELS
 from conrod.mjcf.loops.runs import flipped, with_settings
 from conrod.mjcf.loops.scanning import scan
-from conrod.mjcf.loops.scene_causes import scene_causes
+from conrod.mjcf.loops.scene_causes import causes_besides, scene_causes
 from conrod.mjcf.loops.turning import Turning, prepare
 from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
@@ -72,8 +72,8 @@ def study(
         distrust = misfit_words(reference_misfit(machine))
         parts = (str(path), name, machine, question, facts, identity, tolerance, revolutions)
         found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
-        if not (found.is_machine or identity.explanations or identity.other_branch):
-            about = filter(None, (facts.about, *scene_causes(turning.model, scene, question)))
+        if not found.is_machine:
+            about = filter(None, (facts.about, *causes_besides(turning.model, scene, question, identity, given)))
             found = replace(found, model=replace(facts, about="; ".join(about)))
         if identity.left > COMPARABLE:
             return found

@@ -41,6 +41,20 @@ class LinkDifference:
         return f"{self.link} is {100.0 * abs(share):.3g} % {way} from {one} to {other}: {sizes}"
 
 
+@dataclass(frozen=True)
+class SlideTilt:
+    """A slide whose line makes another angle with the pins of its link than the machine's [rad]."""
+
+    slide: str
+    link: str
+    angle: float
+
+    @property
+    def words(self) -> str:
+        """'slide is tilted by 0.5 deg on ground'."""
+        return f"{self.slide} is tilted by {np.degrees(self.angle):.3g} deg on {self.link}"
+
+
 @dataclass
 class Link:
     """A rigid part in a plane of its own.
@@ -108,8 +122,8 @@ def graph_of(mechanism: Mechanism) -> LinkGraph | None:
 # -- one laid over the other -------------------------------------------------------------------------------------------
 
 
-def differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifference, ...] | None:
-    """Distances on the model's links that are not the machine's, the largest first; None where it has other links.
+def differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifference | SlideTilt, ...] | None:
+    """Tilts and distances on the model's links that are not the machine's, the largest first; None for other links.
 
     Of several ways of laying the model over the machine the one with the fewest differences counts. The model's unit of
     length is the one in which most distances are the machine's.
@@ -119,12 +133,13 @@ def differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifference, .
         for match in islice(_matches(model, machine), MOST_MATCHES)
         for unit in UNITS.values()
     ]
-    best = min(found, key=lambda some: (len(some), sum(map(_share, some))), default=None)
+    best = min(found, key=lambda some: (len(some[0]), sum(map(_share, some[0]))), default=None)
     if best is None:
         return None
+    distances, tilts = best
     # A point at a pin has the pin's distances.
-    alike = {(one.link, f"{one.found:.9g}", f"{one.expected:.9g}"): one for one in reversed(best)}
-    return tuple(sorted(alike.values(), key=_share, reverse=True))
+    alike = {(one.link, f"{one.found:.9g}", f"{one.expected:.9g}"): one for one in reversed(distances)}
+    return *tilts, *sorted(alike.values(), key=_share, reverse=True)
 
 
 def _share(one: LinkDifference) -> float:
@@ -184,7 +199,9 @@ def _outwards(machine: LinkGraph) -> list[Edge]:
     return order
 
 
-def _differences_of(model: LinkGraph, machine: LinkGraph, match: Match, unit: float) -> list[LinkDifference]:
+def _differences_of(
+    model: LinkGraph, machine: LinkGraph, match: Match, unit: float
+) -> tuple[list[LinkDifference], list[SlideTilt]]:
     links, joints = match
     names = {theirs: mine for mine, theirs in joints.items()}
     own = LinkGraph(machine.crank)
@@ -193,11 +210,14 @@ def _differences_of(model: LinkGraph, machine: LinkGraph, match: Match, unit: fl
     own.edges = machine.edges
     expected, found = dict(_distances(machine)), dict(_distances(own))
     size = max(expected.values(), default=1.0)
-    return [
+    distances = [
         LinkDifference(link, (one, other), unit * found[link, one, other], right)
         for (link, one, other), right in expected.items()
         if (link, one, other) in found and abs(unit * found[link, one, other] - right) > SAME * size
     ]
+    angles, own_angles = dict(_angles(machine)), dict(_angles(own))
+    off = {place: abs(own_angles.get(place, angle) - angle) for place, angle in angles.items()}
+    return distances, [SlideTilt(*place, angle) for place, angle in off.items() if angle > SAME]
 
 
 def _renamed(link: Link, names: Mapping[str, str]) -> Link:
@@ -220,6 +240,16 @@ def _distances(graph: LinkGraph) -> Iterator[tuple[tuple[str, str, str], float]]
         sides = [_from_line(graph.links[name], edge.name) for name in edge.links]
         for (one, near), (other, far) in product(sides[0].items(), sides[1].items()):
             yield (edge.name, f"pin {one}", f"the line of pin {other}"), abs(near - far)
+
+
+def _angles(graph: LinkGraph) -> Iterator[tuple[tuple[str, str], float]]:
+    """Angle [rad], up to a right one, between the line of each slide and its link's two pins furthest apart."""
+    for link, one in sorted(graph.links.items()):
+        ways = [b - a for (_, a), (_, b) in combinations(sorted(one.pins.items()), 2)]
+        if ways and np.linalg.norm(way := max(ways, key=lambda way: float(np.linalg.norm(way)))) > 0.0:
+            for slide, (_, line) in sorted(one.lines.items()):
+                across = way[0] * line[1] - way[1] * line[0]
+                yield (slide, link), float(np.arctan2(abs(across), abs(way @ line)))
 
 
 def _from_line(link: Link, slide: str) -> dict[str, float]:
