@@ -1,29 +1,37 @@
-"""What a killed process leaves of the files that it was writing is completed or undone; other ends leave nothing."""
+"""A kill at any moment leaves each file as it was or as it is to be; a report says that it is not whole."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+import pickle
+import shutil
 import subprocess
 import sys
+import tempfile
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
-from conrod.studies.frame.files import check_writable_folder
-from conrod.studies.frame.writing import PLANNED, STAGING, staging_in
+import pytest
+from command_line import conrod
 
-NAMES = ("README.md", "results.json", "data/a.json", "figures/b.svg", "same")
-FILES = {name: f"new {name}" for name in NAMES} | {"same": "old same"}
-# Writes a report's folder and a file elsewhere, again and again, killed before its first step, its second, and so on; a
-# step is whatever Python reports of a call on the file system. Prints what is there then, and after one of the folders,
-# in turns, was looked at.
-WRITER = f"""
-import json, os, shutil, signal, sys
+from conrod.report.folder import UNFINISHED, ReportFolder
+from conrod.report.free_motion import KIND
+from conrod.report.kind import Reproduction
+from conrod.report.writer import rendered_again, report_batch
+from conrod.studies.frame.writing import LEFT_BEHIND, Batch, single, write_together
+from tests.report.test_frame import COMMAND, contents, study, write
+
+# Writes batches again and again, killed before its first step, its second, and so on; a step is whatever Python reports
+# of a call on the file system. Keeps a copy of what is there then.
+WRITER = """
+import os, pickle, shutil, signal, sys
 from pathlib import Path
-from conrod.studies.frame.files import check_writable_folder
-from conrod.studies.frame.writing import Batch, single, write_together, staging_in
-root = Path(sys.argv[1])
-def state():
-    return {{str(file.relative_to(root)): file.read_text() for file in root.rglob("*") if file.is_file()}}
+from conrod.studies.frame.writing import write_together
+root, before, states = map(Path, sys.argv[1:4])
+batches = pickle.loads(Path(sys.argv[4]).read_bytes())
 def killed(step):
     process = os.fork()
     if process:
@@ -34,69 +42,250 @@ def killed(step):
         if step < 0:
             os.kill(os.getpid(), signal.SIGKILL)
     sys.addaudithook(count)
-    write_together([Batch(root / "report", {FILES!r}, ("obsolete",)), single(root / "beside" / "all.json", "new")])
+    write_together(batches)
     os._exit(0)
 step, more = 0, True
 while more:
     shutil.rmtree(root, ignore_errors=True)
-    for name in ("report/README.md", "report/data/a.json", "report/obsolete", "report/same", "report/mine", "beside/x"):
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(f"old {{Path(name).name}}")
+    shutil.copytree(before, root)
     more = killed(step)
-    torn = state()
-    for folder in ("report", "beside")[:: 1 if step % 2 else -1]:
-        check_writable_folder(root / folder)
-    print(json.dumps([torn, state()]))
+    shutil.copytree(root, states / f"{step:04}")
     step += 1
 """
 
 
-def test_a_kill_at_any_step_leaves_all_or_nothing_once_a_folder_is_looked_at(tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, "-c", WRITER, tmp_path / "root"], check=True, capture_output=True, text=True)
-    states = [json.loads(line) for line in done.stdout.splitlines()]
-    old = {name: f"old {Path(name).name}" for name in states[0][0]}
-    new = {f"report/{name}": text for name, text in FILES.items()}
-    new |= {"report/mine": "old mine", "beside/x": "old x", "beside/all.json": "new"}
-    for place in ("report", "beside"):
-        before, after = ({name: text for name, text in files.items() if name.startswith(place)} for files in (old, new))
-        found = [{name: text for name, text in files.items() if name.startswith(place)} for _, files in states]
-        switch = found.index(after)
-        assert found == [before] * switch + [after] * (len(found) - switch)
-        assert 20 < switch < len(found) - 5
-    # Negative control: it was killed in the middle, too, and left its hidden folder.
-    torn = [{name: text for name, text in before.items() if STAGING not in name} for before, _ in states]
-    assert sum(files not in (old, new) for files in torn) > 4
-    assert any(STAGING in name for before, _ in states for name in before)
+def states_of_killed_writers(batches: list[Batch], root: Path, aside: Path) -> Iterator[Path]:
+    """The folder `root` as a writer of batches left it that was killed at its first step, its second, and so on."""
+    aside.mkdir()
+    shutil.copytree(root, aside / "before")
+    (aside / "batches").write_bytes(pickle.dumps(batches))
+    places = [root, aside / "before", aside / "states", aside / "batches"]
+    subprocess.run([sys.executable, "-c", WRITER, *places], check=True)
+    for state in sorted((aside / "states").iterdir()):
+        shutil.rmtree(root)
+        shutil.copytree(state, root)
+        yield root
 
 
-def left_behind(folder: Path, plan: object, *contents: str) -> None:
-    """What a killed process leaves in a folder: files, and a plan of where they go."""
-    left = folder / f"{STAGING}x"
-    left.mkdir(parents=True, exist_ok=True)
-    for k, content in enumerate(contents):
-        (left / f"{k}").write_text(content)
-    (left / PLANNED).write_text(json.dumps(plan))
+def named(folder: Path) -> dict[str, bytes]:
+    """Files but those that are temporary."""
+    return {name: text for name, text in contents(folder).items() if not Path(name).name.startswith(".conrod-")}
 
 
-def digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
+def test_a_kill_at_any_step_leaves_each_file_old_or_new(tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    for name in ("report/README.md", "report/data/a.json", "report/obsolete", "report/same", "report/mine", "beside/x"):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(f"old {Path(name).name}")
+    old = contents(root)
+    files = {name: f"new {name}" for name in ("README.md", "data/a.json", "figures/b.svg", "results.json")}
+    batch = Batch(root / "report", files | {"same": "old same"}, ("obsolete",), {"results.json": "meanwhile"})
+    new = {**old, **{f"report/{name}": text.encode() for name, text in files.items()}, "beside/all.json": b"new"}
+    del new["report/obsolete"]
+    found = [
+        named(root)
+        for _ in states_of_killed_writers([batch, single(root / "beside/all.json", "new")], root, tmp_path / "aside")
+    ]
+    assert found[0] == old
+    assert found[-1] == new
+    meanwhile = {b"meanwhile", new["report/results.json"]}
+    for state in found:
+        for name, text in state.items():
+            assert text in (old.get(name), new.get(name)) or (name, text) == ("report/results.json", b"meanwhile")
+        assert old.keys() & new.keys() <= state.keys()
+        # Whatever is new of the folder, it says of itself that it is being written, until all of it is.
+        others = {name for name in old | new if name.startswith("report/") and name != "report/results.json"}
+        if any(state.get(name) != old.get(name) for name in others):
+            assert state["report/results.json"] in meanwhile
+        if state.get("report/results.json") == new["report/results.json"]:
+            assert all(state.get(name) == new.get(name) for name in others)
+    # Negative control: it was killed in the middle, too.
+    assert sum(state not in (old, new) for state in found) > 4
 
 
-def test_what_was_edited_since_the_kill_stays_and_a_living_writer_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "a").write_text("edited")
-    (tmp_path / "b").write_text("old b")
-    left_behind(tmp_path, {name: digest(f"old {name}") for name in "ab"}, "new a", "new b")
-    with staging_in(tmp_path) as waiting:
-        check_writable_folder(tmp_path)
-        assert waiting.is_dir()
-    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a": "edited", "b": "new b"}
+@pytest.mark.usefixtures("undrawn")
+def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Path) -> None:
+    folder, again = tmp_path / "report", Reproduction("conrod validate {scene} --motion free --jobs 3 --out reports")
+    old = [study("saw-40rpm"), study("cam-follower"), study("whitworth")]
+    new = [study("saw-40rpm", 1e-4, curves=False), study("cam-follower", 1e-5), study("shear-press")]
+    write(folder, *old)
+    batch = report_batch(KIND, {one.name: one for one in new}, folder, again)
+    assert UNFINISHED not in ReportFolder(folder, KIND).document
+    wanted, unfinished = {}, 0
+    for k, _ in enumerate(states_of_killed_writers([batch], folder, tmp_path / "aside")):
+        report = ReportFolder(folder, KIND)
+        unfinished += report.unfinished
+        there = {one.name for one in new if report.entries.get(one.name, {}).get("command", "").count("--jobs")}
+        batches = rendered_again(folder)
+        write_together(batches)
+        if (key := frozenset(there)) not in wanted:
+            mixed = tmp_path / f"mixed{k}"
+            write(mixed, *old)
+            if replaced := {one.name: one for one in new if one.name in there}:
+                write_together([report_batch(KIND, replaced, mixed, again)])
+            wanted[key] = contents(mixed)
+        assert named(folder) == wanted[key]
+        assert not ReportFolder(folder, KIND).unfinished
+    assert unfinished > 4
+    assert len(wanted) > 2
 
 
-def test_a_planted_plan_touches_nothing_outside_its_folder(tmp_path: Path) -> None:
-    precious, folder = tmp_path / "precious", tmp_path / "folder"
-    precious.write_text("mine")
-    for plan in ({"../precious": digest("mine")}, {str(precious): digest("mine")}, {"..": None}, {"a": 7}, "nonsense"):
-        left_behind(folder, plan, "theirs")
-        check_writable_folder(folder)
-        assert precious.read_text() == "mine"
-        assert list(folder.iterdir()) == []
+@pytest.mark.usefixtures("undrawn")
+def test_a_report_that_is_not_whole_says_so(tmp_path: Path) -> None:
+    write(tmp_path / "report", study("saw-40rpm"))
+    whole = contents(tmp_path / "report")
+    batch = report_batch(KIND, {"saw-40rpm": study("saw-40rpm", 1e-4)}, tmp_path / "report", COMMAND)
+    (tmp_path / "report" / KIND.results).write_text(str(batch.meanwhile[KIND.results]))
+    (tmp_path / "report/saw-40rpm-motion.md").write_text("new")
+    done = conrod("report", str(tmp_path / "report"))
+    assert done.returncode == 0
+    assert f"{KIND.results}: writing this report was stopped; it is made whole" in done.stderr
+    assert contents(tmp_path / "report").keys() == whole.keys()
+    assert (tmp_path / "report/saw-40rpm-motion.md").read_text() != "new"
+    assert conrod("report", str(tmp_path / "report")).stderr == ""
+
+
+# -- what others leave ------------------------------------------------------------------------------------------------
+
+
+def test_what_lies_in_the_folder_of_an_output_is_never_carried_out(tmp_path: Path) -> None:
+    # A hidden folder with a plan is what earlier versions left, and what anybody can put there.
+    folder, private = tmp_path / "shared", tmp_path / "private"
+    left = folder / ".conrod-x"
+    for made in (left, private):
+        made.mkdir(parents=True)
+    (left / "0").write_text("print('executed')")
+    for name in ("../private/sitecustomize.py", "sitecustomize.py", str(private / "sitecustomize.py")):
+        (left / "planned.json").write_text(json.dumps({name: None}))
+        for arguments in (
+            ["show", "saw-500rpm", "--svg", str(folder / "x.svg")],
+            ["export", "saw-500rpm", "--format", "csv", "-o", str(folder / "x.csv")],
+        ):
+            assert conrod(*arguments).returncode == 0
+    assert list(private.iterdir()) == []
+    assert {file.name for file in folder.iterdir()} == {".conrod-x", "x.svg", "x.csv"}
+    assert {file.name for file in left.iterdir()} == {"0", "planned.json"}
+
+
+def test_only_old_temporary_files_are_removed(tmp_path: Path) -> None:
+    names = [".conrod-" + letter * 16 for letter in "abc"] + [".conrod-notes", ".conrod-" + "d" * 16 + ".md"]
+    for name in names:
+        (tmp_path / name).write_text("left")
+        os.utime(tmp_path / name, (time.time() - 2 * LEFT_BEHIND,) * 2)
+    os.utime(tmp_path / names[1])
+    (tmp_path / names[2]).unlink()
+    (tmp_path / names[2]).mkdir()
+    write_together([single(tmp_path / "a", "text")])
+    assert {file.name for file in tmp_path.iterdir()} == {"a", *names[1:]}
+
+
+def test_a_private_file_stays_private(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("old")
+    (tmp_path / "a").chmod(0o600)
+    write_together([single(tmp_path / "a", "new"), single(tmp_path / "b", "new")])
+    assert (tmp_path / "a").stat().st_mode & 0o777 == 0o600
+    (tmp_path / "c").touch()
+    assert (tmp_path / "b").stat().st_mode == (tmp_path / "c").stat().st_mode
+
+
+def test_a_link_that_is_put_in_a_folder_leads_no_file_elsewhere(tmp_path: Path) -> None:
+    private, folder = tmp_path / "private", tmp_path / "folder"
+    for made in (private, folder):
+        made.mkdir()
+    (private / "b").write_text("mine")
+    (folder / "sub").symlink_to(private)
+    (folder / "b").symlink_to(private / "b")
+    with pytest.raises(OSError, match="sub/b"):
+        write_together([Batch(folder, {"sub/b": "theirs"})])
+    write_together([Batch(folder, {"b": "new"})])
+    assert (private / "b").read_text() == "mine"
+    assert not (folder / "b").is_symlink()
+
+
+MINE, THEIRS = 1001, 1002
+COMMAND_LINE = "import sys; from conrod.__main__ import main; sys.argv = ['conrod', *sys.argv[1:]]; main()"
+
+
+def as_user(uid: int, code: str, *arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """What another user runs; reading is allowed to all, for Python itself may lie in a folder of root's."""
+    user = ["--reuid", f"{uid}", "--regid", f"{uid}", "--clear-groups"]
+    reading = ["--inh-caps", "+dac_read_search", "--ambient-caps", "+dac_read_search"]
+    return subprocess.run(
+        ["setpriv", *user, *reading, sys.executable, "-c", code, *map(str, arguments)],
+        cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, "HOME": str(cwd)},
+    )  # fmt: skip
+
+
+@pytest.fixture
+def shared() -> Iterator[Path]:
+    """A folder in which all may write and each remove only what is theirs, beside a private one of user 1001."""
+    if os.geteuid() != 0 or shutil.which("setpriv") is None:
+        pytest.skip("only root can be two users, by setpriv")
+    with tempfile.TemporaryDirectory() as name:
+        home = Path(name)
+        home.chmod(0o755)
+        (home / "shared").mkdir()
+        (home / "shared").chmod(0o1777)
+        (home / "private").mkdir(mode=0o700)
+        (home / "private/notes.md").write_text("mine")
+        for path in (home / "private", home / "private/notes.md"):
+            os.chown(path, MINE, MINE)
+        if as_user(MINE, "import conrod", cwd=home).returncode:
+            pytest.skip("root has not the right to let others read")
+        yield home
+
+
+PLANT_PLAN = """
+import json, pathlib, sys
+left = pathlib.Path("shared/.conrod-x"); left.mkdir(); left.chmod(0o777)
+(left / "0").write_text("theirs"); (left / "1").write_text("theirs")
+plan = {"../private/sitecustomize.py": None, "../private/notes.md": sys.argv[1]}
+(left / "planned.json").write_text(json.dumps(plan))
+"""
+
+
+def test_another_users_plan_touches_nothing(shared: Path) -> None:
+    assert as_user(THEIRS, PLANT_PLAN, hashlib.sha256(b"mine").hexdigest(), cwd=shared).returncode == 0
+    done = as_user(MINE, COMMAND_LINE, "show", "saw-500rpm", "--svg", "shared/x.svg", cwd=shared)
+    assert done.returncode == 0, done.stderr
+    assert contents(shared / "private") == {"notes.md": b"mine"}
+    assert (shared / "shared/x.svg").stat().st_uid == MINE
+
+
+@pytest.mark.parametrize(
+    ("link", "arguments"),
+    [
+        ("x.svg", ["show", "saw-500rpm", "--svg", "shared/x.svg"]),
+        ("x.svg", ["show", "saw-500rpm", "--svg", "shared/../shared/x.svg"]),
+        ("x", ["export", "saw-500rpm", "--format", "pack", "-o", "shared/x"]),
+        ("x", ["export", "saw-500rpm", "--format", "pack", "-o", "shared/x/new"]),
+        ("x.sqlite", ["validate", "saw-500rpm", "--ledger", "shared/x.sqlite"]),
+    ],
+)
+def test_another_users_link_is_not_followed(link: str, arguments: list[str], shared: Path) -> None:
+    target = "" if link == "x" else f"/{link}"
+    plant = "import os, sys; os.symlink(sys.argv[1], sys.argv[2])"
+    assert as_user(THEIRS, plant, shared / f"private{target}", f"shared/{link}", cwd=shared).returncode == 0
+    done = as_user(MINE, COMMAND_LINE, *arguments, cwd=shared)
+    assert done.returncode == 2
+    assert f"shared/{link} is a link of another user (uid {THEIRS}); name the place that it leads to" in done.stderr
+    assert contents(shared / "private") == {"notes.md": b"mine"}
+    # A link of one's own is followed.
+    (shared / "shared" / link).unlink()
+    (shared / "shared/own").symlink_to(shared / "private")
+    os.chown(shared / "shared/own", MINE, MINE, follow_symlinks=False)
+    assert as_user(MINE, COMMAND_LINE, "show", "saw-500rpm", "--svg", "shared/own/x.svg", cwd=shared).returncode == 0
+    assert (shared / "private/x.svg").exists()
+
+
+def test_a_report_claims_no_file_that_is_none_of_a_report(tmp_path: Path) -> None:
+    # As unpacked from an archive: its results claim what it does not contain.
+    folder = tmp_path / "report"
+    write(folder, study("saw-40rpm"))
+    for claimed in ("thesis.tex", "sub/thesis.md", "../thesis.md", "figures/../../thesis.md", "/etc/passwd"):
+        document = json.loads((folder / KIND.results).read_text())
+        document["files"] = ["README.md", KIND.results, claimed]
+        (folder / KIND.results).write_text(json.dumps(document))
+        done = conrod("report", str(folder))
+        assert done.returncode == 2
+        assert "is no file of a report" in done.stderr

@@ -9,6 +9,7 @@ import random
 import shutil
 import signal
 import sqlite3
+import zlib
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -231,6 +232,42 @@ def test_results_leave_out_what_is_damaged_and_say_so(whole: Path, tmp_path: Pat
     assert len(done.stdout.splitlines()) == 1 + len(FEW) - 2
     assert done.stderr.count("\n") == 1
     assert set(resumed(path)) == set(KEYS[:2])
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("DROP TABLE timings", "its table timings is missing"),
+        ("DROP TABLE runs", "its table runs is missing"),
+        ("ALTER TABLE cells DROP COLUMN name", "its table cells has no column name"),
+        ("ALTER TABLE runs RENAME COLUMN outcome TO other", "its table runs has no column outcome"),
+        ("CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END", "it has a trigger t"),
+        ("ALTER TABLE runs RENAME TO r; CREATE VIEW runs AS SELECT * FROM r", "its table runs is missing"),
+    ],
+)
+def test_a_ledger_with_other_tables_is_refused_in_one_line(
+    statement: str, said: str, whole: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "ledger.sqlite"
+    shutil.copy(whole, path)
+    with closing(sqlite3.connect(path)) as raw:
+        raw.executescript(statement)
+    with pytest.raises(InvalidInput, match=f"ledger.sqlite is damaged: {said}"):
+        Ledger.open(path)
+    done = conrod("results", "--ledger", str(path))
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
+def test_a_row_that_unpacks_without_end_counts_as_damaged(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "ledger.sqlite"
+    shutil.copy(whole, path)
+    monkeypatch.setattr("conrod.studies.frame.ledger.LARGEST", 1 << 20)
+    with closing(sqlite3.connect(path)) as raw, raw:
+        bomb = zlib.compress(b'{"outcome": "' + b"0" * (1 << 21))
+        raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (bomb, KEYS[0]))
+    assert resumed(path) == [KEYS[0]]
 
 
 # -- `conrod validate` goes on where it stopped ------------------------------------------------------------------------

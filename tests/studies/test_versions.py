@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
@@ -177,6 +178,26 @@ def test_an_environment_is_made_once_and_for_its_requirements_alone(
     with pytest.raises(InvalidInput, match=r"cannot be imported|cannot start"):
         interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
     assert [python_of(place) for place in cache.iterdir()] == [Path(first)]
+
+
+@pytest.mark.parametrize("how", ["open to all", "another user's", "above it is another user's"])
+def test_no_engine_is_run_from_a_folder_that_others_write(
+    how: str, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installing(monkeypatch, HERE)
+    requirement = MUJOCO.releases.requirement(MUJOCO.version)
+    interpreter("mujoco", requirement, MUJOCO.version)
+    if how == "open to all":
+        cache.parent.chmod(0o777)
+    else:
+        if os.geteuid() != 0:
+            pytest.skip("only root can be two users")
+        for place in [tmp_path] if "above" in how else cache.glob("*/bin/python"):
+            os.chown(place.parent if place.name == "python" else place, 1002, 1002)
+    for wanted in (requirement, "mujoco==3.6.0"):
+        if wanted == requirement or how != "another user's":
+            with pytest.raises(InvalidInput, match=r"no engine is run from .*(another user|all may write)"):
+                interpreter("mujoco", wanted, MUJOCO.version)
 
 
 @pytest.mark.slow

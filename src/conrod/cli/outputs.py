@@ -8,12 +8,15 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from conrod.cli import say
 from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, as_given
 from conrod.report.kind import SCENE, Kind, Reproduction
 from conrod.report.terminal import Part, tell
+
+if TYPE_CHECKING:
+    from conrod.report.folder import ReportFolder
 
 F = TypeVar("F")
 
@@ -105,8 +108,16 @@ def outputs(
     file, html = files.get("--json"), files.get("--html")
     folder = None if asked.out is None else folder_to_write(asked.out, "--out")
     if folder:
-        ReportFolder(folder, kind).check(parts, file, html, *given.values())
+        before = ReportFolder(folder, kind)
+        say_unfinished(before)
+        before.check(parts, file, html, *given.values())
     return Outputs(kind, asked, folder, file, html)
+
+
+def say_unfinished(report: ReportFolder) -> None:
+    """Say of a report that it is not whole, if it is not."""
+    if report.unfinished:
+        say(f"{report.path / report.kind.results}: writing this report was stopped; it is made whole", err=True)
 
 
 def reproduction(

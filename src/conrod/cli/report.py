@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from conrod.cli import FAILED, options, say
+from conrod.cli.outputs import say_unfinished
 from conrod.errors import InvalidInput
 
 
@@ -29,7 +30,7 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
         return
     from conrod.report.folder import check_beside
     from conrod.report.html.page import html_report
-    from conrod.report.writer import rendered_again
+    from conrod.report.writer import rendered_again, reports_in
     from conrod.studies.frame.files import files_to_write, folder_to_write
     from conrod.studies.frame.writing import single, write_together
 
@@ -40,6 +41,8 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
     target = None
     if out is not None or page is None:
         target = folder_to_write(directory if out is None else out, "DIRECTORY" if out is None else "--out")
+    for one in reports_in(folder):
+        say_unfinished(one)
     batches = rendered_again(folder, target)
     written = {target / name: batch for batch in batches for name in batch.files} if target else {}
     if page:

@@ -5,9 +5,11 @@ JSON is written in reproducible digits, and as text that people compare.
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from conrod.errors import InvalidInput
@@ -61,6 +63,10 @@ def document_in(file: Path) -> Any:
 
 
 SUBFOLDERS = ("figures", "data")
+# Names that conrod gives to files of a report: what else a results file calls its own is not touched.
+OWN_NAME = re.compile(r"(figures/[^/]+\.svg|data/[^/]+\.json|[^/]+\.(md|json))")
+# Of a document, while the files of its report are being replaced: by part, what says whether its data are in place.
+UNFINISHED = "unfinished"
 
 
 class ReportFolder:
@@ -69,6 +75,7 @@ class ReportFolder:
     Attributes:
         path: of the folder, which need not be there.
         document: what the results file of the kind holds; {} where there is none.
+        unfinished: whether writing it was stopped; then parts and data fit each other, and pages may be of others.
     """
 
     def __init__(self, path: Path, kind: Kind[Any]) -> None:
@@ -77,7 +84,7 @@ class ReportFolder:
         Raises:
             InvalidInput: a file is in the place of the results that is not of this kind and schema.
         """
-        self.path, self.kind = path, kind
+        self.path, self.kind, self.unfinished = path, kind, False
         self.document: dict[str, Any] = self._read()
 
     def _read(self) -> dict[str, Any]:
@@ -87,7 +94,7 @@ class ReportFolder:
         if not file.exists():
             return {}
         try:
-            found = document_in(file)
+            found: Any = document_in(file)
         except InvalidInput:
             raise
         except (OSError, ValueError):
@@ -100,20 +107,48 @@ class ReportFolder:
             raise InvalidInput(f"{file}: it is a report of another kind, {found['kind']}; give another folder")
         if found.get("schema") != self.kind.schema:
             raise InvalidInput(f"{file}: it is a report of another version of conrod; remove it or give another folder")
-        self._check_changed(file, found)
-        return found
-
-    @staticmethod
-    def _check_changed(file: Path, found: dict[str, Any]) -> None:
-        """Refuse a document that conrod did not write so; raises InvalidInput."""
         said = f"{file}: it was changed since conrod wrote it"
         try:
-            parts = [(*entry["files"], entry["data"], entry["page"]) for entry in found["parts"].values()]
-            for name in (*found["files"], *(name for files in parts for name in files)):
-                if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
-                    raise InvalidInput(f"{said}: {name} is not in its folder")
+            self._check_names(said, found["files"], found["parts"].values())
+            if UNFINISHED in found:
+                self.unfinished, begun = True, found.pop(UNFINISHED)
+                before = begun["before"] or {**found, "parts": {}}
+                self._check_names(said, before["files"], before["parts"].values())
+                found = self._settled(found, before, begun["data"])
         except (KeyError, TypeError, AttributeError) as error:
             raise InvalidInput(f"{said}: {error!r}") from None
+        return dict(found)
+
+    @staticmethod
+    def _check_names(said: str, files: Iterable[str], entries: Iterable[Mapping[str, Any]]) -> None:
+        """Refuse names of files that conrod never gave; raises InvalidInput."""
+        names = [name for entry in entries for name in (*entry["files"], entry["data"], entry["page"])]
+        for name in (*files, *names):
+            if not OWN_NAME.fullmatch(name) or name.startswith(".."):
+                raise InvalidInput(f"{said}: {name!r} is no file of a report")
+
+    def _settled(self, found: Mapping[str, Any], before: Mapping[str, Any], data: Mapping[str, str]) -> dict[str, Any]:
+        """The document of the findings that are there: of each part the new ones or, not yet replaced, those before.
+
+        Args:
+            found: what the document was to be.
+            before: what it was.
+            data: SHA-256 of the data of the parts that were being written.
+        """
+        places = {name: self.path / entry["data"] for name, entry in found["parts"].items()}
+        there = {name: _digest(file.read_bytes()) for name, file in places.items() if file.is_file()}
+        new = {name for name, digest in data.items() if there.get(name) == digest}
+        entries = {
+            name: entry if name in new or name not in data else before["parts"].get(name)
+            for name, entry in found["parts"].items()
+        }
+        head = found if new else before
+        return {
+            **head,
+            "command": head["command"] if new in (set(), set(data)) else None,
+            "files": found["files"],
+            "parts": {name: entry for name, entry in entries.items() if entry and name in there},
+        }
 
     @property
     def entries(self) -> dict[str, Any]:
@@ -125,6 +160,18 @@ class ReportFolder:
         """Names of the files that belong to the report."""
         parts = (entry["files"] for entry in self.entries.values())
         return {*self.document.get("files", ()), *(name for files in parts for name in files)}
+
+    def meanwhile(self, document: Mapping[str, Any], texts: Mapping[str, str]) -> str:
+        """The text of the document while its report is being written.
+
+        Args:
+            document: as it will be.
+            texts: of the parts that are replaced, those of their data.
+        """
+        files = (name for entry in document["parts"].values() for name in entry["files"])
+        data = {name: _digest(text.encode()) for name, text in texts.items()}
+        begun = {"data": data, "before": self.document or None}
+        return json_text({**document, "files": sorted({*self.owned, *document["files"], *files}), UNFINISHED: begun})
 
     def values(self, part: str) -> Any:
         """The saved findings of a part.
@@ -176,6 +223,10 @@ class ReportFolder:
                 raise InvalidInput(f"cannot write into {self.path}: {name} in it is not a regular file")
             if name not in owned and (self.path / name).exists():
                 raise InvalidInput(f"cannot write into {self.path}: it holds a {name} that is not of this report")
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 T = TypeVar("T")

@@ -20,7 +20,7 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report import numbers
 from conrod.report.drawing.drawing import mechanism_svg
-from conrod.report.folder import document_in
+from conrod.report.folder import UNFINISHED, document_in
 from conrod.report.results import described, parameters_table
 from conrod.report.table import table
 from conrod.report.template import page
@@ -190,7 +190,8 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
     if place.name.lower().endswith(ARCHIVE):
         folder = place.name[: -len(ARCHIVE)]
         return single(place, zipped({f"{folder}/{name}": content for name, content in files.items()}))
-    return Batch(place, files)
+    meanwhile = _json({**json.loads(files[PARAMETERS]), UNFINISHED: True})
+    return Batch(place, files, meanwhile={PARAMETERS: meanwhile})
 
 
 # -- the trajectory ---------------------------------------------------------------------------------------------------

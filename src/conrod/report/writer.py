@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import GIVEN, ReportFolder, document_in, json_text, restored, shortened, values_of
 from conrod.report.kind import KINDS, Index, Kind, Part, Reproduction, kind_named
 from conrod.report.template import Page
-from conrod.studies.frame.writing import Batch, recover
+from conrod.studies.frame.writing import Batch
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
@@ -88,11 +88,15 @@ def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> l
     Raises:
         InvalidInput: there is no report, or it is of another version of conrod.
     """
-    recover(folder)
-    kinds = [kind_named(name) for name in _kinds_in(folder)]
-    if not kinds:
+    found = reports_in(folder)
+    if not found:
         raise InvalidInput(f"{folder}: no report that can be rendered: no JSON file in it names a kind of report")
-    return [_again(ReportFolder(folder, kind), out, draw) for kind in kinds]
+    return [_again(one, out, draw) for one in found]
+
+
+def reports_in(folder: Path) -> list[ReportFolder]:
+    """The reports that a folder has, of all kinds; raises InvalidInput where one is of another version of conrod."""
+    return [ReportFolder(folder, kind_named(name)) for name in _kinds_in(folder)]
 
 
 def _head(kind: Kind[Any]) -> dict[str, Any]:
@@ -129,6 +133,9 @@ def _kinds_in(folder: Path) -> list[str]:
 
 def _again(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
     head = {key: value for key, value in before.document.items() if key not in ("files", "parts")}
+    if not before.entries:
+        again = f": make it again: {before.document['command']}" if before.document["command"] else ""
+        raise InvalidInput(f"{before.path}: writing it was stopped before anything that was found was there{again}")
     saved = {name: before.values(name) for name in before.entries}
     target = before if out is None else ReportFolder(out, before.kind)
     return _batch(target, head, target.entries | before.entries, saved, draw)
@@ -137,8 +144,13 @@ def _again(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
 def _batch(
     target: ReportFolder, head: Mapping[str, Any], entries: Mapping[str, Any], saved: Mapping[str, Any], draw: Draw
 ) -> Batch:
-    """The files of the parts that were saved anew, of the index and of the document."""
+    """The files of the parts that were saved anew, of the index and of the document.
+
+    Of a report whose writing was stopped all parts are made again.
+    """
     kind, files = target.kind, dict[str, str]()
+    if target.unfinished:
+        saved = {name: target.values(name) for name in target.entries} | dict(saved)
     made = draw(part_files, repeat(kind.name), saved, saved.values(), (entries[name] for name in saved))
     done = dict(entries)
     for name, (texts, summary) in zip(saved, made, strict=True):
@@ -155,7 +167,9 @@ def _batch(
     target.check_free([*files, *first, kind.results])
     owned = {kind.results, *first, *(name for entry in done.values() for name in entry["files"])}
     stale = sorted(name for name in target.owned - owned if (target.path / name).is_file())
-    return Batch(target.path, {**files, kind.results: json_text(document), **first}, tuple(stale))
+    data = {name: files[done[name]["data"]] for name in saved}
+    meanwhile = {kind.results: target.meanwhile(document, data)}
+    return Batch(target.path, {**files, **first, kind.results: json_text(document)}, tuple(stale), meanwhile)
 
 
 def kind_order(name: str) -> tuple[int, str]:

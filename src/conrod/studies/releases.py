@@ -8,7 +8,9 @@ what it requires, with the numpy of this process. All else, conrod included, is 
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
+import stat
 import subprocess
 import sys
 import tempfile
@@ -26,6 +28,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.frame.writing import ROOT, real_path
 from conrod.studies.limits.recorders import Fingerprint
 
 PATIENCE = 600.0  # [s] for an installation
@@ -48,15 +51,17 @@ def interpreter(engine: str, requirement: str, version: str) -> str:
     Raises:
         InvalidInput: it cannot be made, or the engine that it holds cannot be imported, or is another version.
     """
-    folder = platformdirs.user_cache_path("conrod") / "environments"
+    folder = real_path(platformdirs.user_cache_path("conrod") / "environments")
     requirements = (requirement, f"numpy=={version_of('numpy')}")
     python = f"{sys.implementation.name}{platform.python_version()}"
     digest = hashlib.sha256("\n".join((*requirements, python, sys.base_prefix)).encode()).hexdigest()[:8]
     place = folder / f"{requirement.replace('==', '-')}-{python}-{digest}"
     if place.is_dir():
+        check_nobody_else_writes(python_of(place).parent)
         return str(python_of(place))
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        check_nobody_else_writes(folder)
         # Made elsewhere and renamed, so that it is there whole or not at all; of two the first counts.
         with tempfile.TemporaryDirectory(prefix=".making-", dir=folder) as name:
             made = Path(name) / "made"
@@ -69,6 +74,23 @@ def interpreter(engine: str, requirement: str, version: str) -> str:
         if not place.is_dir():
             raise InvalidInput(f"cannot write into {folder}: {error.strerror or error}") from None
     return str(python_of(place))
+
+
+def check_nobody_else_writes(folder: Path) -> None:
+    """Refuse a folder of programs where another user could have put one.
+
+    Raises:
+        InvalidInput: it, or a folder above it, is another user's, or all may write there.
+    """
+    for place in (folder, *folder.parents):
+        found = place.lstat()
+        if found.st_uid not in (os.geteuid(), ROOT):
+            why = f"{place} belongs to another user (uid {found.st_uid})"
+        elif stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
+            why = f"all may write into {place}"
+        else:
+            continue
+        raise InvalidInput(f"no engine is run from {folder}: {why}; name a folder of your own in XDG_CACHE_HOME")
 
 
 def imported_version(interpreter: str, engine: str) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import stat
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.studies.frame.writing import real_path, staging_in
+from conrod.studies.frame.writing import TEMPORARY, own_path, real_path
 
 
 def file_to_write(text: str, option: str) -> Path:
@@ -19,7 +20,7 @@ def file_to_write(text: str, option: str) -> Path:
     """
     if text.strip() in ("", "-") or text.endswith(os.sep):
         raise InvalidInput(f"{option} {text!r}: give the name of a file")
-    path, real = Path(text), real_path(Path(text))
+    path, real = Path(text), own_path(Path(text))
     if is_no_file(real):
         what = "a folder; give the name of a file" if is_folder(real) else "not a regular file"
         raise InvalidInput(f"cannot write {path}: it is {what}")
@@ -76,7 +77,7 @@ def check_writable_folder(path: Path) -> None:
     Raises:
         InvalidInput: says why.
     """
-    real = real_path(path)
+    real = own_path(path)
     existing = next(p for p in (real, *real.parents) if os.path.lexists(p))
     if not existing.is_dir():
         raise InvalidInput(f"cannot write into {path}: {existing} is a file, not a folder")
@@ -100,7 +101,7 @@ def is_no_file(path: Path) -> bool:
 
 def _try_folder(folder: Path, wanted: Path) -> None:
     try:
-        with staging_in(folder):
+        with tempfile.TemporaryFile(dir=folder, prefix=TEMPORARY):
             pass
     except OSError as error:
         raise InvalidInput(f"cannot write {wanted}: {error.strerror or error} in {folder}") from None

@@ -24,6 +24,7 @@ from conrod.studies.frame.writing import real_path
 if TYPE_CHECKING:
     from conrod.studies.frame.timing import Timing
 
+LARGEST = 1 << 28  # bytes of a measurement: some kB, or MB where a run's payload is kept
 LABEL = "label"  # kept with the identity, and no part of it: the preset that the settings are
 TIMING = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
 
@@ -202,7 +203,9 @@ def _unpacked(blob: bytes) -> Measurement | None:
     """The measurement, None if the row is damaged."""
     try:
         # Not msgspec's decoder: Python's own wrote and reads a NaN.
-        return Measurement(**json.loads(zlib.decompress(blob)))
+        unpacking = zlib.decompressobj()
+        text = unpacking.decompress(blob, LARGEST)
+        return Measurement(**json.loads(text)) if unpacking.eof else None
     except (zlib.error, ValueError, TypeError, RecursionError):
         return None
 

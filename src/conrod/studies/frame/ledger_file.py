@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.studies.frame.writing import real_path
+from conrod.studies.frame.writing import own_path
 
 # 'crod' in ASCII: by it a ledger is known from any other SQLite file.
 APPLICATION_ID = 0x63726F64
@@ -58,7 +58,7 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
     Raises:
         InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod, or locked for long.
     """
-    real = real_path(path)
+    real = own_path(path)
     if real.exists() and not real.is_file():
         raise InvalidInput(f"{path} is not a ledger: it is no regular file; give the name of a file")
     with naming_ledger(path):
@@ -71,6 +71,10 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
                 raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
             if _pragma(connection, "user_version") > SCHEMA_VERSION:
                 raise InvalidInput(f"the ledger {path} is from a newer conrod: update conrod or name another ledger")
+            if missing := _missing(connection):
+                raise InvalidInput(f"the ledger {path} is damaged: {missing}; remove it or name another")
+            # What a file from elsewhere says of its tables calls no function that could do more than compute.
+            connection.execute("PRAGMA trusted_schema = OFF")
             # Safe against a killed process; only a power cut may undo the last runs, and never more than them.
             connection.execute("PRAGMA synchronous = NORMAL")
         except BaseException:  # Ctrl-C, too
@@ -104,6 +108,26 @@ def _is_blank(connection: sqlite3.Connection) -> bool:
     """A file that nobody has put anything into, such as one left by a process killed while it made it."""
     tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     return not tables and not _pragma(connection, "application_id")
+
+
+COLUMNS = {
+    "cells": {"key", "name", "identity"},
+    "runs": {"key", "outcome", "allowed", "measurement"},
+    "timings": {"key", "machine", "seconds_per_revolution", "reference_seconds", "ratio", "steps", "repeats"},
+}
+
+
+def _missing(connection: sqlite3.Connection) -> str:
+    """What a ledger's file lacks of its tables, or has that would change what is kept; empty where it is whole."""
+    kinds = dict(connection.execute("SELECT name, type FROM sqlite_master WHERE type != 'index'"))
+    for table, columns in COLUMNS.items():
+        if kinds.get(table) != "table":
+            return f"its table {table} is missing"
+        there = {row[1] for row in connection.execute(f"PRAGMA table_info({table})")}
+        if lacking := sorted(columns - there):
+            return f"its table {table} has no column {lacking[0]}"
+    others = [f"a {kind} {name}" for name, kind in kinds.items() if kind in ("trigger", "view")]
+    return f"it has {others[0]}, which conrod does not make" if others else ""
 
 
 def _pragma(connection: sqlite3.Connection, name: str) -> int:
@@ -149,7 +173,7 @@ class Claims:
         """Claim a name; False where another process has it."""
         try:
             if self._file is None:
-                self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
+                self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))
         except OSError as error:  # else it cannot be opened, or the file system has no locks
             return not (self._file is not None and isinstance(error, BlockingIOError | PermissionError))

@@ -1,27 +1,29 @@
-"""Files that are written whole or not at all, those of a folder together."""
+"""Files that are replaced one by one, each whole or not at all; a killed process leaves nothing that is carried out.
+
+Contents are written beside their places under names that nobody can guess, and put in place by a rename each. What a
+folder with several files says of itself meanwhile is in the file that `Batch.meanwhile` replaces first.
+"""
 
 from __future__ import annotations
 
-import fcntl
-import hashlib
+import errno
 import os
-import shutil
-import tempfile
+import re
+import secrets
+import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
 
-import msgspec
+from conrod.errors import InvalidInput
 
-STAGING, PLANNED = ".conrod-", "planned.json"
-Plan = dict[str, str | None]  # files that are there now, in the order of what is put in place: their digests
-
-
-def real_path(path: Path) -> Path:
-    """Resolve a path, whether or not it exists; a link that leads to itself stays one."""
-    # Path.resolve raises for a loop of links in Python 3.11 and 3.12.
-    return Path(os.path.realpath(path))
+# Temporary files; folders of this prefix, which earlier versions left, are never looked into.
+TEMPORARY = ".conrod-"
+_TEMPORARY_NAME = re.compile(re.escape(TEMPORARY) + "[0-9a-f]{16}")
+LEFT_BEHIND = 3600.0  # [s]: no writer keeps a temporary file for so long
+MOST_LINKS = 40  # in a path, as the kernel allows
+ROOT = 0  # uid
 
 
 @dataclass(frozen=True)
@@ -31,142 +33,232 @@ class Batch:
     Attributes:
         files: content by name in the folder, in the order in which they are put in place.
         obsolete: names of files that are removed.
+        meanwhile: content by name that is put in place before all others, until `files` replace it.
     """
 
     folder: Path
     files: Mapping[str, str | bytes]
     obsolete: tuple[str, ...] = ()
+    meanwhile: Mapping[str, str | bytes] = field(default_factory=dict)
 
 
 def single(path: Path, content: str | bytes) -> Batch:
     """A batch of one file."""
-    real = real_path(path)
+    real = own_path(path)
     return Batch(real.parent, {real.name: content})
 
 
 def write_together(batches: Sequence[Batch]) -> None:
     """Write all files of all batches; an error or an interrupt before they are put in place leaves what was there.
 
-    Of each folder a kill leaves all or nothing: from the moment at which its plan is there, the rest of its files is
-    put in place when it is looked at next, see `recover`. What has the content that it is to have is left as it is.
+    A kill at any moment leaves each file as it was or as it is to be. What has its content already is left alone.
 
     Raises:
         OSError: names the file that could not be written.
+        InvalidInput: a folder is behind a link of another user.
     """
-    with ExitStack() as folders, ExitStack() as stagings:
-        staged = [_staged(batch, folders, stagings) for batch in batches]
-        for staging, plan in staged:
-            with naming(staging.parent):
-                (staging / "plan").write_bytes(msgspec.json.encode(plan))
-        for staging, _ in staged:
-            os.replace(staging / "plan", staging / PLANNED)
+    with ExitStack() as made, ExitStack() as opened:
+        staged = [(opened.enter_context(_Folder(batch.folder, made)), batch) for batch in batches]
+        for folder, batch in staged:
+            folder.stage(batch)
+        for folder, _ in staged:
+            try:
+                folder.put_in_place()
+            except KeyboardInterrupt:
+                folder.put_in_place(interrupted=True)
+                raise
 
 
-def _staged(batch: Batch, folders: ExitStack, stagings: ExitStack) -> tuple[Path, Plan]:
-    """Fill a staging, a hidden folder inside the batch's, where it is sure to be on the same device.
+@dataclass(frozen=True)
+class _Change:
+    """A file of a folder that is to be replaced, or removed.
 
-    It has the k-th file of the plan as `k`, or nothing where that is to be removed.
+    Attributes:
+        name: in the batch's folder, for messages.
+        folder: descriptor of the folder that the file is in.
+        last: the file's name there.
+        temporary: name of its new content there; None where it is to be removed.
     """
-    folder, plan = real_path(batch.folder), Plan()
-    _make_folder(folder, folders)
-    with naming(folder):
-        staging = stagings.enter_context(staging_in(folder))
-    contents = {name: text.encode() if isinstance(text, str) else text for name, text in batch.files.items()}
-    for name, content in (*contents.items(), *((name, None) for name in batch.obsolete)):
-        target = folder / name
-        with naming(target):
-            if target.is_dir():
-                raise IsADirectoryError(None, "Is a directory")
-            old = target.read_bytes() if target.exists() else None
-            if content == old:
-                continue
+
+    name: str
+    folder: int
+    last: str
+    temporary: str | None
+
+
+class _Folder:
+    """A folder as descriptors of itself and of those in it, so that no link that is put there later leads elsewhere."""
+
+    def __init__(self, path: Path, made: ExitStack) -> None:
+        self.path, self._made = own_path(path), made
+        self._opened: dict[PurePath, int] = {}
+        self._meanwhile, self._changes = list[_Change](), list[_Change]()
+
+    def __enter__(self) -> _Folder:
+        with naming(self.path):
+            for missing in reversed([p for p in (self.path, *self.path.parents) if not p.exists()]):
+                self._made.callback(_remove_empty, missing)
+                missing.mkdir(exist_ok=True)
+            self._opened[PurePath()] = os.open(self.path, _FOLDER)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for change in (*self._meanwhile, *self._changes):
+            if change.temporary is not None:
+                with suppress(OSError):  # nearly always: it has been put in place
+                    os.unlink(change.temporary, dir_fd=change.folder)
+        for descriptor in self._opened.values():
+            os.close(descriptor)
+
+    def stage(self, batch: Batch) -> None:
+        """Write what is new of a batch into temporary files."""
+        new = {name: _bytes(content) for name, content in batch.files.items()}
+        changed = {name for name in (*batch.obsolete, *new) if self._content(name) != new.get(name)}
+        if not changed:
+            return
+        for name, content in batch.meanwhile.items():
+            self._stage(self._meanwhile, name, _bytes(content))
+        for name in (*batch.obsolete, *new):
+            if name in changed or name in batch.meanwhile:
+                self._stage(self._changes, name, new.get(name))
+
+    def _stage(self, changes: list[_Change], name: str, content: bytes | None) -> None:
+        with naming(self.path / name):
+            folder, last = self._place(name)
+            changes.append(_Change(name, folder, last, None if content is None else TEMPORARY + secrets.token_hex(8)))
             if content is not None:
-                _make_folder(target.parent, folders)
-                (staging / f"{len(plan)}").write_bytes(content)
-        plan[name] = None if old is None else hashlib.sha256(old).hexdigest()
-    return staging, plan
+                _write(changes[-1], content)
+
+    def _content(self, name: str) -> bytes | None:
+        with naming(self.path / name):
+            return _content(*self._place(name))
+
+    def _place(self, name: str) -> tuple[int, str]:
+        """The descriptor of the folder that a file is in, which is made, and the file's name there."""
+        *folders, last = PurePath(name).parts
+        here = PurePath()
+        for part in folders:
+            above, here = self._opened[here], here / part
+            if here not in self._opened:
+                with suppress(FileExistsError):
+                    os.mkdir(part, dir_fd=above)
+                    self._made.callback(_remove_empty, self.path / here)
+                self._opened[here] = os.open(part, _FOLDER, dir_fd=above)
+        return self._opened[here], last
+
+    def put_in_place(self, interrupted: bool = False) -> None:
+        """Rename the temporary files; what the folder says of itself meanwhile reaches the disk first.
+
+        Args:
+            interrupted: whether this was begun before, and some are in place.
+        """
+        for changes in (self._meanwhile, self._changes):
+            for change in changes:
+                with naming(self.path / change.name):
+                    try:
+                        _put(change)
+                    except FileNotFoundError:
+                        if not interrupted:
+                            raise
+            for descriptor in self._opened.values() if changes else ():
+                with suppress(OSError):  # of a file system that cannot
+                    os.fsync(descriptor)
 
 
-def _make_folder(folder: Path, undo: ExitStack) -> None:
-    """Make a folder with its parents; those that were made go again in the end if they are empty."""
-    for missing in reversed([p for p in (folder, *folder.parents) if not p.exists()]):
-        undo.callback(_remove, missing)
-    with naming(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+_FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
-def _remove(folder: Path) -> None:
+def _bytes(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content
+
+
+def _write(change: _Change, content: bytes) -> None:
+    """Write a new temporary file to the disk; what was for its owner alone stays so."""
+    descriptor = os.open(str(change.temporary), _NEW, 0o666, dir_fd=change.folder)
+    with os.fdopen(descriptor, "wb") as file:
+        with suppress(OSError):
+            before = os.stat(change.last, dir_fd=change.folder, follow_symlinks=False)
+            if stat.S_ISREG(before.st_mode):
+                os.fchmod(descriptor, stat.S_IMODE(before.st_mode) & 0o777)
+        file.write(content)
+        file.flush()
+        os.fsync(descriptor)
+        _remove_left_behind(change.folder, os.fstat(descriptor).st_mtime - LEFT_BEHIND)
+
+
+def _put(change: _Change) -> None:
+    if change.temporary is not None:
+        os.replace(change.temporary, change.last, src_dir_fd=change.folder, dst_dir_fd=change.folder)
+        return
+    with suppress(FileNotFoundError):
+        os.unlink(change.last, dir_fd=change.folder)
+
+
+def _content(folder: int, name: str) -> bytes | None:
+    """Content of a regular file; None where there is none."""
+    try:
+        descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=folder)
+    except OSError as error:
+        if error.errno in (errno.ENOENT, errno.ELOOP, errno.ENXIO):  # nothing, a link, a pipe or socket
+            return None
+        raise
+    with os.fdopen(descriptor, "rb") as file:
+        found = os.fstat(descriptor).st_mode
+        if stat.S_ISDIR(found):
+            raise IsADirectoryError(None, "Is a directory")
+        return file.read() if stat.S_ISREG(found) else None
+
+
+def _remove_left_behind(folder: int, before: float) -> None:
+    """Remove temporary files of this user's that a killed process has left, by the file system's own clock."""
+    for name in os.listdir(folder):
+        with suppress(OSError):
+            if _TEMPORARY_NAME.fullmatch(name):
+                found = os.stat(name, dir_fd=folder, follow_symlinks=False)
+                if stat.S_ISREG(found.st_mode) and found.st_uid == os.geteuid() and found.st_mtime < before:
+                    os.unlink(name, dir_fd=folder)
+
+
+def _remove_empty(folder: Path) -> None:
     with suppress(OSError):
         folder.rmdir()
 
 
-@contextmanager
-def staging_in(folder: Path) -> Iterator[Path]:
-    """A hidden folder inside another one, after what is there of killed processes is settled; in the end it is, too."""
-    recover(folder)
-    made = Path(tempfile.mkdtemp(dir=folder, prefix=STAGING))
-    with ExitStack() as lock:
-        # Where a file system has no locks, what is left is never cleared away.
-        with suppress(OSError):
-            lock.enter_context(_locked(made))
-        try:
-            yield made
-        finally:
-            try:
-                _settle(made)
-            except KeyboardInterrupt:
-                _settle(made, found=True)
-                raise
+# -- paths -------------------------------------------------------------------------------------------------------------
 
 
-@contextmanager
-def _locked(staging: Path) -> Iterator[None]:
-    """Hold a lock on a folder, which ends with the process however that ends; OSError where another has it."""
-    descriptor = os.open(staging, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    finally:
-        os.close(descriptor)
+def real_path(path: Path) -> Path:
+    """Resolve a path, whether or not it exists; a link that leads to itself stays one."""
+    # Path.resolve raises for a loop of links in Python 3.11 and 3.12.
+    return Path(os.path.realpath(path))
 
 
-def recover(folder: Path) -> None:
-    """Settle the stagings that killed processes have left in a folder."""
-    for left in real_path(folder).glob(f"{STAGING}*"):
-        with suppress(OSError), _locked(left):
-            _settle(left, found=True)
+def own_path(path: Path) -> Path:
+    """Resolve a path that is to be written, by links of this user and of root alone.
 
-
-def _settle(staging: Path, found: bool = False) -> None:
-    """Put in place what is not yet there of a staging that has its plan, and remove it.
-
-    Args:
-        found: whether it was left by another process, or is said to be: then a file is touched only where it is inside
-            the folder, and the very one that was there when the plan was made.
+    Raises:
+        InvalidInput: another user's link is on the way, by which the file would get where that user wants it.
     """
-    folder = staging.parent
-    for k, (name, digest) in enumerate(_plan(staging).items()):
-        target, new = folder / name, staging / f"{k}"
-        with naming(target):
-            if found and not (_digest(target) == digest and real_path(target).is_relative_to(folder)):
-                continue
-            if new.exists():
-                os.replace(new, target)
-            else:
-                target.unlink(missing_ok=True)
-    shutil.rmtree(staging, ignore_errors=True)
-
-
-def _digest(file: Path) -> str | None:
-    return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else None
-
-
-def _plan(staging: Path) -> Plan:
-    """The plan in a staging; an empty one where none can be read."""
-    with suppress(OSError, msgspec.MsgspecError):
-        if (staging / PLANNED).is_file():
-            return msgspec.json.decode((staging / PLANNED).read_bytes(), type=Plan)
-    return {}
+    here, left, links = Path("/"), list(reversed((Path.cwd() / path).parts[1:])), 0
+    while left and links < MOST_LINKS:
+        part = left.pop()
+        place = here.parent if part == ".." else here / part
+        try:
+            found = place.lstat()
+        except OSError:
+            found = None
+        if found is None or not stat.S_ISLNK(found.st_mode):
+            here = place
+            continue
+        if found.st_uid not in (os.geteuid(), ROOT):
+            owner = f"a link of another user (uid {found.st_uid})"
+            raise InvalidInput(f"cannot write {path}: {place} is {owner}; name the place that it leads to")
+        links += 1
+        target = PurePath(os.readlink(place))
+        here = Path("/") if target.is_absolute() else here
+        left += reversed(target.parts[1:] if target.is_absolute() else target.parts)
+    return here if not left else real_path(path)
 
 
 @contextmanager
