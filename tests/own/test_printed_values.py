@@ -147,6 +147,6 @@ def test_a_table_or_a_row_that_cannot_be_used_is_named_in_one_line(here: Path, t
 def test_files_that_are_no_tables_are_refused(here: Path) -> None:
     assert "there is no such file" in refusal("audit", "missing.csv")
     (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
-    assert "no text in UTF-8" in refusal("audit", "bytes.csv")
+    assert "no text in UTF-16" in refusal("audit", "bytes.csv")
     written(here, HEADING + GOOD, "README.csv")
     assert "is taken" in refusal("audit", "README.csv")

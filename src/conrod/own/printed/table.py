@@ -19,7 +19,8 @@ import numpy as np
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.motion import BREAK_WIDTH, Array
 from conrod.mechanism.units import check_number, parse_quantity
-from conrod.own.files import check_readable
+from conrod.own.encodings import decoded
+from conrod.own.files import check_readable, of_file
 from conrod.own.printed.verdicts import DIGITS, GOOD, Audited, Kind, Number, Verdict
 from conrod.scenes import Scene, scene_named
 from conrod.scenes.described_scene import read_scene
@@ -67,10 +68,8 @@ def audit_file(path: Path) -> Audited:
     check_readable(path)
     if path.stat().st_size > MOST_BYTES:
         raise InvalidInput(f"{path}: it is too large: at most {MOST_BYTES // 1024**2} MiB are read")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InvalidInput(f"{path}: it is no text in UTF-8: byte {error.start} cannot be read") from None
+    with of_file(path):
+        text, _ = decoded(path.read_bytes())
     verdicts = audit_table(str(path), text, lambda machine: _scene(machine, path.parent))
     return Audited(path.name, f"Printed values of {path.name}", verdicts)
 

@@ -28,6 +28,7 @@ DIMENSIONS = {
 }
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
 KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
+OTHER_ALPHABETS = "\u0400"  # Cyrillic and beyond; Latin and Greek letters, which stand for quantities, come before
 LISTED = 20  # headings of a table that an error names
 
 
@@ -125,7 +126,8 @@ def _places(headings: Sequence[str], points: Sequence[str], asked: Request) -> d
     places = {name: _place_of(wanted, name, headings) for name, wanted in asked.columns.items()}
     free = [name for name in quantities(points) if name not in places]
     for place, heading in enumerate(headings):
-        name = meant_by(parted(heading)[0], free, points)
+        # Words of other alphabets, which are not read, may say that x is a velocity; t is always the time.
+        name = meant_by(parted(heading)[0], free, points) or meant_by(_symbol(heading), {TIME} & set(free), points)
         if name is None or place in places.values():
             continue
         if name in places:
@@ -170,6 +172,13 @@ def _spellings(name: str, is_only: bool) -> list[str]:
     return [_letters(name), *others]
 
 
+def _symbol(heading: str) -> str:
+    """What stands in a heading beside words of other alphabets, as t in `时间 t`; empty where there are none."""
+    words = re.findall(r"\w+", parted(heading)[0])
+    symbols = [word for word in words if not all(letter >= OTHER_ALPHABETS for letter in word)]
+    return " ".join(symbols) if len(symbols) < len(words) else ""
+
+
 def _letters(name: str) -> str:
     return re.sub(r"[\W_]+", "", name)
 
@@ -179,11 +188,13 @@ def _letters(name: str) -> str:
 # What begins with a digit is no unit but an index: r_0[1].
 BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[(]\s*(?P<unit>[^\])\d\s][^\])]*)[\])]\s*")
 NONE = ("", "-", "1")
+# Brackets as Chinese and Japanese texts have them.
+FULL_WIDTH = str.maketrans("\uff08\uff09\uff3b\uff3d", "()[]")
 
 
 def parted(heading: str) -> tuple[str, str]:
     """The name in a heading and the unit that stands in brackets behind it, empty for none."""
-    found = BRACKETED.fullmatch(" ".join(heading.split()))
+    found = BRACKETED.fullmatch(" ".join(heading.translate(FULL_WIDTH).split()))
     return (found["name"], found["unit"].strip()) if found else (heading.strip(), "")
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.own.encodings import decoded
 from conrod.own.files import check_readable, of_file
 from conrod.own.tables.columns import TIME, Column, Request, bare_unit, choose, parted
 
@@ -64,12 +65,18 @@ def read_table(path: Path, points: tuple[str, ...], asked: Request) -> Reading:
     with of_file(path):
         if path.stat().st_size == 0:
             raise InvalidInput("it is empty")
-        form, headings, read = _open_npz(path) if path.suffix.lower() == ".npz" else _open_text(path)
+        form, headings, read = _opened(path, asked)
         columns = choose(headings, points, asked)
         values, numbers = read(columns)
         used = {column.index for column in columns}
         unused = tuple(heading for k, heading in enumerate(headings) if k not in used)
         return reading_of(columns, values, numbers, unused, form)
+
+
+def _opened(path: Path, asked: Request) -> Opened:
+    if path.suffix.lower() == ".npz":
+        return _open_npz(path)
+    return _open_text(path, tuple(asked.columns.values()))
 
 
 def reading_of(
@@ -168,9 +175,15 @@ LEAST = 2  # numbers in a row of them: there may be columns of text between
 Line = tuple[int, str]  # its number in the file from 1, its text
 
 
-def _open_text(path: Path) -> Opened:
-    """A table of text, with the layout that its beginning shows."""
-    lines = _lines(path)
+def _open_text(path: Path, wanted: Sequence[str]) -> Opened:
+    """A table of text, with the layout that its beginning shows.
+
+    Args:
+        wanted: headings that a user names, which tell in what encoding the text is.
+    """
+    text, encoding = decoded(path.read_bytes(), wanted)
+    # Rows of empty cells are blank, too.
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip('";,\t ')]
     rows = [line for line in lines if not COMMENT.match(line[1])]
     found = {way: _layout(rows[:SAMPLE], *way) for way in WRITTEN}
     separator, decimal = max(WRITTEN, key=lambda way: found[way][0])
@@ -192,19 +205,8 @@ def _open_text(path: Path) -> Opened:
         return _numbers(rows, columns, separator, decimal, width)
 
     marks = {".": "decimal points", ",": "decimal commas"}
-    return f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}", headings, read
-
-
-def _lines(path: Path) -> list[Line]:
-    """Lines that are not blank: in UTF-8, or as spreadsheets on Windows write; rows of empty cells are blank, too."""
-    content = path.read_bytes()
-    if b"\0" in content:
-        raise InvalidInput("it is no table of text: it holds zero bytes; save a sheet as CSV")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("cp1252", errors="replace")
-    return [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip('";,\t ')]
+    form = f"text, separated by {SEPARATORS[separator]}, {marks[decimal]}"
+    return form if encoding == "UTF-8" else f"{form}, {encoding}", headings, read
 
 
 def cells(line: str, separator: str) -> list[str]:
