@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -15,7 +16,7 @@ from conrod.exact.space.mobility import TooManyDrivesError, check_drives
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import laws_of, tree_of
 from conrod.mjcf.loops.results import Question
-from conrod.mjcf.loops.study import _Bench
+from conrod.mjcf.loops.study import _Bench, study
 from conrod.scenes.space import MACHINES
 
 TILT = 0.05  # [deg]
@@ -91,6 +92,16 @@ def test_a_machine_that_no_axis_or_anchor_explains_is_said_so() -> None:
     welded = made.mjcf.replace("<connect", "<weld")
     with pytest.raises(InvalidInput, match=r"it cannot move; no single axis or anchor explains it$"):
         _Bench.of(mujoco.MjModel.from_xml_string(welded), Question(dict(made.drives)))
+
+
+def test_what_is_known_to_differ_is_laid_to_no_axis(tmp_path: Path) -> None:
+    """An axis 4 deg off would let it move; it is a slide in the place of a hinge."""
+    made, path = MACHINES["rssr"](), tmp_path / "model.xml"
+    path.write_text(made.mjcf.replace('name="rod_pitch" type="hinge"', 'name="rod_pitch" type="slide"'))
+    with pytest.raises(
+        InvalidInput, match=r"it cannot move; against rssr: joint rod_pitch is a slide, the machine has"
+    ):
+        study(path, Question(dict(made.drives), machine="rssr"), "model")
 
 
 def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:

@@ -29,7 +29,7 @@ EXPLAINS, AS_WELL = 0.05, 30.0
 ROUNDING, STANDS = 1e-13, 1e-14  # of the extent
 DAMPING = 0.02
 DIFFERENCE = 1e-6  # [rad, or extents], for derivatives by a change
-MOST_TURN, MOST_SHIFT = 0.2, 0.05  # [rad, extents], of a mistake; what is more is another machine
+MOST_TURN, MOST_SHIFT = 0.06, 0.02  # [rad, extents], of a slip; what is more is another machine
 TOLD = 3  # changes that are named
 
 

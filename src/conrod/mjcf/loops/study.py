@@ -53,26 +53,32 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
     """
-    model, against = load_model(path), ""
+    model, against, found = load_model(path), "", list[str]()
     try:
         check_finite(model)
         check_rigid(model)
         machine = None if question.machine is None else machine_tree(question.machine)
         if machine is not None:
             start = data_at_start(model, question.keyframe or OWN_POSE)[0].qpos
-            found = changes(tree_of(model, start), machine, inactive_closures(model))
+            found = list(changes(tree_of(model, start), machine, inactive_closures(model)))
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
-        return _Bench.of(model, question).studied(str(path), name, machine)
+        return _Bench.of(model, question, explained=bool(found)).studied(str(path), name, machine)
     except InvalidInput as error:
         words = with_causes(str(error).removeprefix(f"{path}: "), about_closures(model))
         raise InvalidInput(f"{path}: {words}{against}") from None
 
 
-def _check_drives(machine: DrivenTree, start: Array) -> None:
-    """Refuse drives that are too few or too many for a closed pose (nq, 1), with the axis by which it cannot move."""
+def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
+    """Refuse drives that are too few or too many for a closed pose (nq, 1), with the axis by which it cannot move.
+
+    Args:
+        explained: whether it is known what the model has otherwise: then no axis is looked for.
+    """
     try:
         check_drives(machine, start)
     except TooManyDrivesError as error:
+        if explained:
+            raise
         searched = len(machine.tree.looped) <= MOST_JOINTS
         found = mends(machine.tree, machine.laws, machine.held, start) if searched else []
         # Where some of the drives can stay they are simply too many.
@@ -80,11 +86,12 @@ def _check_drives(machine: DrivenTree, start: Array) -> None:
         raise InvalidInput(f"{error}{words}") from None
 
 
-def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
+def _go(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
     """Assemble a machine and follow its motion; where its start is outside the joints' ranges, perhaps from inside.
 
     Args:
         pose: that it is assembled from, in words.
+        explained: as in `_check_drives`.
 
     Returns:
         Why it was assembled from another pose; empty where it was not.
@@ -94,7 +101,7 @@ def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
     """
     try:
         start = machine.assembled()
-        _check_drives(machine, start)
+        _check_drives(machine, start, explained)
         machine.go(start, seconds)
     except InvalidInput as error:
         if not (outside := outside_words(machine.tree, pose)):
@@ -104,7 +111,7 @@ def _go(machine: DrivenTree, seconds: float, pose: str) -> str:
         folded = ", and is folded" if is_folded(machine, inside) else ""
         nearest = f'qpos="{pose_words(inside[:, 0])}"'
         try:
-            _check_drives(machine, inside)
+            _check_drives(machine, inside, explained)
             machine.go(inside, seconds)
         except InvalidInput as later:
             words = f"{outside}{folded}; from {nearest}, the nearest pose inside"
@@ -134,7 +141,7 @@ class _Bench:
     moved_start: str = ""
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, question: Question) -> _Bench:
+    def of(cls, model: mujoco.MjModel, question: Question, *, explained: bool = False) -> _Bench:
         data, key = data_at_start(model, question.keyframe or OWN_POSE)
         tree = tree_of(model, data.qpos)
         if not tree.closures:
@@ -146,7 +153,7 @@ class _Bench:
             most = f"from 2 to {MOST_STEPS:,} can be run"
             raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
-        moved_start = _go(machine, seconds, start_words(model, key))
+        moved_start = _go(machine, seconds, start_words(model, key), explained)
         freedom = mobility(machine)
         points = judged_points(model, tree, freedom, question)
         return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
@@ -183,7 +190,8 @@ class _Bench:
     def _about(self) -> str:
         """What closures show, and the axis or anchor by which they contradict each other; empty where they do not."""
         machine, said = self.machine, about_closures(self.model)
-        if machine.misfit <= SAME * machine.tree.extent or len(machine.tree.looped) > MOST_JOINTS:
+        closes = machine.misfit <= SAME * machine.tree.extent
+        if closes or self.question.machine is not None or len(machine.tree.looped) > MOST_JOINTS:
             return said
         found = mends(machine.tree, machine.laws, machine.held, machine.knots[0].coordinates)
         return f"{said}{'; ' if said else ''}its closures contradict each other: {mend_words(found)}"
