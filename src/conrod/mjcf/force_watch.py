@@ -1,0 +1,269 @@
+"""Watch a MuJoCo run for forces besides weight, inertia and the loops: rows of constraints and passive forces.
+
+What acts is read from what MuJoCo computed in the run, never from what a file has: a limit that is not reached, a
+friction that is switched off, or a spring at rest is not named.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco import older
+from conrod.exact.motion import Array
+from conrod.mjcf.equalities import closure_name, kind_of, of_angles
+from conrod.own.models.loading import joint_kind, name_or_number
+from conrod.runs import other_forces as kinds
+from conrod.runs.other_forces import OtherForce
+
+ROWS = mujoco.mjtConstraint
+LIMITS = {int(ROWS.mjCNSTR_LIMIT_JOINT): "joint", int(ROWS.mjCNSTR_LIMIT_TENDON): "tendon"}
+FRICTIONS = {int(ROWS.mjCNSTR_FRICTION_DOF): "joint", int(ROWS.mjCNSTR_FRICTION_TENDON): "tendon"}
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+PYRAMID = int(ROWS.mjCNSTR_CONTACT_PYRAMIDAL)
+# A force of less than this share of the largest of its run is rounding, and a part of an acceleration of this share.
+NO_FORCE, NO_ACCELERATION = 1e-12, 1e-9
+CURVED = 1e-4  # displacement over which the length of a tendon is differenced [rad or m of the fastest joint]
+# Gravity of less than this share of itself across the plane is in the plane, as a file with few digits has it.
+IN_PLANE = 1e-4
+PARALLEL = 1e-6  # sine of the angle between axes that are parallel
+ROTATIONAL = ("hinge", "ball")
+
+
+class ForceWatch:
+    """Forces that were seen in one run, with their largest sizes.
+
+    Args:
+        pair: geoms whose contact is a part of the machine, and is not named.
+    """
+
+    def __init__(self, model: mujoco.MjModel, pair: tuple[int, int] | None = None) -> None:
+        self._model, self._pair = model, None if pair is None else frozenset(pair)
+        self._seen = dict[tuple[str, str], OtherForce]()
+        self._scale = self._fastest = 0.0
+        disabled = int(model.opt.disableflags)
+        self._springs = not disabled & older.flag("SPRING")
+        self._dampers = not disabled & older.flag("DAMPER")
+        self._polynomials = [k for k in range(model.neq) if _bent(model, k)]
+        self._aside = mujoco.MjData(model)
+        self._handles = {k: body for k in range(model.neq) if (body := _handle(model, k)) is not None}
+
+    def step(self, data: mujoco.MjData) -> None:
+        """See the constraints of a step that was made; cheap where there are only closures."""
+        if data.nefc > data.ne:
+            self._constraints(data)
+
+    def sample(self, data: mujoco.MjData) -> None:
+        """See all forces of data in which MuJoCo has computed them, in a step or for its state."""
+        self.step(data)
+        parts = (data.qfrc_bias, data.qfrc_passive, data.qfrc_actuator, data.qfrc_constraint)
+        self._scale = max(self._scale, *(float(np.abs(part).max(initial=0.0)) for part in parts))
+        self._passive(data)
+        for k in np.flatnonzero(data.actuator_force).tolist():
+            self._note(kinds.ACTUATOR, f"actuator {name_or_number(self._model, 'actuator', k)}",
+                       float(data.actuator_force[k]), "")  # fmt: skip
+        if self._handles:
+            self._drags(data)
+        if self._polynomials:
+            self._lacking(data)
+
+    @property
+    def found(self) -> tuple[OtherForce, ...]:
+        """All that acts, in the order in which it was seen."""
+        model = self._model
+        least, slowest = NO_FORCE * self._scale, NO_ACCELERATION * self._fastest
+        every = self._seen.values()
+        seen = [one for one in every if one.largest > (slowest if one.kind == kinds.LACKING else least)]
+        if (across := gravity_across(model)) > IN_PLANE:
+            seen.append(OtherForce(kinds.ACROSS, "", across, "g", exact=True))
+        return tuple(seen)
+
+    # -- constraints ---------------------------------------------------------------------------------------------------
+
+    def _constraints(self, data: mujoco.MjData) -> None:
+        """Limits, dry friction and contacts whose rows carry a force."""
+        model, first = self._model, int(data.ne)
+        forces, types, ids = (np.array(one[first : data.nefc]) for one in (data.efc_force, data.efc_type, data.efc_id))
+        touching = dict[int, float]()
+        for force, row, k in zip(forces.tolist(), types.tolist(), ids.tolist(), strict=True):
+            if force == 0.0:
+                continue
+            if (of := LIMITS.get(row)) is not None:
+                self._note(kinds.LIMIT, f"{of} {name_or_number(model, of, k)}", force, _unit(model, of, k))
+            elif (of := FRICTIONS.get(row)) is not None:
+                at = int(model.dof_jntid[k]) if of == "joint" else k
+                self._note(kinds.FRICTION, f"{of} {name_or_number(model, of, at)}", force, _unit(model, of, at))
+            elif row == PYRAMID or k not in touching:  # a pyramid's edges add up; a cone's first row is the normal
+                touching[k] = touching.get(k, 0.0) + force
+        for k, force in touching.items():
+            geoms = [int(geom) for geom in data.contact.geom[k]]
+            if force > 0.0 and frozenset(geoms) != self._pair:
+                self._note(kinds.CONTACT, " and ".join(sorted(geom_name(model, geom) for geom in geoms)), force, "N")
+
+    def _drags(self, data: mujoco.MjData) -> None:
+        """Forces by which mocap bodies drag others."""
+        model, owners = self._model, np.array(data.efc_id[: data.ne])
+        for k, body in self._handles.items():
+            force = float(np.linalg.norm(data.efc_force[: data.ne][owners == k][:3]))
+            name = f"mocap body {name_or_number(model, 'body', body)} by {closure_name(model, k)}"
+            self._note(kinds.HANDLE, name, force, "N", exact=True)
+
+    def _lacking(self, data: mujoco.MjData) -> None:
+        """What MuJoCo's acceleration of a closure of joints or tendons lacks, at the state that the data is in."""
+        model, aside = self._model, self._aside
+        state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
+        mujoco.mj_getState(model, data, state, INTEGRATION)
+        mujoco.mj_setState(model, aside, state, INTEGRATION)
+        mujoco.mj_fwdPosition(model, aside)
+        mujoco.mj_fwdVelocity(model, aside)
+        owners = np.array(aside.efc_id[: aside.ne])
+        self._fastest = max(self._fastest, float(np.abs(data.qacc).max(initial=0.0)))
+        for k in self._polynomials:
+            rows = np.flatnonzero(owners == k)
+            if len(rows) == 1:
+                unit = "rad/s²" if of_angles(model, k) else "m/s²"
+                missing = _missing(model, aside, k, int(rows[0]))
+                self._note(kinds.LACKING, closure_name(model, k), missing, unit, exact=True)
+
+    # -- passive forces ------------------------------------------------------------------------------------------------
+
+    def _passive(self, data: mujoco.MjData) -> None:
+        """Springs, dampers, a fluid, gravity compensation and adhesion that make a force."""
+        model = self._model
+        for name, kind in (("qfrc_fluid", kinds.FLUID), ("qfrc_gravcomp", kinds.COMPENSATION),
+                           ("qfrc_adhesion", kinds.ADHESION)):  # fmt: skip
+            if largest := float(np.abs(getattr(data, name, 0.0)).max(initial=0.0)):
+                self._note(kind, "", largest, "")
+        if self._springs and np.any(data.qfrc_spring):
+            for k in np.flatnonzero(_any_of(model, "jnt_stiffness", "jnt_stiffnesspoly")).tolist():
+                linear = joint_kind(model, k) in ("hinge", "slide") and not _any_of(
+                    model, "jnt_stiffnesspoly", "jnt_springyield")[k]  # fmt: skip
+                self._of_joint(kinds.SPRING, k, data.qfrc_spring, exact=bool(linear))
+            for k in np.flatnonzero(_any_of(model, "tendon_stiffness", "tendon_stiffnesspoly")).tolist():
+                low, high = model.tendon_lengthspring[k]
+                stretch = float(data.ten_length[k] - np.clip(data.ten_length[k], low, high))
+                self._of_tendon(kinds.SPRING, k, float(model.tendon_stiffness[k]) * stretch)
+        if self._dampers and np.any(data.qfrc_damper):
+            for k in np.flatnonzero(_any_of(model, "tendon_damping", "tendon_dampingpoly")).tolist():
+                self._of_tendon(kinds.DAMPER, k, float(model.tendon_damping[k] * data.ten_velocity[k]))
+            damped = _any_of(model, "dof_damping", "dof_dampingpoly")
+            for k in np.unique(model.dof_jntid[damped]).tolist():
+                linear = not _any_of(model, "dof_dampingpoly")[model.jnt_dofadr[k]]
+                self._of_joint(kinds.DAMPER, k, data.qfrc_damper, exact=bool(linear))
+            geared = np.flatnonzero(_any_of(model, "actuator_damping", "actuator_dampingpoly")).tolist()
+            for k in geared:
+                self._note(kinds.DAMPER, f"actuator {name_or_number(model, 'actuator', k)}",
+                           float(np.abs(data.qfrc_damper).max()), "")  # fmt: skip
+
+    def _of_joint(self, kind: str, joint: int, forces: Array, *, exact: bool) -> None:
+        model, first = self._model, int(self._model.jnt_dofadr[joint])
+        last = int(model.jnt_dofadr[joint + 1]) if joint + 1 < model.njnt else model.nv
+        name = f"joint {name_or_number(model, 'joint', joint)}"
+        self._note(kind, name, float(np.abs(forces[first:last]).max()), _unit(model, "joint", joint), exact=exact)
+
+    def _of_tendon(self, kind: str, tendon: int, force: float) -> None:
+        name = f"tendon {name_or_number(self._model, 'tendon', tendon)}"
+        self._note(kind, name, force, _unit(self._model, "tendon", tendon))
+
+    def _note(self, kind: str, name: str, size: float, unit: str, *, exact: bool = False) -> None:
+        key, before = (kind, name), self._seen.get((kind, name))
+        if size and (before is None or abs(size) > before.largest):
+            self._seen[key] = OtherForce(kind, name, abs(size), unit, exact)
+
+
+def geom_name(model: mujoco.MjModel, geom: int) -> str:
+    """Name of a geom or, where it has none, of its body; of a flex its number is not known."""
+    if geom < 0:
+        return "a flex"
+    own = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+    return own or name_or_number(model, "body", int(model.geom_bodyid[geom]))
+
+
+def gravity_across(model: mujoco.MjModel) -> float:
+    """Share of gravity across the plane of a machine whose joints move it in one; 0 for others, and without gravity."""
+    size = float(np.linalg.norm(model.opt.gravity))
+    if size == 0.0 or model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY) or not model.njnt:
+        return 0.0
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    hinges = np.array([data.xaxis[k] for k in range(model.njnt) if joint_kind(model, k) == "hinge"])
+    slides = np.array([data.xaxis[k] for k in range(model.njnt) if joint_kind(model, k) == "slide"])
+    if not len(hinges) or len(hinges) + len(slides) < model.njnt:
+        return 0.0
+    normal = hinges[0]
+    off = [*np.linalg.norm(np.cross(hinges, normal), axis=1), *(np.abs(slides @ normal) if len(slides) else [])]
+    return 0.0 if max(off) > PARALLEL else float(abs(model.opt.gravity @ normal)) / size
+
+
+def _missing(model: mujoco.MjModel, data: mujoco.MjData, equality: int, row: int) -> float:
+    """Part of the acceleration of a polynomial equality that MuJoCo does not compute.
+
+    With x and y the coordinates of joints, or lengths of tendons, the gap is g = x - x0 - p(d), d = y - y0, so that
+    g'' = J a + J' v with J' v = x~ - p'(d) y~ - p''(d) y'^2, where x~ and y~ are what lengths of tendons accelerate by
+    without accelerations of joints, 0 of joints and fixed tendons. MuJoCo sets J a = -b g' - k d(r) g less what it
+    computes of J' v (MuJoCo documentation, Computation; 4.0.0 computes it for connects and welds alone).
+    """
+    one, two = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
+    of_tendons, offset, rate = kind_of(model, equality) == "tendon", 0.0, 0.0
+    term = _curving(model, data, one) if of_tendons else 0.0
+    if two >= 0:
+        if of_tendons:
+            offset, rate = float(data.ten_length[two] - model.tendon_length0[two]), float(data.ten_velocity[two])
+        else:
+            offset = float(data.qpos[model.jnt_qposadr[two]] - model.qpos0[model.jnt_qposadr[two]])
+            rate = float(data.qvel[model.jnt_dofadr[two]])
+        c = model.eq_data[equality, 1:5]
+        term -= (2.0 * c[1] + 6.0 * c[2] * offset + 12.0 * c[3] * offset**2) * rate**2
+        if of_tendons:
+            slope = c[0] + 2.0 * c[1] * offset + 3.0 * c[2] * offset**2 + 4.0 * c[3] * offset**3
+            term -= slope * _curving(model, data, two)
+    stiffness, damping, impedance, _ = data.efc_KBIP[row]
+    computed = -data.efc_aref[row] - damping * data.efc_vel[row] - stiffness * impedance * data.efc_pos[row]
+    return abs(float(term - computed))
+
+
+def _curving(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> float:
+    """Second derivative of a tendon's length at constant rates of all joints, by a central difference."""
+    speed = float(np.abs(data.qvel).max(initial=0.0))
+    if speed == 0.0 or model.wrap_type[model.tendon_adr[tendon]] == int(mujoco.mjtWrap.mjWRAP_JOINT):
+        return 0.0
+    aside, lengths, time = mujoco.MjData(model), list[float](), CURVED / speed
+    for side in (-1.0, 0.0, 1.0):
+        aside.qpos[:] = data.qpos
+        mujoco.mj_integratePos(model, aside.qpos, data.qvel, side * time)
+        mujoco.mj_fwdPosition(model, aside)
+        lengths.append(float(aside.ten_length[tendon]))
+    return (lengths[0] - 2.0 * lengths[1] + lengths[2]) / time**2
+
+
+def _bent(model: mujoco.MjModel, equality: int) -> bool:
+    """True for an equality of joints or tendons whose gap is not linear in the joints' coordinates."""
+    if (kind := kind_of(model, equality)) not in ("joint", "tendon"):
+        return False
+    ends = [int(end) for end in (model.eq_obj1id[equality], model.eq_obj2id[equality]) if end >= 0]
+    fixed = kind == "joint" or all(model.wrap_type[model.tendon_adr[ends]] == int(mujoco.mjtWrap.mjWRAP_JOINT))
+    return not fixed or (len(ends) > 1 and bool(np.any(model.eq_data[equality, 2:5])))
+
+
+def _handle(model: mujoco.MjModel, equality: int) -> int | None:
+    """The mocap body that a connect or weld ties something to."""
+    if kind_of(model, equality) not in ("connect", "weld"):
+        return None
+    return next((body for body in older.bodies_of(model, equality) if model.body_mocapid[body] >= 0), None)
+
+
+def _unit(model: mujoco.MjModel, kind: str, index: int) -> str:
+    """Unit of the force of a joint or tendon."""
+    if kind == "joint":
+        return "N m" if joint_kind(model, index) in ROTATIONAL else "N" if joint_kind(model, index) == "slide" else ""
+    first = int(model.tendon_adr[index])
+    wraps = range(first, first + int(model.tendon_num[index]))
+    of_joints = [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == int(mujoco.mjtWrap.mjWRAP_JOINT)]
+    return "N m" if of_joints and all(joint_kind(model, joint) == "hinge" for joint in of_joints) else "N"
+
+
+def _any_of(model: mujoco.MjModel, *fields: str) -> Array:
+    """Mask of elements of which a field, of those that this release has, is not 0."""
+    found = [np.asarray(getattr(model, field)) for field in fields if hasattr(model, field)]
+    masks = [np.any(one != 0.0, axis=1) if one.ndim > 1 else one != 0.0 for one in found]
+    return np.asarray(np.logical_or.reduce(masks)) if masks else np.zeros(0, dtype=bool)
