@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from conrod.mjcf.force_watch import ForceWatch, gravity_across
-from conrod.runs.other_forces import OtherForce, merged, sentences
+from conrod.runs.other_forces import OtherForce, acting_sentences, merged
 
 # A pendulum of two links in the x-y plane, pinned to a slide.
 MACHINE = """<mujoco><compiler angle="radian"/><option timestep="0.002" {option}><flag {flag}/></option>
@@ -134,15 +134,16 @@ def test_all_is_said_in_sentences_with_the_largest_first() -> None:
         OtherForce("lacking acceleration", "p", 0.25, "rad/s²"),
         OtherForce("gravity across the plane", "", 1.0, "g"),
     ]
-    assert sentences(found, "MuJoCo 4.0.0") == (
+    assert acting_sentences(found, "MuJoCo 4.0.0") == (
         "Besides its loops act the limit of joint j5 (up to 5 N m), the limit of joint j4 (up to 4 N m), "
-        "the limit of joint j3 (up to 3 N m) and 2 more, and the force of actuator m.",
+        "the limit of joint j3 (up to 3 N m) and 2 more, and the force of actuator m: "
+        "the exact motion has no limits or contacts, so errors are not the engine's alone.",
         "MuJoCo 4.0.0 lacks the part of the velocity in the acceleration of p: up to 0.25 rad/s², "
         "which no setting mends.",
         "Gravity acts across the plane of motion.",
     )
-    assert sentences([OtherForce("gravity across the plane", "", 1e-3, "g")]) == (
+    assert acting_sentences([OtherForce("gravity across the plane", "", 1e-3, "g")]) == (
         "A share of 0.001 of gravity acts across the plane of motion.",
     )
-    assert sentences([]) == ()
+    assert acting_sentences([]) == ()
     assert [one.largest for one in merged([found[0], OtherForce("limit", "joint j1", 9.0, "N m")])] == [9.0]

@@ -60,7 +60,7 @@ class ForceWatch:
         self._scale = max(self._scale, *(float(np.abs(part).max(initial=0.0)) for part in parts))
         self._passive(data)
         for k in np.flatnonzero(data.actuator_force).tolist():
-            self._note(kinds.ACTUATOR, f"actuator {name_or_number(self._model, 'actuator', k)}",
+            self._note(kinds.ACTUATOR, _named(self._model, "actuator", k),
                        float(data.actuator_force[k]), "")  # fmt: skip
         if self._handles:
             self._drags(data)
@@ -89,10 +89,10 @@ class ForceWatch:
             if force == 0.0:
                 continue
             if (of := LIMITS.get(row)) is not None:
-                self._note(kinds.LIMIT, f"{of} {name_or_number(model, of, k)}", force, _unit(model, of, k))
+                self._note(kinds.LIMIT, _named(model, of, k), force, _unit(model, of, k))
             elif (of := FRICTIONS.get(row)) is not None:
                 at = int(model.dof_jntid[k]) if of == "joint" else k
-                self._note(kinds.FRICTION, f"{of} {name_or_number(model, of, at)}", force, _unit(model, of, at))
+                self._note(kinds.FRICTION, _named(model, of, at), force, _unit(model, of, at))
             elif row == PYRAMID or k not in touching:  # a pyramid's edges add up; a cone's first row is the normal
                 touching[k] = touching.get(k, 0.0) + force
         for k, force in touching.items():
@@ -105,7 +105,7 @@ class ForceWatch:
         model, owners = self._model, np.array(data.efc_id[: data.ne])
         for k, body in self._handles.items():
             force = float(np.linalg.norm(data.efc_force[: data.ne][owners == k][:3]))
-            name = f"mocap body {name_or_number(model, 'body', body)} by {closure_name(model, k)}"
+            name = f"mocap {_named(model, 'body', body)} by {closure_name(model, k)}"
             self._note(kinds.HANDLE, name, force, "N", exact=True)
 
     def _lacking(self, data: mujoco.MjData) -> None:
@@ -152,17 +152,17 @@ class ForceWatch:
                 self._of_joint(kinds.DAMPER, k, data.qfrc_damper, exact=bool(linear))
             geared = np.flatnonzero(_any_of(model, "actuator_damping", "actuator_dampingpoly")).tolist()
             for k in geared:
-                self._note(kinds.DAMPER, f"actuator {name_or_number(model, 'actuator', k)}",
+                self._note(kinds.DAMPER, _named(model, "actuator", k),
                            float(np.abs(data.qfrc_damper).max()), "")  # fmt: skip
 
     def _of_joint(self, kind: str, joint: int, forces: Array, *, exact: bool) -> None:
         model, first = self._model, int(self._model.jnt_dofadr[joint])
         last = int(model.jnt_dofadr[joint + 1]) if joint + 1 < model.njnt else model.nv
-        name = f"joint {name_or_number(model, 'joint', joint)}"
+        name = _named(model, "joint", joint)
         self._note(kind, name, float(np.abs(forces[first:last]).max()), _unit(model, "joint", joint), exact=exact)
 
     def _of_tendon(self, kind: str, tendon: int, force: float) -> None:
-        name = f"tendon {name_or_number(self._model, 'tendon', tendon)}"
+        name = _named(self._model, "tendon", tendon)
         self._note(kind, name, force, _unit(self._model, "tendon", tendon))
 
     def _note(self, kind: str, name: str, size: float, unit: str, *, exact: bool = False) -> None:
@@ -177,6 +177,12 @@ def geom_name(model: mujoco.MjModel, geom: int) -> str:
         return "a flex"
     own = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
     return own or name_or_number(model, "body", int(model.geom_bodyid[geom]))
+
+
+def _named(model: mujoco.MjModel, kind: str, index: int) -> str:
+    """'joint slide', or 'joint 3' where it has no name."""
+    name = name_or_number(model, kind, index)
+    return name if name == f"{kind} {index}" else f"{kind} {name}"
 
 
 def gravity_across(model: mujoco.MjModel) -> float:

@@ -23,6 +23,7 @@ from conrod.mjcf.results import HardenedModel, Variant
 from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
+from conrod.runs.other_forces import LACKING, OtherForce, acting_sentences, merged
 from conrod.studies.frame.paired_timing import paired_cost
 
 CLOSED = 1e-12  # of the model's size
@@ -87,7 +88,7 @@ def harden_file(
     return replace(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
-        warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes),
+        warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes, *_acting(found)),
         content=None if refused or not content else _binary(hard),
     )
 
@@ -97,10 +98,11 @@ def compared(
 ) -> dict[str, Any]:
     """What a `HardenedModel` says of the motion from a state, as it is and hardened."""
     size, timestep = float(model.stat.extent), float(model.opt.timestep)
-    reference, known_to = reference_of(hard, state, steps, every)
+    (reference, known_to), acting = reference_of(hard, state, steps, every), list[OtherForce]()
 
     def variant(name: str, model: mujoco.MjModel) -> Variant:
         made = swing(model, state, steps, every)
+        acting.extend(made.acting)
         completed = every * (len(made.states) - 1)
         if made.broke:
             return Variant(name, completed, made.broke)
@@ -116,6 +118,7 @@ def compared(
         "variants": (before, after),
         "travel": None if reference.broke else _apart(reference.centres, reference.centres[0]),
         "reference_known_to": known_to,
+        "acting": merged(acting),
         "cost": None if before.broke or after.broke else paired_cost(*steppers),
     }
 
@@ -138,6 +141,11 @@ def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
     if not before.broke and now > max(WORSE * then, ROUNDING * found.size):
         return f"its loops open more, {1e3 * now:.1e} mm and as it is {1e3 * then:.1e} mm: {ADVICE}"
     return ""
+
+
+def _acting(found: HardenedModel) -> tuple[str, ...]:
+    """What acts besides the loops in these runs, in sentences; what polynomials lack is said with the closures."""
+    return acting_sentences((one for one in found.acting if one.kind != LACKING), run="in these runs", judged=False)
 
 
 def _doubts(found: HardenedModel) -> Iterator[str]:

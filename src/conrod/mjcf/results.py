@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
+from conrod.runs.other_forces import OtherForce
 from conrod.runs.plain import plain
 from conrod.studies.frame.paired_timing import PairedTiming
 
@@ -49,6 +50,7 @@ class HardenedModel:
     variants: tuple[Variant, ...] = ()  # as it is, hardened
     travel: float | None = None  # the longest way of a body in the reference [m]
     reference_known_to: float | None = None
+    acting: tuple[OtherForce, ...] = ()  # in the runs, besides weight, inertia and the loops
     cost: PairedTiming | None = None  # of a hardened step over one as it is; None where one of them broke
     content: bytes | None = None  # the binary model; None where none was asked for or it was refused
 

@@ -14,6 +14,8 @@ from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
+from conrod.mjcf.force_watch import ForceWatch
+from conrod.runs.other_forces import OtherForce
 
 KINDS = mujoco.mjtState
 # All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.
@@ -98,6 +100,7 @@ class Run:
     steps: int  # that were made before anything broke
     touched: dict[tuple[int, int], int]  # how many steps a pair of geoms was in contact
     broke: str  # why the engine gave up, or should have; empty where it did not
+    acting: tuple[OtherForce, ...] = ()  # besides weight, inertia and the loops
 
     @property
     def travel(self) -> float:
@@ -123,7 +126,7 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
     """
     data = data_at(model, start)
     every = every or max(1, -(-steps // SAMPLES))
-    states, touched, done = list[Array](), dict[tuple[int, int], int](), 0
+    states, touched, done, watch = list[Array](), dict[tuple[int, int], int](), 0, ForceWatch(model)
     with warnings_kept_quiet():
         for step in range(steps + 1):
             if step % every == 0:
@@ -134,6 +137,9 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
                 break
             mujoco.mj_step(model, data)
             done += 1
+            watch.step(data)
+            if done % every == 0:
+                watch.sample(data)
             if data.ncon:
                 # A contact within its margin that makes no force has no row.
                 acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
@@ -142,7 +148,7 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
         moving = model.body_weldid > 0
         points = np.array([np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in looks(model, states)])
     broke = broken(data) or ("" if np.isfinite(points).all() else "not finite")
-    return Run(model, np.reshape(states, (len(states), len(start))), points, done, touched, broke)
+    return Run(model, np.reshape(states, (len(states), len(start))), points, done, touched, broke, watch.found)
 
 
 def looks(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:

@@ -12,6 +12,7 @@ from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured, order, quantity
 from conrod.report.start_pose import begins_words
 from conrod.report.table import VERDICT, Table, Toned, table
+from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
 
 RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
@@ -29,6 +30,7 @@ def finding(study: LoopStudy) -> str:
     said = [_own_run_words(study), _judgement(study)]
     if not study.shipped_failed and not (study.is_machine and study.agrees):
         said.reverse()
+    said += _acting(study)
     said += [f"{words[0].upper()}{words[1:]}." for words in (study.moved_start, study.about) if words]
     if not_judged := list(_not_judged(study)):
         said.append(f"Not judged: {'; '.join(not_judged)}.")
@@ -47,6 +49,15 @@ def finding(study: LoopStudy) -> str:
             if (run := study.presets.get(best.label)) is not None and run.failed and not shipped.failed:
                 said.append(f"But with it and its own actuators the file {shipped_words(run)}.")
     return " ".join(said)
+
+
+def _acting(study: LoopStudy) -> Iterator[str]:
+    """What acts besides the loops in the driven run and, if anything else, in the file's own."""
+    driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
+    named = {one.title for one in driven}
+    yield from acting_sentences(driven, engine)
+    alone = [one for one in study.shipped.acting if one.title not in named]
+    yield from acting_sentences(alone, engine, "run as the file has it")
 
 
 def _own_run_words(study: LoopStudy) -> str:
@@ -189,7 +200,7 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
         off = measured(study.compared.closed_form)
         yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
     if study.unmodelled:
-        yield f"forces are not compared: the model has {', '.join(study.unmodelled)}"
+        yield f"forces are not compared, for there are others: {', '.join(study.unmodelled)}"
     for run in study.runs:
         if run.drives:
             torques = _force_words("torque of drives", run.drives)

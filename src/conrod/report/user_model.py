@@ -16,6 +16,7 @@ from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantit
 from conrod.report.results import DISTRUST, exceeded_words
 from conrod.report.start_pose import begins_words
 from conrod.report.table import Table, table
+from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
@@ -33,12 +34,23 @@ def verdict(study: ModelStudy) -> str:
     if study.own_run is not None:
         own_run = f"Run as the file has it, {_own_run_words(study, study.own_run)}."
         sentences.insert(0 if study.own_failed else 1, own_run)
+    sentences += _acting(study)
     if (begins := study.model.begins) is not None:
         words = begins_words(begins, study.identity.frame.unit)
         sentences.insert(0 if study.begins_open else len(sentences), words)
     if about := study.model.about:
         sentences.append(f"{about[0].upper()}{about[1:]}.")
     return " ".join(sentences)
+
+
+def _acting(study: ModelStudy) -> Iterator[str]:
+    """What acts besides the loops in the driven run and, if anything else, in the file's own."""
+    driven = () if study.own is None else study.own.acting
+    named, engine = {one.title for one in driven}, f"MuJoCo {study.model.engine_version}"
+    yield from acting_sentences(driven, engine)
+    if study.own_run is not None:
+        alone = [one for one in study.own_run.acting if one.title not in named]
+        yield from acting_sentences(alone, engine, "run as the file has it")
 
 
 def _judgement(study: ModelStudy) -> str:

@@ -32,10 +32,15 @@ class OtherForce:
     exact: bool = False
 
     @property
+    def title(self) -> str:
+        """'the limit of tendon t'."""
+        return f"{WORDS.get(self.kind, self.kind)}{' of ' if self.name else ''}{self.name}"
+
+    @property
     def words(self) -> str:
         """'the limit of tendon t (up to 1.6e+03 N)'."""
         size = f" (up to {self.largest:.2g} {self.unit})" if self.unit else ""
-        return f"{WORDS.get(self.kind, self.kind)}{' of ' if self.name else ''}{self.name}{size}"
+        return f"{self.title}{size}"
 
 
 WORDS = {
@@ -53,15 +58,30 @@ def merged(found: Iterable[OtherForce]) -> tuple[OtherForce, ...]:
     return tuple(seen.values())
 
 
-def sentences(found: Iterable[OtherForce], engine: str = "MuJoCo") -> tuple[str, ...]:
+def with_obstacles(reason: str, found: Iterable[OtherForce]) -> str:
+    """The reason of a run's end, with limits and contacts that stood in its way; empty where there is none."""
+    obstacles = [one for one in found if one.kind in (LIMIT, CONTACT)]
+    return f"{reason}; in its way: {_listed(obstacles)}" if reason and obstacles else reason
+
+
+def acting_sentences(
+    found: Iterable[OtherForce], engine: str = "MuJoCo", run: str = "", *, judged: bool = True
+) -> tuple[str, ...]:
     """All that acts in a run, in sentences, to stand in its verdict.
 
     Args:
         engine: with its release, which lacks a part of an acceleration.
+        run: in which it acts, where a reader cannot know: "run as the file has it".
+        judged: whether the run is compared with an exact motion.
     """
     every = tuple(found)
     acting = [one for one in every if one.kind not in (ACROSS, LACKING)]
-    said = [f"Besides its loops act {_listed(acting)}."] if acting else []
+    said = list[str]()
+    if acting:
+        begin = f"{run[0].upper()}{run[1:]}, besides its loops" if run else "Besides its loops"
+        obstructed = judged and any(one.kind in (LIMIT, CONTACT) for one in acting)
+        end = ": the exact motion has no limits or contacts, so errors are not the engine's alone" if obstructed else ""
+        said.append(f"{begin} act {_listed(acting)}{end}.")
     said += [
         f"{engine} lacks the part of the velocity in the acceleration of {one.name}: up to "
         f"{one.largest:.2g} {one.unit}, which no setting mends."

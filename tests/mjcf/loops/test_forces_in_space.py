@@ -16,6 +16,8 @@ from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.reading import tree_of
+from conrod.mjcf.loops.results import Question
+from conrod.mjcf.loops.study import _Bench
 from conrod.scenes import scene_named
 from conrod.scenes.space import MACHINES
 
@@ -78,7 +80,7 @@ def test_what_drives_give_is_what_dampers_take_and_energy_gains(name: str) -> No
     assert power_imbalance(model, drives, 0.5, stiffer=1.001) > 1e-7  # negative control
 
 
-def test_springs_and_dampers_that_are_switched_off_ask_for_nothing_and_other_forces_are_named() -> None:
+def test_springs_and_dampers_that_are_switched_off_ask_for_nothing_and_other_inertia_is_named() -> None:
     sprung = four_bar().replace('<joint name="coupler"', '<joint name="coupler" stiffness="5" damping="0.3"')
     off = sprung.replace('contact="disable"', 'contact="disable" spring="disable" damper="disable"')
     torques, named = [], []
@@ -95,11 +97,32 @@ def test_springs_and_dampers_that_are_switched_off_ask_for_nothing_and_other_for
 
 
 UNMODELLED = {
-    "actuators": four_bar(more='<actuator><motor joint="rocker"/></actuator>'),
-    "springs or dampers that are not linear": four_bar().replace(
-        '<joint name="coupler"', '<joint name="coupler" damping="0.1 0.2"'
+    "armatures of tendons": four_bar(
+        more='<tendon><fixed armature="0.1"><joint joint="rocker" coef="1"/></fixed></tendon>'
     ),
 }
+
+MOTOR = '<actuator><{} joint="rocker"/></actuator>'
+# What a file has, and what of it acts in its driven run; where nothing does, forces are compared.
+FORCES = {
+    "a servo": (four_bar(more=MOTOR.format('position kp="5"')), ("the force of actuator 0",)),
+    "a motor at rest": (four_bar(more=MOTOR.format("motor")), ()),
+    "a damper that is not linear": (
+        four_bar().replace('<joint name="coupler"', '<joint name="coupler" damping="0.1 0.2"'),
+        ("the damper of joint coupler",),
+    ),
+    "a damper that is": (four_bar().replace('<joint name="coupler"', '<joint name="coupler" damping="0.1"'), ()),
+}
+
+
+@pytest.mark.parametrize("what", FORCES)
+def test_forces_are_compared_unless_others_act_in_the_run(what: str) -> None:
+    text, expected = FORCES[what]
+    bench = _Bench.of(mujoco.MjModel.from_xml_string(text), Question({"crank": "60rpm"}, seconds=0.1))
+    run = bench._run("hardened", 1.0, 0.1)
+    assert bench._unknown_forces(run.acting) == expected
+    assert bool(run.drives) == (not expected)
+    assert all(off < 1e-6 for off in run.drives.values())
 
 
 # -- planar machines that stand anywhere, turned, move as in their plane and carry what they carry there ---------------

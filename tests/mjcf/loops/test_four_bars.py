@@ -146,10 +146,13 @@ def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_th
     ball = '<geom name="ball" size="0.03" pos="0.3 0 0" mass="0"/><site name="C"'
     text = four_bar().replace("</worldbody>", wall).replace('<site name="C"', ball).replace('contact="disable"', "")
     limited = four_bar().replace('<joint name="rocker"', '<joint name="rocker" range="-0.5 0.5"')
-    for model, words in ((text, "parts touch on the way: wall and ball"), (limited, "rocker is up to")):
+    for model, words, acting in (
+        (text, "parts touch on the way: ball and wall", "contact of ball and wall"),
+        (limited, "rocker is up to", "the limit of joint rocker"),
+    ):
         study = studied(model)
         assert any(remark.startswith(words) for remark in study.remarks)
-        assert study.unmodelled == ("contacts or limits on its way",)
+        assert study.unmodelled == (acting,)
         assert study.own.drives == study.own.reactions == {}
     assert studied(four_bar()).unmodelled == studied(four_bar()).remarks == ()
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
+
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, stepping
 from conrod.mjcf.lint.bench import Bench, Document
@@ -14,6 +16,7 @@ from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity
 from conrod.mjcf.runs import about, state_of
 from conrod.own.models.loading import check_finite, data_at_start, start_words
 from conrod.own.models.request import Controls
+from conrod.runs.other_forces import acting_sentences
 
 Rule = Callable[[Bench], Iterator[Finding]]
 STEP, SOLVER = "step-too-long", "solver-stops-early"
@@ -63,6 +66,8 @@ def lint(
     with about(path):
         bench, run = prepared(document, keyframe, seconds, controls)
         findings, notes, steady = judged(bench, ignored)
+        engine, acting = f"MuJoCo {mujoco.__version__}", bench.run.acting
+        notes = (*notes, *acting_sentences(acting, engine, "in its own run", judged=False))
         fixed = None if fix_folder is None else fix(steady, findings, fix_folder)
         return Report(str(path), run, findings, notes, fixed)
 

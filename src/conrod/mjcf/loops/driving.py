@@ -20,7 +20,9 @@ from conrod.exact.space import SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.equalities import closure_name, openings, owners
+from conrod.mjcf.force_watch import ForceWatch
 from conrod.own.models.loading import FoundPoint, name_or_number
+from conrod.runs.other_forces import OtherForce
 from conrod.runs.trajectory import Outcome
 
 # Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
@@ -41,6 +43,7 @@ class Recording:
         points: by name position, velocity and acceleration (3, K, 3).
         gaps: of each closure (K,), by name.
         drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name; empty where not asked for.
+        acting: what was seen to act besides weight, inertia and the loops.
     """
 
     times: Array
@@ -53,6 +56,7 @@ class Recording:
     reactions: Mapping[str, Array]
     outcome: Outcome
     reason: str
+    acting: tuple[OtherForce, ...] = ()
 
 
 def start_state(data: mujoco.MjData, motion: SpatialMotion, at: int = 0) -> None:
@@ -106,13 +110,14 @@ class Drives:
 
 def driven_run(
     machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int,
-    *, carried: bool = True,
+    *, carried: bool = True, touching: tuple[int, int] | None = None,
 ) -> Recording:  # fmt: skip
     """Run a model through its exact motion's times, a sample each `every` steps.
 
     Args:
         model: with its settings and step, of which a copy gets flywheels; the first sample is its start.
         carried: whether forces are recorded.
+        touching: two geoms whose contact is a part of the machine.
     """
     original, model = model, copy.copy(model)
     model.opt.disableflags |= older.flag("AUTORESET")
@@ -129,7 +134,7 @@ def driven_run(
     with drives.acting():
         run, seen = recorded(
             machine.tree, model, data, points, motion.times, every, lambda done: drives.write(data, done * step),
-            forces if carried else lambda _: (),
+            forces if carried else lambda _: (), touching,
         )  # fmt: skip
     if not carried:
         return run
@@ -144,20 +149,21 @@ def driven_run(
 def recorded(
     tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, points: tuple[FoundPoint, ...], times: Array,
     every: int = 1, act: Callable[[int], None] = lambda _: None,
-    more: Callable[[mujoco.MjData], tuple[Array, ...]] = lambda _: (),
+    more: Callable[[mujoco.MjData], tuple[Array, ...]] = lambda _: (), touching: tuple[int, int] | None = None,
 ) -> tuple[Recording, list[Array]]:  # fmt: skip
     """Run a model from a state through times (K,), a sample each `every` steps, and what else is seen at each.
 
-    It ends where MuJoCo warns of numbers that are none.
+    It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
     """
-    aside, rows, reason = mujoco.MjData(model), list[tuple[Array, ...]](), ""
+    aside, rows, reason, watch = mujoco.MjData(model), list[tuple[Array, ...]](), "", ForceWatch(model, touching)
     with warnings_kept_quiet():
         for k in range(len(times)):
             if k:
-                reason = advanced(model, data, range((k - 1) * every, k * every), act)
+                reason = advanced(model, data, range((k - 1) * every, k * every), act, watch)
             if reason:
                 break
             look_at(model, data, aside)
+            watch.sample(aside)
             motion = np.array([point.motion(model, aside) for point in points])
             gaps = gaps_of(tree, model, aside)
             state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
@@ -170,6 +176,7 @@ def recorded(
         times[: len(rows)], coordinates.T, rates.T, accelerations.T,
         {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
         dict(zip(gaps, opened.T, strict=True)), {}, {}, outcome if reason else Outcome.COMPLETED, reason,
+        watch.found,
     ), seen  # fmt: skip
 
 
@@ -186,12 +193,15 @@ def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) ->
     mujoco.mj_rnePostConstraint(model, aside)
 
 
-def advanced(model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None]) -> str:
-    """Make some steps of a run, and act after each, by its number; why it breaks off, or nothing."""
+def advanced(
+    model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None], watch: ForceWatch
+) -> str:
+    """Make some steps of a run, watch each and act after it, by its number; why it breaks off, or nothing."""
     for k in steps:
         mujoco.mj_step(model, data)
         if reason := broken_off(model, data):
             return f"{reason} at {(k + 1) * float(model.opt.timestep):.4g} s"
+        watch.step(data)
         act(k + 1)
     return ""
 

@@ -84,7 +84,8 @@ def _joint(model: mujoco.MjModel, j: int) -> SpatialJoint:
         float(model.jnt_stiffness[j]) * (not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_SPRING),
         float(model.qpos_spring[coordinate]),
     )  # fmt: skip
-    limited = model.jnt_limited[j] and kind in ("hinge", "slide")
+    limits = not model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    limited = limits and model.jnt_limited[j] and kind in ("hinge", "slide")
     return replace(made, range=(float(model.jnt_range[j, 0]), float(model.jnt_range[j, 1]))) if limited else made
 
 
@@ -131,21 +132,10 @@ def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, floa
 
 
 def _unmodelled(model: mujoco.MjModel) -> tuple[str, ...]:
-    """Forces on the bodies besides weight, inertia, and springs and dampers of joints."""
+    """Inertia that the exact forces do not have; forces are seen where they act (`conrod.mjcf.force_watch`)."""
     found = {
-        "actuators": bool(model.nu),
-        "tendons with springs, dampers or armatures": _any(
-            model, "tendon_stiffness", "tendon_stiffnesspoly", "tendon_damping", "tendon_dampingpoly", "tendon_armature"
-        ),
-        "springs or dampers that are not linear": _any(
-            model, "jnt_stiffnesspoly", "jnt_springyield", "dof_dampingpoly"
-        ),
-        "dry friction": _any(model, "dof_frictionloss", "tendon_frictionloss"),
-        "a fluid": bool(model.opt.density or model.opt.viscosity),
-        "gravity compensation": _any(model, "body_gravcomp"),
-        "springs of balls and free joints": any(
-            model.jnt_stiffness[j] and joint_kind(model, j) in ("ball", "free") for j in range(model.njnt)
-        ),
+        "armatures of tendons": _any(model, "tendon_armature"),
+        "armatures of actuators": _any(model, "actuator_armature"),
     }
     return tuple(name for name, there in found.items() if there)
 

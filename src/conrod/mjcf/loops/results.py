@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.loops.differences import SAME, Comparison
 from conrod.own.models.request import Controls, OpenStart
+from conrod.runs.other_forces import OtherForce
 from conrod.runs.trajectory import Outcome
 
 OWN = "as it is"
@@ -56,6 +57,7 @@ class LoopRun:
             one; empty where forces are not computed.
         order: of the position in the time step; None where none can be claimed, or none was looked for.
         cost: of a second of the run over that with the model's own settings and step; None where it was not timed.
+        acting: what was seen to act besides weight, inertia and the loops.
     """
 
     label: str
@@ -69,6 +71,7 @@ class LoopRun:
     reactions: Mapping[str, float] = field(default_factory=dict)
     order: float | None = None
     cost: float | None = None
+    acting: tuple[OtherForce, ...] = ()
 
     def judged_error(self, name: str) -> float:
         """The error that a limit of this name is compared with; not a number where the run has none."""
@@ -100,6 +103,7 @@ class ShippedRun:
         chatter: joint whose rate swings back and forth from step to step, and by how much over its range; None
             where none does.
         driven: whether it starts with a control or a rate that is not 0: without, nothing but weight moves it.
+        acting: as of a `LoopRun`.
     """
 
     start: str
@@ -109,6 +113,7 @@ class ShippedRun:
     gap: float
     chatter: tuple[str, float] | None = None
     driven: bool = True
+    acting: tuple[OtherForce, ...] = ()
 
     @property
     def failed(self) -> bool:
@@ -131,8 +136,8 @@ class LoopStudy:
         misfit: what the loops stay open by where they contradict each other [m].
         kinematic: deviation of MuJoCo's own kinematics from the exact motion, by quantity, over the largest of each.
         ambiguous: connects whose reaction redundant closures leave open.
-        unmodelled: what else acts, for which forces are not compared.
-        remarks: limits of joints that the motion leaves, contacts on the way, and the like.
+        unmodelled: what acts that the exact forces do not have, so that forces are not compared.
+        remarks: limits of joints and tendons that the motion leaves, contacts on the way, and the like.
         runs: at the model's own step; `steps`: all others that were made.
         cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
         paste: what to write into the model for that; empty without.

@@ -18,6 +18,7 @@ from conrod.exact.space import RATES, SpatialTree, lengths
 from conrod.exact.space.mobility import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.exact.space.poses import poses
+from conrod.mjcf.force_watch import ForceWatch, geom_name
 from conrod.mjcf.loops.driving import RESET, Recording, advanced, gaps_of, opens, start_state
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
@@ -35,6 +36,7 @@ CONVERGED = 1e-30
 NO_FORCE = 1e-9
 # A rate that turns back in this share of all steps, by this share of its range, is the step's, not the machine's.
 TURNS_BACK, SWING = 0.6, 1e-3
+BEYOND = 1e-6  # of a limit, that a motion may be and is rounding [rad, m]
 
 
 # -- driven runs ------------------------------------------------------------------------------------------------------
@@ -162,17 +164,18 @@ def kinematic_mode(
     """Distance of MuJoCo's kinematics from the exact motion, over its largest values; and what is met on the way."""
     off, sizes = dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
     data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
-    start = {p.name: motion.points[p.name].position[0] for p in points}
+    start, lengths = {p.name: motion.points[p.name].position[0] for p in points}, list[Array]()
     for k in range(len(motion.times)):
         start_state(data, motion, k)
         with warnings_kept_quiet():
             mujoco.mj_forward(model, data)
         data.qacc[:] = motion.rates[1, :, k]
         mujoco.mj_rnePostConstraint(model, data)
+        lengths.append(data.ten_length.copy())
         opened = max([opened, *gaps_of(machine.tree, model, data).values()])
         for contact in data.contact[: data.ncon]:
             if contact.dist < 0.0:
-                touching[" and ".join(_part(model, int(g)) for g in contact.geom)] = None
+                touching[" and ".join(sorted(geom_name(model, int(g)) for g in contact.geom))] = None
         for point in points:
             exact = motion.points[point.name]
             for name, found in zip(QUANTITIES, point.motion(model, data), strict=True):
@@ -183,7 +186,27 @@ def kinematic_mode(
     shares = {name: off[name] / max(sizes[name], 1e-300) for name in QUANTITIES if sizes[name] > 1e-12}
     # Loops that contradict each other stay open; two bodies' rows may each have the misfit.
     shares["closures"] = max(opened - 2.0 * machine.misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
-    return shares, tuple(_met(machine, motion, list(touching)))
+    met = (*_met(machine, motion, list(touching)), *_tendons_met(model, np.array(lengths)))
+    return shares, met
+
+
+def tendons_beyond(model: mujoco.MjModel, lengths: Array) -> Iterator[tuple[str, Array, tuple[float, float]]]:
+    """Names of tendons whose lengths (K, ntendon) go beyond their limits, with their lengths and limits."""
+    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
+        return
+    for k in np.flatnonzero(model.tendon_limited).tolist():
+        (low, high), length = model.tendon_range[k].tolist(), lengths[:, k]
+        if length.min() < low - BEYOND or length.max() > high + BEYOND:
+            yield name_or_number(model, "tendon", k), length, (low, high)
+
+
+def _tendons_met(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
+    for name, length, (low, high) in tendons_beyond(model, lengths):
+        over = max(low - length.min(), length.max() - high)
+        yield (
+            f"the length of tendon {name} is up to {over:.3g} beyond its limits, {low:.4g} to {high:.4g}: "
+            "the runs have these limits, the exact motion has none"
+        )
 
 
 def _met(machine: DrivenTree, motion: SpatialMotion, touching: list[str]) -> Iterator[str]:
@@ -194,18 +217,12 @@ def _met(machine: DrivenTree, motion: SpatialMotion, touching: list[str]) -> Ite
             factor, unit = (np.degrees(1.0), "deg") if joint.unit == "rad" else (1e3, "mm")
             values = motion.coordinates[joint.coordinate]
             over = max(joint.range[0] - values.min(), values.max() - joint.range[1])
-            if over > 1e-6:
+            if over > BEYOND:
                 limits = f"{factor * joint.range[0]:.4g} to {factor * joint.range[1]:.4g}"
                 yield (
                     f"{joint.name} is up to {factor * over:.3g} {unit} beyond its limits, {limits}: "
                     "the runs have these limits, the exact motion has none"
                 )
-
-
-def _part(model: mujoco.MjModel, geom: int) -> str:
-    """A geom's name, or its body's."""
-    own = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
-    return own or name_or_number(model, "body", int(model.geom_bodyid[geom]))
 
 
 # -- the file as it is ------------------------------------------------------------------------------------------------
@@ -217,25 +234,26 @@ def shipped_run(
     """The file run as it is, with the controls of its start."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
     driven = bool(np.any(data.ctrl) or np.any(data.qvel))
-    rates, gaps = list[Array](), dict[str, float]()
+    rates, gaps, watch = list[Array](), dict[str, float](), ForceWatch(model)
 
     def look(done: int) -> None:
         rates.append(data.qvel.copy())
         if (done - 1) % max(1, steps // 400) == 0:
+            watch.sample(data)
             mujoco.mj_setState(model, aside, state_of(model, data), STATE)
             mujoco.mj_fwdPosition(model, aside)
             for name, gap in gaps_of(tree, model, aside).items():
                 gaps[name] = max(gap, gaps.get(name, 0.0))
 
     with warnings_kept_quiet():
-        reason = advanced(model, data, range(steps), look)
+        reason = advanced(model, data, range(steps), look, watch)
     outcome = Outcome.COMPLETED
     if reason:
         outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
     elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
         outcome, reason = Outcome.OPENED, opens(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
-    return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven)
+    return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven, watch.found)
 
 
 def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:

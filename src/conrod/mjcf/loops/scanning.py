@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.causes import about_closures
+from conrod.mjcf.loops.runs import tendons_beyond
 from conrod.mjcf.loops.start import open_start
 from conrod.mjcf.loops.turning import SAMPLES, TURN, Turning
 from conrod.own.models.loading import data_at_start, find_crank, name_or_number, names_of, numbered, start_words
@@ -30,12 +31,16 @@ def scan(turning: Turning, question: Question) -> Scan:
         InvalidInput: it cannot turn fully, or has not the keyframe or a control that is asked for.
     """
     model, crank, data = turning.model, turning.crank, mujoco.MjData(turning.model)
-    facts, samples = facts_of(turning, question), []
+    facts, samples, lengths = facts_of(turning, question), [], list[Array]()
     states = turning.coordinates(np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)).T
     joint = find_crank(model, question.crank)
     for state in states:
         data.qpos[:] = state
         mujoco.mj_kinematics(model, data)
+        if model.ntendon:
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_tendon(model, data)
+            lengths.append(data.ten_length.copy())
         places = np.array([point.position(data) for point in turning.points])
         links = np.array([data.xmat[point.body].reshape(3, 3) for point in turning.points])
         samples.append((places, links, data.xanchor[joint].copy(), data.xaxis[joint].copy()))
@@ -46,7 +51,7 @@ def scan(turning: Turning, question: Question) -> Scan:
     whole = slice(0, -1)
     away = np.linalg.norm([anchors[whole] - anchors[0], axes[whole] - axes[0]], axis=-1)
     return Scan(
-        facts=replace(facts, stops=tuple(_stops(turning, states[whole].T))),
+        facts=replace(facts, stops=(*_stops(turning, states[whole].T), *_tendon_stops(model, np.array(lengths)))),
         coordinate=states[whole, crank.coordinate],
         points=tuple(point.name for point in turning.points),
         positions=positions[whole].swapaxes(0, 1),
@@ -111,6 +116,12 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
         begins=open_start(model, data, tree.extent, start_words(model, key)),
         about=about_closures(model),
     )
+
+
+def _tendon_stops(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
+    """Tendons whose limits keep the model from its turn, along which they are of lengths (T, ntendon)."""
+    for name, length, (low, high) in tendons_beyond(model, lengths):
+        yield f"tendon {name} is held to {low:.6g} to {high:.6g}, needs {length.min():.6g} to {length.max():.6g}"
 
 
 def _stops(turning: Turning, states: Array) -> Iterator[str]:

@@ -28,6 +28,7 @@ from conrod.own.models.loading import data_at_start
 from conrod.own.models.request import Question
 from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankMotion, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
+from conrod.runs.other_forces import with_obstacles
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.scenes import Scene
@@ -142,14 +143,16 @@ class Bench:
         coordinates, rates = turning.state(elapsed)
         start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
         machine, motion = DrivenTree(turning.machine.tree, {crank: law}), SpatialMotion(self._times(step), *start, {})
-        return self.judged(label, driven_run(machine, model, motion, turning.points, 1, carried=False), step)
+        run = driven_run(machine, model, motion, turning.points, 1, carried=False, touching=turning.touching)
+        return self.judged(label, run, step)
 
     def as_given(self) -> tuple[JudgedRun, CrankMotion | None]:
         """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
         model, turning = self.turning.model, self.turning
         data, _ = data_at_start(model, self.question.keyframe, self.question.controls)
         step = float(model.opt.timestep)
-        run, _ = recorded(turning.machine.tree, model, data, turning.points, self._times(step))
+        times = self._times(step)
+        run, _ = recorded(turning.machine.tree, model, data, turning.points, times, touching=turning.touching)
         found = self.judged(AS_GIVEN, run, step)
         if found.outcome is not Outcome.COMPLETED:
             return found, None
@@ -181,7 +184,8 @@ class Bench:
                 for name, found in track_errors(tracks, self.speed, ExactMotions(self.exact)).items()
             }
         phase = float(np.abs(at.angle - at.angle[0] - self.speed * at.times).max())
-        return JudgedRun(label, verdict.outcome, verdict.reason, self.period / step, errors, phase)
+        reason = with_obstacles(verdict.reason, run.acting)
+        return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting)
 
     def _endings(self, run: Recording, tracks: Mapping[str, PointTracks]) -> Iterator[Verdict]:
         """Outcomes that the points and the violation of the closures show; the first one counts."""

@@ -37,6 +37,7 @@ from conrod.own.models.loading import (
 )
 from conrod.own.models.request import OpenStart
 from conrod.runs.convergence import claimed_order
+from conrod.runs.other_forces import OtherForce, merged, with_obstacles
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 from conrod.studies.frame.paired_timing import paired_cost
@@ -126,7 +127,6 @@ class _Bench:
     """A model with its exact machine, from its start on.
 
     Attributes:
-        met: whether contacts or joint limits act on the way, which the exact motion has not.
         moved_start: as of a `LoopStudy`.
     """
 
@@ -137,7 +137,6 @@ class _Bench:
     seconds: float
     freedom: Mobility
     points: tuple[FoundPoint, ...]
-    met: bool = False
     moved_start: str = ""
 
     @classmethod
@@ -174,8 +173,8 @@ class _Bench:
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
         shipped = self._shipped(travel)  # what is wrong with controls is said before the runs
         kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
-        met = replace(self, met=bool(remarks))
-        (runs, steps), unknown = met._runs(travel), met._unknown_forces()
+        runs, steps = self._runs(travel)
+        unknown = self._unknown_forces(merged(one for run in runs for one in run.acting))
         exact = None if unknown else forces(self.machine, checked)
         best = self._cheapest((*runs, *steps))
         paste = "" if best is None else pasted(best.label, best.timestep, self.period, bool(self.freedom.idle))
@@ -221,10 +220,10 @@ class _Bench:
         apart = (np.abs(exact[p][0] - motion.points[p].position).max() for p in exact if p in motion.points)
         return replace(found, closed_form=max(map(float, apart)) / travel)
 
-    def _unknown_forces(self) -> tuple[str, ...]:
-        """Forces that the exact motion does not account for, in words."""
+    def _unknown_forces(self, acting: tuple[OtherForce, ...]) -> tuple[str, ...]:
+        """What the exact forces do not account for, in words, of what was seen to act in a run and of inertia."""
         spins = (f"{', '.join(self.freedom.idle)} idle, whose spin no drive determines",) if self.freedom.idle else ()
-        return (*self.machine.tree.unmodelled, *spins, *(["contacts or limits on its way"] if self.met else []))
+        return (*self.machine.tree.unmodelled, *spins, *(one.title for one in acting if not one.exact))
 
     # -- runs ---------------------------------------------------------------------------------------------------------
 
@@ -250,9 +249,10 @@ class _Bench:
         every = max(1, count // SAMPLES)
         motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
         model = self._with(label, step)
-        exact = None if self._unknown_forces() else forces(self.machine, motion)
         recorded = driven_run(self.machine, model, motion, self.points, every)
-        return errors_of(label, step, recorded, motion, self.machine, exact, travel)
+        exact = None if self._unknown_forces(recorded.acting) else forces(self.machine, motion)
+        found = errors_of(label, step, recorded, motion, self.machine, exact, travel)
+        return replace(found, acting=recorded.acting, reason=with_obstacles(found.reason, recorded.acting))
 
     def _with(self, label: str, step: float) -> mujoco.MjModel:
         return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))

@@ -12,6 +12,7 @@ from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity
 from conrod.own.models.request import ModelFacts, Question
 from conrod.runs.comparison import Size
+from conrod.runs.other_forces import OtherForce
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.validation.results import RefinementPoint
@@ -31,6 +32,7 @@ class JudgedRun:
     Attributes:
         errors: by observed point and by quantity; None where it did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
+        acting: what was seen to act besides weight, inertia and the loops.
     """
 
     label: str
@@ -39,6 +41,7 @@ class JudgedRun:
     steps_per_revolution: float
     errors: Mapping[str, Mapping[str, Size]] | None
     phase: float
+    acting: tuple[OtherForce, ...] = ()
 
     def worst(self, quantity: str, measure: str = "max") -> float | None:
         """The largest error of a quantity over all points; None where the run did not complete."""
