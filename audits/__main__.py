@@ -7,6 +7,7 @@ from pathlib import Path
 
 from audits.judged import DOCUMENTS, PAGES, audited
 from audits.report.pages import KIND
+from conrod.crash import run_guarded
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import KINDS, Reproduction
 from conrod.report.printed_values import counts_table
@@ -37,4 +38,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_guarded(main)

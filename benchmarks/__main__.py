@@ -10,6 +10,7 @@ from pathlib import Path
 
 from benchmarks import help_time, ledger_cost, machine, mujoco_recording, pymunk_recording, references, two_jobs
 from benchmarks.row import Row
+from conrod.crash import run_guarded
 
 RESULTS = Path(__file__).parent / "results.json"
 # Rows and the number of their repeats.
@@ -67,4 +68,4 @@ def _as_dict(row: Row) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_guarded(main)

@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.machine import described
+from conrod.crash import run_guarded
 from conrod.engines import engine_named
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.mjx import MJXSettings
@@ -211,4 +212,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_guarded(main)

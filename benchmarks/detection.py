@@ -20,6 +20,7 @@ from benchmarks.defects import DetectionCase
 from benchmarks.healthy import VariantCase, variant
 from conrod.cli.options import RunOptions
 from conrod.cli.runner import Runner
+from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
 from conrod.report import numbers
 from conrod.report.charts.canvas import (
@@ -268,4 +269,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_guarded(main)

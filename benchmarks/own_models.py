@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from conrod.cli.validate_loops import judge
+from conrod.crash import run_guarded
 from conrod.errors import InvalidInput
 from conrod.mjcf.loops.results import LoopStudy, Question
 from conrod.report.kind import SCENE, Reproduction
@@ -238,4 +239,4 @@ def _said(robot: Robot, found: LoopStudy | str) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_guarded(main)

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from conrod.crash import run_guarded
 from golden import store
 from golden.compare import Comparison, compare
 from golden.perform import Answers, make_ledger, perform, source
@@ -113,4 +114,4 @@ def _say(line: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_guarded(main)

@@ -24,10 +24,15 @@ def main() -> None:
     import signal
 
     answer = signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from conrod.cli import main as run
+    from conrod.crash import run_guarded
 
-    signal.signal(signal.SIGINT, answer)
-    run()
+    def run() -> None:
+        from conrod.cli import main
+
+        signal.signal(signal.SIGINT, answer)
+        main()
+
+    run_guarded(run)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from conrod import Checked
 
+CRASH = ("conrod", "crashed")  # property of a test in which conrod itself failed
 FOLDER, LONGEST = "conrod-baselines", 100  # characters of a file's name
 
 
@@ -23,6 +24,27 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """The one option."""
     group = parser.getgroup("conrod", "physics engines against exact motion")
     group.addoption("--conrod-regen-all", action="store_true", help="Write changed baselines again; tests pass.")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """What counts crashes of conrod, which are no verdict on what is tested."""
+    config.pluginmanager.register(_Crashes(), "conrod-crashes")
+
+
+class _Crashes:
+    """Ends a session in which conrod itself failed with pytest's status of an internal error, not of failed tests."""
+
+    def __init__(self) -> None:
+        self.seen = False
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Look whether conrod failed in a test, in whatever process it ran."""
+        self.seen |= any(tuple(found) == CRASH for found in report.user_properties)
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Set the status."""
+        if self.seen and session.exitstatus == pytest.ExitCode.TESTS_FAILED:
+            session.exitstatus = pytest.ExitCode.INTERNAL_ERROR
 
 
 @pytest.fixture
@@ -53,6 +75,13 @@ def _checked(request: pytest.FixtureRequest, subject: Any, scene: Any, words: di
     except conrod.InvalidInput as error:
         how = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
         raise pytest.fail.Exception(f"conrod: {error}{how}", pytrace=False) from None
+    except Exception as error:
+        from conrod.crash import DEBUG, crash_line
+
+        request.node.user_properties.append(CRASH)
+        if os.environ.get(DEBUG, "0") not in ("", "0"):
+            raise
+        raise pytest.fail.Exception(crash_line(error), pytrace=False) from None
     held = checked.baseline
     failed = [f"out of the law: {checked.verdict}"] if checked.in_law is False else []
     if held is not None and not held.passed:

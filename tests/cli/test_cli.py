@@ -89,7 +89,7 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
     [
         ("conrod.report.figure.Figure.svg", KeyboardInterrupt, 130, "interrupted"),
         ("conrod.cli.runner.pursue", MemoryError, 2, "out of memory: fewer --steps-per-rev or --revolutions"),
-        ("pathlib.Path.write_bytes", OSError(28, "No space left on device"), 2, "No space left on device: "),
+        ("os.fsync", OSError(28, "No space left on device"), 2, "No space left on device: "),
     ],
 )
 def test_an_interrupt_no_memory_or_a_full_disk_leaves_nothing_and_says_no_more_than_that(

@@ -108,7 +108,7 @@ class End:
     """How a command ended.
 
     Attributes:
-        status: exit status.
+        status: exit status; -1 for what a user would see as a fault of conrod.
         wrong: what a user must not see; "" for nothing.
         seconds: CPU time [s].
     """

@@ -10,14 +10,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from io import TextIOWrapper
+from typing import Any
 
 import click
 
 from conrod import ONE_THREAD, SAFE_PATH
+from conrod.crash import INTERRUPTED, USAGE, OutputClosed, drop
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import one_line, visible
 
-FAILED, USAGE, INTERRUPTED = 1, 2, 130  # exit statuses
+FAILED = 1  # exit status: out of tolerance, and nothing else
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
@@ -41,8 +43,25 @@ VERBS = {
 BESIDE = {"recommend": "sweep", "engines": "show", "results": "report"}  # verbs in the module of another one
 
 
+@contextmanager
+def _telling_closed_output() -> Iterator[None]:
+    """Have an output that nobody reads any more end the command by an error that click does not take for its own."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise OutputClosed from None
+
+
 class Verbs(click.Group):
     """A group whose commands are imported when they are called, from modules of their names or of a neighbour."""
+
+    def make_context(self, *arguments: Any, **more: Any) -> click.Context:
+        with _telling_closed_output():
+            return super().make_context(*arguments, **more)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _telling_closed_output():
+            return super().invoke(ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
@@ -67,7 +86,7 @@ def cli() -> None:
 
 
 def main() -> None:
-    """Run the command line; a user's error is one line and exit status 2."""
+    """Run the command line; a user's error is one line and exit status 2, what is no user's error is raised."""
     _prepare()
     try:
         cli.main(prog_name="conrod", standalone_mode=False)
@@ -77,9 +96,10 @@ def main() -> None:
         _fail(error.format_message())
     except InvalidInput as error:
         _fail(str(error))
-    except BrokenPipeError:
-        # Whoever read the output has seen enough.
-        _drop_output()
+    except OutputClosed:
+        # Whoever read the output has seen enough, and maybe not the verdict.
+        drop(sys.stdout)
+        raise
     except MemoryError:
         _fail("out of memory: fewer --steps-per-rev or --revolutions")
     except OSError as error:
@@ -105,7 +125,7 @@ def _drop_output() -> None:
     try:
         sys.stdout.flush()
     except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop(sys.stdout)
 
 
 def _fail(message: str) -> None:

@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from conrod.cli import say
 from conrod.cli.options import RunOptions
+from conrod.report.terminal import console as standard_console
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import Watcher, run_cases, time_cases
 from conrod.studies.execution.local import RepeatingExecutor
@@ -113,7 +114,7 @@ class ProgressBar(Progress, Watcher):
 
     def __init__(self, description: str, usual: str = Outcome.COMPLETED.slug, console: Console | None = None) -> None:
         """Show nothing yet; cases that end as is `usual` are not counted apart."""
-        console = Console(stderr=True, highlight=False) if console is None else console
+        console = standard_console(stderr=True) if console is None else console
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
         hidden, period = not console.is_terminal, SPEED_PERIOD
         super().__init__(*columns, console=console, transient=True, speed_estimate_period=period, disable=hidden)

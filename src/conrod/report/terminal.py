@@ -10,6 +10,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
+from conrod.crash import OutputClosed
 from conrod.report.table import VERDICT, Cell, Table, Toned, Verbatim, text_of, visible
 from conrod.studies.frame.writing import naming
 
@@ -24,16 +25,20 @@ STYLES = {"good": "green", "bad": "red", "odd": "yellow"}
 class _Console(Console):
     """A console on which what is printed commands nothing: see `conrod.report.table`."""
 
+    def on_broken_pipe(self) -> None:
+        """Raise: rich would end the command with the status of a verdict."""
+        raise OutputClosed
+
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
         for one in super().render(renderable, options):
             yield one if one.control else Segment(visible(one.text), one.style)
 
 
-def console() -> Console:
-    """Standard output, as wide as the terminal, or without bounds where there is none."""
+def console(*, stderr: bool = False) -> Console:
+    """Standard output or error, as wide as the terminal, or without bounds where there is none."""
     # A user's file or body may be called ":key:".
-    out = _Console(highlight=False, emoji=False)
-    return out if out.is_terminal else _Console(highlight=False, emoji=False, width=UNBOUNDED)
+    out = _Console(highlight=False, emoji=False, stderr=stderr)
+    return out if out.is_terminal else _Console(highlight=False, emoji=False, stderr=stderr, width=UNBOUNDED)
 
 
 def tell(parts: Iterable[Part]) -> None:

@@ -1,0 +1,132 @@
+"""The end of a command by an error of conrod's own: one line and a status that is no verdict, never a traceback.
+
+Exit status 1 says "out of tolerance" alone. `CONROD_DEBUG=1` shows the traceback.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+# Exit statuses: 1 and 2 are those of a verdict and of bad usage.
+USAGE, INTERNAL, INTERRUPTED, BROKEN_PIPE = 2, 3, 130, 141
+DEBUG = "CONROD_DEBUG"
+LONGEST = 300  # characters of what an error says
+HOME = Path(__file__).parent
+
+
+class OutputClosed(Exception):
+    """Whoever read the output is gone; no BrokenPipeError, which click and rich would end with status 1."""
+
+
+def run_guarded(run: Callable[[], object]) -> None:
+    """Run a program to its exit status: what it returns or exits with, or one that is no verdict where it fails."""
+    status: Any
+    try:
+        status = run()
+    except SystemExit as ended:
+        status = ended.code
+    except MemoryError:
+        os.write(2, b"conrod: out of memory: fewer --steps-per-rev or --revolutions\n")
+        status = USAGE
+    except BaseException as error:
+        status = _ended_by(error)
+    sys.exit(_flushed(status))
+
+
+def _ended_by(error: BaseException) -> int:
+    """Say in a line what ended the program; return its status."""
+    from conrod.errors import InvalidInput
+
+    one = first_of(error)
+    if isinstance(error, BaseExceptionGroup) and error.split(type(one))[1] is not None:
+        one = error  # several kinds
+    if isinstance(one, KeyboardInterrupt):
+        _say("conrod: interrupted")
+        return INTERRUPTED
+    if isinstance(one, BrokenPipeError | OutputClosed):
+        return BROKEN_PIPE
+    if isinstance(one, InvalidInput):
+        _say(f"conrod: {one}")
+        return USAGE
+    return _crashed(error)
+
+
+def _crashed(error: BaseException) -> int:
+    if os.environ.get(DEBUG, "0") not in ("", "0"):
+        import traceback
+
+        _say("".join(traceback.format_exception(error)))
+    _say(crash_line(error))
+    return INTERNAL
+
+
+def crash_line(error: BaseException) -> str:
+    """What a user sees of an error that is a fault of conrod: what, where, and what to do."""
+    where = _place(error)
+    what = f"internal error: {text_of(error)}{f' in {where}' if where else ''}"
+    return f"conrod: {what}. This is no verdict: report it to conrod's authors with the command; {DEBUG}=1 says more"
+
+
+def text_of(error: BaseException) -> str:
+    """Kind and words of an error on one line, of bounded length, whatever its own code does."""
+    one, name = first_of(error), type(error).__name__
+    try:
+        words = " ".join(str(one).split())
+    except Exception:  # an engine's own, which may raise anything
+        words = "its text cannot be had"
+    shown = "".join(letter if letter.isprintable() else "?" for letter in words)
+    inner = f"{type(one).__name__}: " if one is not error else ""
+    return f"{name}: {inner}{shown[:LONGEST]}".rstrip(": ")
+
+
+def first_of(error: BaseException) -> BaseException:
+    """The first error of a group, or of the groups in it."""
+    while isinstance(error, BaseExceptionGroup):
+        error = error.exceptions[0]
+    return error
+
+
+def _place(error: BaseException) -> str:
+    """Module and line of conrod where an error came from; empty where it was in none."""
+    trace, found = first_of(error).__traceback__, ""
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        if file.is_relative_to(HOME) and file != Path(__file__):
+            found = f"{file.relative_to(HOME)}:{trace.tb_lineno}"
+        trace = trace.tb_next
+    return found
+
+
+def _say(text: str) -> None:
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except (OSError, ValueError, AttributeError):  # there is nobody to read it
+        return
+
+
+def _flushed(status: Any) -> Any:
+    """The status, or another where what was printed does not reach whoever reads it."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError as error:
+            drop(stream)
+            if status in (None, 0, 1) and not isinstance(error, BrokenPipeError):
+                _say(f"conrod: {error.strerror or error}: standard output")
+                status = USAGE
+            elif status in (None, 0, 1):
+                status = BROKEN_PIPE
+    return status
+
+
+def drop(stream: object) -> None:
+    """Forget what a stream cannot take: Python would complain again when it closes it."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # type: ignore[attr-defined]
+    except (OSError, ValueError, AttributeError):
+        return
