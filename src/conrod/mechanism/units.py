@@ -33,6 +33,7 @@ UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
 RAISED = str.maketrans({"²": "^2", "³": "^3"})
 POWER = re.compile(r"(?<=[A-Za-zµμ°])([+-]?\d)")
 DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
+TURN = 2.0 * math.pi  # [rad]
 COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -56,7 +57,8 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
         unit: the SI unit wanted; empty for a plain number.
 
     Raises:
-        InvalidInput: not a number, an unknown unit, or one of another dimension.
+        InvalidInput: not a number, an unknown unit, one of another dimension, or an angle of more than a turn without
+            unit.
     """
     stripped = text.strip()
     number = NUMBER.match(stripped)
@@ -69,12 +71,26 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     raised = stripped[number.end() :].strip().translate(RAISED).replace("**", "^")
     written = POWER.sub(r"^\1", DOT.sub("*", raised))
     if not written:
+        check_bare_angle(name, float(number.group()), unit)
         return float(number.group())
     if not UNIT.fullmatch(written):
         raise _unknown_unit(name, text, written, unit)
     if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
         raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
     return _convert(name, text, float(number.group()), written, unit)
+
+
+def check_bare_angle(name: str, value: float, unit: str) -> None:
+    """Refuse an angle of more than a turn without unit: it is in radians, and degrees are meant.
+
+    Raises:
+        InvalidInput: says how both are written.
+    """
+    if unit == "rad" and abs(value) > TURN:
+        raise InvalidInput(
+            f"{name} = {value:g} has no unit and would be radians, {math.degrees(value):.0f} deg: write "
+            f"{value:g}deg if degrees are meant, {value:g}rad if not"
+        )
 
 
 def _convert(name: str, text: str, value: float, written: str, unit: str) -> float:

@@ -14,6 +14,7 @@ from conrod.mechanism.files.bodies import Places, read_bodies, read_points
 from conrod.mechanism.files.fields import PARAMETERS, SHOWN, SPEED_NAME, Fields, Numbers, check_name
 from conrod.mechanism.files.joints import read_drive, read_joints
 from conrod.mechanism.files.loads import read_loads
+from conrod.mechanism.files.proportions import check_proportions
 from conrod.mechanism.files.start_poses import Hint, fitted, placed, read_start
 from conrod.mechanism.mechanism import GROUND, Body, Driver, HigherPair, Joint, Mechanism, ObservedPoint, Revolute
 from conrod.mechanism.units import Parameter
@@ -123,6 +124,8 @@ def _mechanism(fields: Fields, name: str) -> tuple[Mechanism, float, dict[str, H
         *read_loads(fields, places, names),
     )
     _check_names(mechanism)
+    if not fields.numbers.given_anew:
+        check_proportions(fields.numbers, bodies, places.of_body, fields.truth("drawn"))
     return mechanism, speed, hints
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.mechanism import Point
-from conrod.mechanism.units import Parameter, parse_quantity
+from conrod.mechanism.units import NUMBER, Parameter, check_bare_angle, parse_quantity
 
 LENGTH = Parameter("m", 1e-9, 1e6)
 COORDINATE = Parameter("m", 0.0, 1e6, magnitude=True)
@@ -38,13 +38,15 @@ _KINDS: dict[type, str] = {
 class Numbers:
     """All numbers that were read, by their place in the file; those of [parameters] by their names.
 
-    `given_anew` count instead of the file's own; `values` are those that count, all SI; `facts` their unit and range.
+    `given_anew` count instead of the file's own; `values` are those that count, all SI; `facts` their unit and range;
+    `bare` are those that stand without unit, and the places that name them.
     """
 
     given_anew: Mapping[str, float] = field(default_factory=dict)
     named: Mapping[str, object] = field(default_factory=dict)
     values: dict[str, float] = field(default_factory=dict)
     facts: dict[str, Parameter] = field(default_factory=dict)
+    bare: set[str] = field(default_factory=set)
 
     def take(self, place: str, given: object, kind: Parameter, meaning: str, name: str = "") -> float:
         """The number at a place [SI]; `name` is that of the parameter, where it is another than the place.
@@ -54,6 +56,9 @@ class Numbers:
         """
         fact = replace(kind, name=place, meaning=meaning)
         value = self._value(place, given, fact)
+        if self._is_bare(given):
+            self.bare.add(name or place)
+            check_bare_angle(place, value, fact.unit)
         fact.check(value)
         if not name and self._reference(given):
             return value  # its place is no parameter of its own
@@ -63,6 +68,15 @@ class Numbers:
             fact.check(value)
         self.values[name], self.facts[name] = value, replace(fact, name=name)
         return value
+
+    def _is_bare(self, given: object) -> bool:
+        """True if a number, or the one of [parameters] that is named, stands without unit; both are marked."""
+        if reference := self._reference(given):
+            name = reference["name"]
+            bare = name not in self.given_anew and self._is_bare(self.named[name])
+            self.bare |= {name} if bare else set()
+            return bare
+        return not isinstance(given, str) or NUMBER.fullmatch(given.strip()) is not None
 
     def _reference(self, given: object) -> re.Match[str] | None:
         return REFERENCE.fullmatch(given.strip()) if self.named and isinstance(given, str) else None
