@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,7 @@ from own_model_edits import mirrored, placed, replaced, scaled
 from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.scene_causes import tilted_axes
+from conrod.mjcf.loops.scene_causes import axial_gaps, tilted_axes
 from conrod.own.models.links import LinkDifference, differences, graph_of
 from conrod.own.models.model_links import links_of
 
@@ -108,17 +109,27 @@ def test_what_should_be_at_one_place_is_said_so() -> None:
 # -- axes --------------------------------------------------------------------------------------------------------------
 
 
+TILT = math.radians(0.05)
+# Of the rod in its reference pose: its frame is turned by this, so that a tilt about the slide is across both.
+SINE, COSINE = 0.3, -math.sqrt(1.0 - 0.3**2)
+
+
 @pytest.mark.parametrize(("joint", "axis", "words"), [
-    ('name="crank-pin" type="hinge" axis="0 0 1"', '0 0.000872665 1',
+    # Of two hinges either may be the one that is tilted, unless the slide is across one of them alone.
+    ('name="crank-pin" type="hinge" axis="0 0 1"', (TILT * SINE, TILT * COSINE, 1.0),
+     "the axes of crank and crank-pin are 0.05 deg apart"),
+    ('name="crank-pin" type="hinge" axis="0 0 1"', (TILT, 0.0, 1.0),
      "the axis of crank-pin is 0.05 deg off that of crank"),
-    ('name="slide" type="slide" axis="1 0 0"', '1 0 0.000872665',
+    ('name="slide" type="slide" axis="1 0 0"', (1.0, 0.0, TILT),
      "the axis of slide is 0.05 deg off the plane across that of crank"),
 ])  # fmt: skip
-def test_an_axis_that_is_tilted_out_of_the_plane_is_named(joint: str, axis: str, words: str, tmp_path: Path) -> None:
+def test_an_axis_that_is_tilted_out_of_the_plane_is_named(
+    joint: str, axis: tuple[float, ...], words: str, tmp_path: Path
+) -> None:
     saw = exported("saw-40rpm")
     tree = tree_of(model := mujoco.MjModel.from_xml_string(saw), model.qpos0)
     assert list(tilted_axes(tree)) == []
-    text = saw.replace(joint, re.sub(r'axis="[^"]*"', f'axis="{axis}"', joint))
+    text = saw.replace(joint, re.sub(r'axis="[^"]*"', f'axis="{" ".join(map(repr, axis))}"', joint))
     tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
     assert list(tilted_axes(tree)) == [words]
     path = tmp_path / "saw.xml"
@@ -173,3 +184,38 @@ def test_a_slide_that_is_tilted_on_a_ground_with_two_pins_is_told_from_an_offset
     assert aside
     assert not any("tilted" in words for words in aside)
     assert all(words.startswith("slide is ") for words in aside)
+
+
+# -- other joints, and pins that are apart across the plane ------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("at_once")
+@pytest.mark.parametrize(("edits", "status", "words"), [
+    # A ball that its loops keep in the plane does no harm, and is said.
+    ([('name="A" type="hinge"', 'name="A" type="ball"')], 0, "It has other joints than six-bar: 1 slide, 3 hinges"),
+    ([('name="C" type="hinge"', 'name="C" type="ball"')], 2, "it has other joints than six-bar: 1 slide, 3 hinges"),
+    ([], 0, ""),
+])  # fmt: skip
+def test_other_joints_are_said_whether_they_do_harm_or_not(
+    edits: list[tuple[str, str]], status: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
+    text = re.sub(r"(?s)<keyframe>.*</keyframe>", "", exported("six-bar"))
+    for edit in edits:
+        text = replaced(text, *edit)
+    path = tmp_path / "six.xml"
+    path.write_text(text)
+    done = conrod("validate", str(path), "--scene", "six-bar", "--crank", "crank", "--point", "D=D", "--point", "B=B")
+    assert done.returncode == status, done
+    assert ("has other joints" in done.stdout + done.stderr) == bool(words)
+    assert words in done.stdout + done.stderr
+
+
+def test_a_pin_whose_halves_are_apart_along_the_hinges_is_named() -> None:
+    saw = exported("saw-40rpm")
+    model = mujoco.MjModel.from_xml_string(saw)
+    assert list(axial_gaps(tree_of(model, model.qpos0))) == []
+    text = replaced(saw, '<site name="slider-pin.rod" pos="0.3 0 0"', '<site name="slider-pin.rod" pos="0.3 0 0.001"')
+    model = mujoco.MjModel.from_xml_string(text)
+    words = ["slider-pin ties points that are 1 mm apart along the axes of its hinges"]
+    assert list(axial_gaps(tree_of(model, model.qpos0))) == words

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 
 import mujoco
 import numpy as np
@@ -11,7 +12,9 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialPoint, SpatialTree
 from conrod.exact.space.poses import poses
-from conrod.mechanism.mechanism import GROUND, Prismatic
+from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
+from conrod.mjcf.causes import about_closures
+from conrod.mjcf.loops.differences import COUPLINGS, SAME
 from conrod.mjcf.loops.reading import tree_of
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import COARSE_GRID, Identity
@@ -34,24 +37,41 @@ def scene_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Ques
     """
     name, machine = scene
     try:
-        yield from tilted_axes(tree_of(model, data_at_start(model, question.keyframe)[0].qpos))
+        tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
     except InvalidInput:  # which is what the study says
         return
+    yield from tilted_axes(tree)
+    yield from axial_gaps(tree)
     if found := _link_differences(model, machine, question):
         more = [f"{len(found) - TOLD} more distances differ"] if len(found) > TOLD else []
         yield f"against {name}, {'; '.join([*(one.words for one in found[:TOLD]), *more])}"
 
 
+def refusal_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Question) -> Iterator[str]:
+    """Name the same, and other joints, of a model that cannot be moved as the machine is."""
+    yield from scene_causes(model, scene, question)
+    try:
+        tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
+    except InvalidInput:
+        return
+    if question.crank in {joint.name for joint in tree.joints}:
+        yield from _other_joints(model, scene, question, tree)
+
+
 def causes_besides(
-    model: mujoco.MjModel, scene: tuple[str, Scene], question: Question, identity: Identity, given: GivenFrame
-) -> Iterator[str]:
+    model: mujoco.MjModel, scene: tuple[str, Scene], question: Question, identity: Identity, given: GivenFrame,
+    *, is_machine: bool,
+) -> Iterator[str]:  # fmt: skip
     """Name what else would explain a model that is not the machine, or what does where no lengths do.
 
     A slider-crank's offset and a tilt of its slide are the same machine seen in frames that are turned: which of both
     it is shows in a frame that is given, or is round.
     """
     tilt = _slide_tilt(model, scene[1], question, identity.frame)
-    if identity.explanations:
+    if is_machine:
+        tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
+        yield from (*axial_gaps(tree), *_other_joints(model, scene, question, tree))
+    elif identity.explanations:
         links = _link_differences(model, scene[1], question)
         ground = {joint.name for joint in scene[1].mechanism().joints if _on_ground(joint)}
         turned = identity.frame.rotation - ROUND * round(identity.frame.rotation / ROUND)
@@ -96,6 +116,25 @@ def _link_differences(
     return None if own is None or right is None else differences(own, right)
 
 
+def _other_joints(
+    model: mujoco.MjModel, scene: tuple[str, Scene], question: Question, tree: SpatialTree
+) -> Iterator[str]:
+    """Say which joints a model and a machine of pins and slides have, where one cannot be laid over the other."""
+    name, machine = scene
+    if about_closures(model) or graph_of(machine.mechanism()) is None:  # which say why
+        return
+    if _link_differences(model, machine, question) is not None:
+        return
+    closures = (COUPLINGS.get(closure.kind, closure.kind) for closure in tree.closures)
+    own = _counted(Counter([*(joint.kind for joint in tree.joints), *closures]))
+    right = Counter("pin" if isinstance(joint, Revolute) else "slide" for joint in machine.mechanism().joints)
+    yield f"it has other joints than {name}: {own} in place of {_counted(right)}"
+
+
+def _counted(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items())
+
+
 def _point(model: mujoco.MjModel, place: Place) -> SpatialPoint:
     found = find_point(model, place)
     offsets = {"site": model.site_pos, "geom": model.geom_pos}
@@ -109,12 +148,32 @@ def tilted_axes(tree: SpatialTree) -> Iterator[str]:
     hinges = {joint.name: axes[joint.name] for joint in tree.looped if joint.kind == "hinge"}
     if not hinges:
         return
-    most = max(hinges, key=lambda name: sum(_between(hinges[name], other) <= PARALLEL for other in hinges.values()))
+    across = [axes[joint.name] for joint in tree.looped if joint.kind == "slide"]
+    alike = {
+        name: sum(_between(axis, other) <= PARALLEL for other in hinges.values())
+        + sum(np.pi / 2.0 - _between(axis, slide) <= PARALLEL for slide in across)
+        for name, axis in hinges.items()
+    }
+    most = max(alike, key=lambda name: alike[name])
     for joint in tree.looped:
         if joint.kind == "hinge" and (tilt := _between(axes[joint.name], axes[most])) > PARALLEL:
-            yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off that of {most}"
+            if alike[joint.name] == alike[most]:  # which of both is tilted cannot be told
+                yield f"the axes of {most} and {joint.name} are {np.degrees(tilt):.3g} deg apart"
+            else:
+                yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off that of {most}"
         elif joint.kind == "slide" and (tilt := np.pi / 2.0 - _between(axes[joint.name], axes[most])) > PARALLEL:
             yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off the plane across that of {most}"
+
+
+def axial_gaps(tree: SpatialTree) -> Iterator[str]:
+    """Name connects whose two points are apart along the hinges, by which no planar motion can bring them together."""
+    found = poses(tree, tree.start[:, None])
+    hinges = [found.axes[joint.rate][:, 0, 0] for joint in tree.looped if joint.kind == "hinge"]
+    for closure in tree.closures if hinges else ():
+        if closure.kind == "connect":
+            one, other = (found.point(point)[0][:, 0] for point in closure.points)
+            if (gap := abs(float(hinges[0] @ (one - other)))) > SAME * tree.extent:
+                yield f"{closure.name} ties points that are {1e3 * gap:.3g} mm apart along the axes of its hinges"
 
 
 def _between(one: Array, other: Array) -> float:

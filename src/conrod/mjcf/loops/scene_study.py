@@ -19,7 +19,7 @@ from conrod.mjcf.loops.driving import Recording, driven_run, recorded
 from conrod.mjcf.loops.results import LABELS
 from conrod.mjcf.loops.runs import flipped, with_settings
 from conrod.mjcf.loops.scanning import scan
-from conrod.mjcf.loops.scene_causes import causes_besides, scene_causes
+from conrod.mjcf.loops.scene_causes import causes_besides, refusal_causes
 from conrod.mjcf.loops.turning import Turning, prepare
 from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
@@ -62,7 +62,7 @@ def study(
     """
     with of_file(path):
         name, machine = scene
-        with causes_named(path, lambda model: scene_causes(model, scene, question)):
+        with causes_named(path, lambda model: refusal_causes(model, scene, question)):
             turning = prepare(path, question)
             turn = scan(turning, question)
             facts, (identity, moving) = turn.facts, identify(machine, turn, given)
@@ -73,9 +73,8 @@ def study(
         distrust = misfit_words(reference_misfit(machine))
         parts = (str(path), name, machine, question, facts, identity, tolerance, revolutions)
         found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
-        if not found.is_machine:
-            about = filter(None, (facts.about, *causes_besides(turning.model, scene, question, identity, given)))
-            found = replace(found, model=replace(facts, about="; ".join(about)))
+        besides = causes_besides(turning.model, scene, question, identity, given, is_machine=found.is_machine)
+        found = replace(found, model=replace(facts, about="; ".join(filter(None, (facts.about, *besides)))))
         if identity.left > COMPARABLE:
             return found
         bench = Bench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
