@@ -34,6 +34,7 @@ class Look:
         dot: marker of its runs where they are nothing in particular, as matplotlib's.
         module: that the engine's library is imported as; empty where it is the engine's name.
         distribution: that the library is installed with; empty where it is the engine's name.
+        lacks: a part of the accelerations that it does not compute, for which its law allows; empty for none.
     """
 
     title: str
@@ -41,6 +42,7 @@ class Look:
     dot: str = "s"
     module: str = ""
     distribution: str = ""
+    lacks: str = ""
 
 
 # Engines that ship, each in a package of conrod of the name of its distribution: `engine.ENGINE`, importing which loads
@@ -50,7 +52,14 @@ ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk
 OPTIONAL: Mapping[str, Look] = {
     "exudyn": Look("Exudyn", "#009E73", "^"),
     "box2d": Look("Box2D", "#CC79A7", "v", module="Box2D", distribution="Box2D"),
-    "mjx": Look("MJX", "#56B4E9", "P", module="mujoco.mjx", distribution="mujoco-mjx"),
+    "mjx": Look(
+        "MJX",
+        "#56B4E9",
+        "P",
+        module="mujoco.mjx",
+        distribution="mujoco-mjx",
+        lacks="dJ/dt v in the acceleration of its closures",
+    ),
 }
 OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 

@@ -11,10 +11,13 @@ from conrod.report.table import VERDICT, Cell, Table, Toned, table
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
+from conrod.studies.validation.results import ValidationResult
 
 PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
 KINEMATIC = "kinematic mode"
 DISTRUST = "This is an error of conrod, not of the engine or the model; please report it."
+
+LACKING = 1e-3  # error of an acceleration, normalised, from which on it is said that an engine lacks a part of it
 
 R = TypeVar("R", bound=Result)
 
@@ -34,8 +37,19 @@ def verdict_words(result: Result) -> str:
     if result.passed is None:
         return "measured, not judged"
     if result.passed:
-        return "within tolerance"
+        return f"within tolerance{lacking_words(result)}"
     return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.exceeded()), *result.faults()])
+
+
+def lacking_words(result: Result) -> str:
+    """What of accelerations the engine lacks, and its law allows for, with their error; empty where it matters not."""
+    look = look_of(result.engine)
+    if not look.lacks or not isinstance(result, ValidationResult):
+        return ""
+    off = result.largest("acceleration")
+    if off is None or not off > LACKING:
+        return ""
+    return f", though {look.title} lacks {look.lacks}: accelerations are off by {numbers.measured(off)}"
 
 
 def exceeded_words(
@@ -70,7 +84,8 @@ def summary_words(results: Iterable[Result]) -> str:
         return "Nothing was judged."
     if not failed:
         count = "The judged result is" if len(judged) == 1 else f"All {len(judged)} judged results are"
-        return f"{count} within tolerance."
+        lacking = dict.fromkeys(filter(None, map(lacking_words, judged)))
+        return f"{count} within tolerance{next(iter(lacking), '')}."
     names = ", ".join(" ".join(name_of(r)) for r in failed)
     return f"{len(failed)} of {len(judged)} judged results did not pass: {names}."
 
