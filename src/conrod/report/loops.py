@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
 
@@ -91,6 +92,8 @@ def _judgement(study: LoopStudy) -> str:
     own = study.own
     if not study.is_machine and (other := study.compared) is not None:
         off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
+        if other.off is not None and replace(study, compared=replace(other, other_kinds=False)).is_machine:
+            off = ", though its points are where those of the machine are"
         words = _differences(other) or "why is not known: no length, axis, anchor or loop differs"
         return f"It is not {other.machine} as it stands: {words}{off}."
     if not study.agrees:

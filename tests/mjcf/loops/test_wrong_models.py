@@ -219,6 +219,12 @@ def test_no_mistake_in_a_machine_in_space_passes_in_silence(mistake: str, tmp_pa
 def test_a_closure_of_another_kind_than_the_machines_is_no_traceback() -> None:
     found = study_of(CASES / "rssr-other-joint.xml", "rssr", seconds=0.2)
     assert "closure rocker_pin is a joint coupling, the machine has a connect" in finding(found)
+    # It moves as the machine does, and has other joints: it is another one.
+    assert found.compared is not None
+    assert found.compared.off < 1e-12  # type: ignore[operator]
+    assert not found.is_machine
+    assert "It is not rssr as it stands" in finding(found)
+    assert replace(found, compared=replace(found.compared, other_kinds=False)).is_machine
 
 
 # -- closures that do not act ------------------------------------------------------------------------------------------

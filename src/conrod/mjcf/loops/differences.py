@@ -28,6 +28,7 @@ class Comparison:
         off: largest distance between the points of both [m]; None where the machine could not be moved so.
         point: that is so far off.
         differences: numbers and loops that the model has otherwise, in words.
+        other_kinds: whether a joint or a closure among them is of another kind, wherever the points are.
         closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where
             it has none.
         other_branch: whether it is the machine, assembled the other way.
@@ -39,6 +40,7 @@ class Comparison:
     differences: tuple[str, ...]
     other_branch: bool = False
     closed_form: float | None = None
+    other_kinds: bool = False
 
 
 def compared(
@@ -61,16 +63,17 @@ def compared(
         raise InvalidInput(f"{name} has no joint {lacking[0]}: {', '.join(j.name for j in machine.joints)}")
     driven = DrivenTree(machine, laws, held)
     different = (*_other_zeros(model, machine, laws), *changes(model, machine, inactive))
+    kinds = any(_have_other_kinds(model, machine))
     try:
         driven.go(driven.assembled(), float(motion.times[-1]))
     except InvalidInput:
-        return Comparison(name, None, "", different)
+        return Comparison(name, None, "", different, other_kinds=kinds)
     exact = driven.motion(motion.times, order=2)
     off = {p: _apart(motion, exact, p) for p in points}
     worst = max(off, key=lambda point: off[point])
     if off[worst] > SAME * machine.extent and _on_other_branch(driven, motion, exact):
         return Comparison(name, off[worst], worst, (), True)
-    return Comparison(name, off[worst], worst, different)
+    return Comparison(name, off[worst], worst, different, other_kinds=kinds)
 
 
 def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMotion) -> bool:
@@ -138,6 +141,13 @@ def _other_zeros(model: SpatialTree, machine: SpatialTree, laws: Collection[str]
             off = _turn_between(one.turn, two.turn)
             if off > SAME:
                 yield f"{name} is at zero {np.degrees(off):.3g} deg from where the machine has it"
+
+
+def _have_other_kinds(model: SpatialTree, machine: SpatialTree) -> Iterator[bool]:
+    """For each joint, and each closure, of a name that both have: whether they are of different kinds."""
+    for own, theirs in ((model.joints, machine.joints), (model.closures, machine.closures)):
+        kinds = {one.name: one.kind for one in own}
+        yield from (kinds.get(one.name, one.kind) != one.kind for one in theirs)
 
 
 def _joint_kinds(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:

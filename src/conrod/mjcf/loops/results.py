@@ -189,11 +189,12 @@ class LoopStudy:
 
     @property
     def is_machine(self) -> bool:
-        """True if its points are where those of the machine are that it is to be, within the tolerance asked for."""
+        """True if its points are where those of the machine are, within tolerance, and no joint is of another kind."""
         if self.compared is None:
             return True
         allowed = self.question.tolerance.get("position", SAME * self.travel)
-        return self.compared.off is not None and self.compared.off <= allowed
+        off = self.compared.off
+        return off is not None and off <= allowed and not self.compared.other_kinds
 
     @property
     def judges_loops_alone(self) -> bool:

@@ -63,7 +63,9 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
             start = data_at_start(model, question.keyframe or OWN_POSE)[0].qpos
             found = list(changes(tree_of(model, start), machine, inactive_closures(model)))
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
-        return _Bench.of(model, question, explained=bool(found)).studied(str(path), name, machine)
+        return _Bench.of(model, question, explained=bool(found or about_closures(model))).studied(
+            str(path), name, machine
+        )
     except InvalidInput as error:
         words = with_causes(str(error).removeprefix(f"{path}: "), about_closures(model))
         raise InvalidInput(f"{path}: {words}{against}") from None
