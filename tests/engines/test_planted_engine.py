@@ -26,7 +26,9 @@ from conrod.engines import (
     installed_extras,
     line_style,
     loadable_engines,
+    loaded_engine,
 )
+from conrod.engines.checked_engine import describe
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.studies.execution.worker import perform
@@ -41,6 +43,7 @@ STEPS = 100
 def forget() -> None:
     _brought.cache_clear()
     engine_named.cache_clear()
+    loaded_engine.cache_clear()
 
 
 @pytest.fixture(scope="module")
@@ -174,7 +177,7 @@ def test_all_is_every_installed_engine() -> None:
     assert found == [*ENGINES, NAME, *installed_extras()]
     assert [one.name for one in select_engines([NAME, "pymunk", NAME])] == [NAME, "pymunk"]
     assert [one.name for one in select_engines([])] == [*ENGINES, NAME]
-    assert engine_named(NAME) is ENGINE
+    assert engine_named(NAME).description == describe(ENGINE, NAME)  # type: ignore[attr-defined]
     assert engine_packages()[-1] == "planted-engine"
     assert line_style(NAME, "sharp") == ENGINE.presets["sharp"].style
 

@@ -9,17 +9,20 @@ A package adds an engine with an entry point of the group `conrod.engines`, whos
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.engines.engine import OTHER_LINE, LineStyle, Preset
 from conrod.engines.engine import Engine as Engine
 from conrod.errors import InvalidInput, unknown_choice
+
+if TYPE_CHECKING:
+    from conrod.engines.checked_engine import CheckedEngine
 
 GROUP = "conrod.engines"
 
@@ -71,7 +74,7 @@ def engine_names() -> tuple[str, ...]:
 
 def engine_packages() -> tuple[str, ...]:
     """Names of the distributions that the engines come with; of an extra where it was loaded."""
-    brought = [point.dist.name for point in _brought().values() if point.dist is not None]
+    brought = [point.dist.name for points in _brought().values() for point in points if point.dist is not None]
     loaded = [look.distribution or name for name, look in OPTIONAL.items() if (look.module or name) in sys.modules]
     return tuple(dict.fromkeys([*ENGINES, *loaded, *brought]))
 
@@ -99,8 +102,7 @@ def is_brought(name: str) -> bool:
 
 def origin_of(name: str) -> str:
     """Origin of an engine: conrod, or the distribution that brings it."""
-    point = _brought().get(name)
-    return "conrod" if point is None or point.dist is None else f"{point.dist.name} {point.dist.version}"
+    return " and ".join(sorted(map(_distribution, _brought().get(name, [])))) or "conrod"
 
 
 @cache
@@ -113,25 +115,55 @@ def engine_named(name: str) -> Engine[Any]:
     """
     if name in OPTIONAL and name not in installed_extras():
         raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
-    shipped = EntryPoint(name, f"conrod.engines.{name}.engine:ENGINE", GROUP)
-    if name in ENGINES:
-        own: Engine[Any] = shipped.load()  # that it cannot be, for want of memory, is for the run to say
-        return own
-    point = shipped if name in OPTIONAL else _brought().get(name)
-    if point is None:
+    if name in ENGINES or name in OPTIONAL:
+        return _shipped(name)
+    if name not in _brought():
         raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL))
-    return _loaded(name, point)
+    if len(points := _brought()[name]) > 1:
+        both = " and ".join(sorted(_distribution(point) for point in points))
+        raise InvalidInput(f"engine {name!r} is brought by {both}: uninstall all but one of them")
+    return load_brought(name)
 
 
-def _loaded(name: str, point: EntryPoint) -> Engine[Any]:
+def _shipped(name: str) -> Engine[Any]:
+    point = EntryPoint(name, f"conrod.engines.{name}.engine:ENGINE", GROUP)
+    if name in ENGINES:
+        own: Engine[Any] = point.load()  # that it cannot be, for want of memory, is for the run to say
+        return own
     try:
-        engine: Engine[Any] = point.load()
+        extra: Engine[Any] = point.load()
     except (Exception, SystemExit) as error:  # importing it runs code of another package
-        reason = f"{error!r} ({origin_of(name)})"
-        raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {reason}") from error
-    if not isinstance(engine, Engine) or engine.name != name:
-        raise InvalidInput(f"engine {name!r}: {point.value} is no object of a class that extends Engine, of this name")
-    return engine
+        raise InvalidInput(f"engine {name!r} cannot be loaded from {point.value}: {error!r}") from error
+    return extra
+
+
+@cache
+def loaded_engine(name: str) -> CheckedEngine:
+    """The engine of another package, loaded into this process.
+
+    Raises:
+        InvalidInput: it cannot be loaded, or is no engine.
+    """
+    from conrod.engines.checked_engine import CheckedEngine, numpy_functions
+    from conrod.engines.door import EngineFault, guarded
+
+    unchanged = numpy_functions()
+    (point,) = _brought()[name]
+    where = f"{point.value} ({_distribution(point)})"
+    try:
+        with guarded():
+            engine = point.load()
+            right = isinstance(engine, Engine) and engine.name == name
+            found = CheckedEngine(engine, name, unchanged) if right else None
+    except EngineFault as fault:
+        raise InvalidInput(f"engine {name!r} cannot be loaded from {where}: {fault}") from None
+    if found is None:
+        raise InvalidInput(f"engine {name!r}: {where} is no object of a class that extends Engine, of this name")
+    return found
+
+
+# How an engine of another package is had: loaded here, or where a process pursues studies, in one of its own.
+load_brought: Callable[[str], Engine[Any]] = loaded_engine
 
 
 def look_of(name: str) -> Look:
@@ -157,6 +189,13 @@ def line_style(engine: str, preset: str | None) -> LineStyle:
 
 
 @cache
-def _brought() -> dict[str, EntryPoint]:
-    """Entry points by name; an engine that ships is not replaced."""
-    return {point.name: point for point in entry_points(group=GROUP) if point.name not in {**ENGINES, **OPTIONAL}}
+def _brought() -> dict[str, list[EntryPoint]]:
+    """Entry points by name, one of each distribution; an engine that ships is not replaced."""
+    found: dict[str, dict[str, EntryPoint]] = {}
+    for point in entry_points(group=GROUP):
+        found.setdefault(point.name, {}).setdefault(_distribution(point), point)
+    return {name: list(points.values()) for name, points in found.items() if name not in {**ENGINES, **OPTIONAL}}
+
+
+def _distribution(point: EntryPoint) -> str:
+    return "conrod" if point.dist is None else f"{point.dist.name} {point.dist.version}"

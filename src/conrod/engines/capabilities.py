@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar, cast, runtime_checkable
 
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.releases import Releases
@@ -214,8 +214,8 @@ class Lacking:
 
 def capability(engine: Engine[Any], kind: type[Wanted]) -> Wanted | Lacking:
     """The engine as one that has a capability, or the reason why it is unsupported where that is needed."""
-    if isinstance(engine, kind):
-        return engine
+    if engine.has(kind):
+        return cast(Wanted, engine)
     return Lacking(f"{engine.name} has no {MEANINGS[kind]}")
 
 

@@ -121,6 +121,9 @@ CUSTOM = "custom"  # the name of settings that are those of no preset
 
 def with_fields(settings: AnySettings, **fields: Any) -> AnySettings:
     """The settings, a dataclass, with these values, which are then those of no preset."""
+    if hasattr(settings, "changed"):  # those of another package's engine, which alone knows how
+        changed: AnySettings = settings.changed(**fields)
+        return changed
     return replace(settings, preset=CUSTOM, **fields)  # type: ignore[type-var]
 
 
@@ -135,9 +138,12 @@ def shortened(machine: Machine, settings: AnySettings) -> AnySettings:
                 return tuple(map(short, value))
         return value
 
-    values = {name: short(value) for name, value in vars(settings).items()} | {"preset": CUSTOM}
+    own = settings.as_dict() if hasattr(settings, "changed") else vars(settings)
+    values = {name: short(value) for name, value in own.items()} | {"preset": CUSTOM}
     if values["timestep"] > settings.timestep and machine.kinematics.mechanism.driver.span is not None:
         values["timestep"] = short(settings.timestep * (1.0 - 0.5 * 10.0 ** (1 - PASTED_DIGITS)))
+    if hasattr(settings, "changed"):
+        return with_fields(settings, **{k: v for k, v in values.items() if k != "preset" and v != own[k]})
     return type(settings)(**values)
 
 
@@ -224,6 +230,10 @@ class Engine(ABC, Generic[AnySettings]):
     name: str
     version: str
     presets: Mapping[str, Preset[AnySettings]]
+
+    def has(self, kind: type[Any]) -> bool:
+        """True if it has the methods of a protocol in `conrod.engines.capabilities`."""
+        return isinstance(self, kind)
 
     @abstractmethod
     def refusal(self, machine: Machine, settings: AnySettings) -> str | None:

@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import TypeVar
 
 from conrod.engines import engine_named
+from conrod.engines.door import EngineFault
 from conrod.errors import InvalidInput
 from conrod.studies.execution.local import Ended, LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker import on_known_scene, perform
@@ -203,7 +204,7 @@ def time_cases(
     def keep(case: RunCase, future: Future[Timing | None]) -> str:
         timing = None
         # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
-        with suppress(WorkerDied, TimeoutError, MemoryError):
+        with suppress(WorkerDied, TimeoutError, MemoryError, EngineFault):
             timing = future.result()
         if timing is None:
             return "without a timing"

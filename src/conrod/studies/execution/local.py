@@ -22,6 +22,7 @@ from conrod.studies.execution.worker_process import (
     WorkerProcess,
     cannot_start,
 )
+from conrod.studies.frame.case import Case
 
 MOST_JOBS = 1024
 Arguments = ParamSpec("Arguments")
@@ -134,10 +135,13 @@ class LocalProcesses(RepeatingExecutor):
         self._lock, self._stopped = threading.Lock(), False
         self._all: set[WorkerProcess] = set()
         self._idle: list[WorkerProcess] = []
+        # By worker, the engine of another package that runs in it: what that does to its process is done to no other.
+        self._engines: dict[WorkerProcess, str | None] = {}
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
+        engine = next((one.brought_engine for one in arguments if isinstance(one, Case)), None)
         while True:
-            worker = self._taken()
+            worker = self._taken(engine)
             try:
                 return worker.call(function, *arguments, **named)
             except NeverBegun:  # as many as were killed while they had nothing to do
@@ -154,18 +158,29 @@ class LocalProcesses(RepeatingExecutor):
         for worker in idle:
             worker.end()
 
-    def _taken(self) -> WorkerProcess:
+    def _taken(self, engine: str | None) -> WorkerProcess:
+        """A worker in which no engine of another package but this one has run."""
         with self._lock:
             if self._stopped:
                 raise WorkerDied("ended before it began")
-            while self._idle:
-                if (idle := self._idle.pop()).ready:
-                    return idle
-                self._all.discard(idle)
-                idle.end()
+            for idle in [one for one in self._idle if not one.ready]:
+                self._drop(idle)
+            mine = [one for one in self._idle if self._engines[one] == engine]
+            if mine:
+                self._idle.remove(mine[-1])
+                return mine[-1]
+            if self._idle and len(self._all) >= self._count:
+                self._drop(self._idle[0])  # of another engine, in the place of which a new one starts
             worker = WorkerProcess(self.limits, interpreter=self._interpreter)
             self._all.add(worker)
+            self._engines[worker] = engine
             return worker
+
+    def _drop(self, idle: WorkerProcess) -> None:
+        self._idle.remove(idle)
+        self._all.discard(idle)
+        del self._engines[idle]
+        idle.end()
 
     def _give_back(self, worker: WorkerProcess) -> None:
         with self._lock:
@@ -173,6 +188,7 @@ class LocalProcesses(RepeatingExecutor):
                 self._idle.append(worker)
                 return
             self._all.discard(worker)
+            del self._engines[worker]
         worker.end()
 
 

@@ -18,7 +18,8 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import TypeVar
 
-from conrod.engines import is_brought
+from conrod import engines
+from conrod.engines.door import EngineFault, words_of
 from conrod.errors import InvalidInput, portable
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -36,14 +37,19 @@ def perform(case: Case) -> Measurement:
 
     What an engine of another package raises is the end of that run; where conrod's own do, conrod is at fault.
     """
+    if (engine := case.brought_engine) is None:
+        return case.perform()
+    loaded = engines.engine_named(engine)
+    before = getattr(loaded, "handed_over", 0)
     try:
         return case.perform()
-    except InvalidInput:
-        raise
     except Exception as error:
-        if not is_brought(str(case.identity().get("engine"))) or _out_of_memory(error):
+        # What conrod refuses before the engine has handed anything over is a mistake in what was asked for.
+        asked = isinstance(error, InvalidInput) and getattr(loaded, "handed_over", 0) == before
+        if asked or _out_of_memory(error):
             raise
-        return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")
+        said = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {words_of(error)}"
+        return Measurement(Outcome.CRASHED.slug, said)
 
 
 def on_known_scene(task: Callable[[AnyCase], Result], case: AnyCase) -> Result:
@@ -73,6 +79,7 @@ def main(pipe: int, memory: int | None) -> None:
         pipe: descriptor of the owner's connection.
         memory: address space that a call may take beyond what this process has when it begins [bytes].
     """
+    engines.load_brought = engines.loaded_engine  # this process is there for what an engine may do to it
     # Closed in what an engine starts, and where nobody writes who means another file.
     least = min(HIDDEN, resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2)
     hidden = fcntl.fcntl(pipe, fcntl.F_DUPFD_CLOEXEC, least)

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from conrod.engines import is_brought
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
@@ -85,6 +86,17 @@ class Case(ABC):
     name: str
     scene: Scene = field(repr=False)
     _key: ClassVar[str] = ""
+
+    @property
+    def engine_name(self) -> str | None:
+        """Name of the engine that it runs in; None of no engine."""
+        return None
+
+    @property
+    def brought_engine(self) -> str | None:
+        """That name where the engine is another package's, which may do anything to its process; else None."""
+        name = self.engine_name
+        return name if name is not None and is_brought(name) else None
 
     @property
     def effort(self) -> float:

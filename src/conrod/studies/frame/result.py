@@ -158,6 +158,10 @@ class EngineCase(Case, Generic[Found]):
     plan: Any
 
     @property
+    def engine_name(self) -> str:
+        return self.engine
+
+    @property
     def made_by(self) -> Engine[Any]:
         """The engine itself."""
         return engine_named(self.engine)

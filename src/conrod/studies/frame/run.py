@@ -50,6 +50,10 @@ class RunCase(Case):
         return {} if self.settings.preset == CUSTOM else {"label": self.settings.preset}
 
     @property
+    def engine_name(self) -> str:
+        return self.settings.engine
+
+    @property
     def engine_version(self) -> str:
         """Version of the engine that runs it."""
         return engine_named(self.settings.engine).version
