@@ -15,6 +15,7 @@ from conrod.exact.motion import Array
 from conrod.own.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
 from conrod.own.tables.errors import ERRORS, Exact
 from conrod.own.tables.estimation import TURN, ahead, shift_of
+from conrod.own.tables.stuck import MIN_ROWS, remaining, stuck_rows, stuck_words, without_stuck
 
 # The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
 LENGTHS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
@@ -31,6 +32,10 @@ NUMBERS_EACH = 3
 # beyond L itself, than this share of L.
 LEFT = 0.05
 MUCH_LESS, ALL = 0.1, 1e-6
+HALF = 0.5  # of a difference that values which stand still make, for them to be named beside what else is wrong
+STILL = 1e-6  # travel, normalised
+NOTEWORTHY = 1e-6  # nobody asks why an error is that small, but for a tolerance: tables are written with so many digits
+STUCK = "dead sensor"
 # Rows that causes are looked for in, evenly spread: plenty to tell a twentieth.
 MOST_ROWS = 5_000
 
@@ -58,6 +63,21 @@ def likely_causes(table: Exact, wrong: Sequence[str]) -> tuple[Cause, ...]:
     """
     rows = table.thinned(MOST_ROWS)
     before = {name: size for name in wrong if (size := rows.largest(name))}
+    found, stuck = _explaining(rows, before), stuck_rows(rows)
+    if not stuck or (found and STUCK not in [cause.kind for cause in found]):
+        return found
+    # A sensor that stands still says so itself; what is left once it is out may have a cause of its own.
+    rest = remaining(rows, stuck)
+    after = {name: rest.largest(name) or 0.0 for name in before} if len(rest.times) >= MIN_ROWS else {}
+    others = _explaining(rest, {name: size for name, size in after.items() if size > NOTEWORTHY})
+    explains = {name: (size, after.get(name, 0.0)) for name, size in before.items() if after.get(name, 0.0) < size}
+    helps = any(left <= HALF * size for size, left in explains.values())
+    own = Cause(STUCK, stuck_words(rows, stuck), explains)
+    return (own, *(cause for cause in others if cause.kind != STUCK)) if others or helps else ()
+
+
+def _explaining(rows: Exact, before: Mapping[str, float]) -> tuple[Cause, ...]:
+    """Causes that reproduce differences of some sizes: those that explain most first, then those that leave least."""
     found: dict[str, Cause] = {}
     for kind, text, undone, concerns in _hypotheses(rows, tuple(before)):
         explains = {}
@@ -66,7 +86,8 @@ def likely_causes(table: Exact, wrong: Sequence[str]) -> tuple[Cause, ...]:
                 after = undone.largest(name) if name in concerns else None
             except InvalidInput:
                 break  # the linkage does not come to where the crank would then be
-            if after is not None and after <= LEFT * min(size, 1.0):
+            # Beside a motion that stands still what stands still is right, whatever it was meant to be.
+            if after is not None and after <= LEFT * min(size, 1.0) and _moves(undone, name):
                 explains[name] = (size, after)
         cause = Cause(kind, text, explains)
         # Of one kind the first is the simplest: another one must leave far less.
@@ -74,6 +95,15 @@ def likely_causes(table: Exact, wrong: Sequence[str]) -> tuple[Cause, ...]:
             found[kind] = cause
     ranked = sorted(found.values(), key=lambda cause: (-len(cause.explains), _left(cause)))
     return tuple(cause for place, cause in enumerate(ranked) if not _beaten(cause, ranked[:place]))
+
+
+def _moves(table: Exact, name: str) -> bool:
+    """True if a column that an error is of travels in the exact motion, by its own clock or as its crank says."""
+    for point in table.points(name):
+        exact = getattr((table.nominal if name == "total" else table.reached).point(point), ERRORS[name])
+        if np.ptp(exact[:, list(table.axes(name, point))], axis=0).max() > STILL * table.norm(name, point):
+            return True
+    return False
 
 
 def _beaten(cause: Cause, better: Sequence[Cause]) -> bool:
@@ -96,6 +126,8 @@ Hypothesis: TypeAlias = tuple[str, str, Exact, Collection[str]]
 
 def _hypotheses(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
     """All slips that a table may suffer from, undone; of one kind the simplest first."""
+    if stuck := stuck_rows(table):
+        yield STUCK, stuck_words(table, stuck), without_stuck(table, stuck), ERRORS
     yield from _units(table)
     opposite = table.scene.with_parameters(speed=-table.scene.speed)
     backwards = replace(table.scaled(-1.0, *CRANK), scene=opposite)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from conrod.errors import InvalidInput
-from conrod.own.tables.causes import Cause, likely_causes
+from conrod.own.tables.causes import NOTEWORTHY, Cause, likely_causes
 from conrod.own.tables.clock import clock_limits
 from conrod.own.tables.columns import TIME, Column, quantities
 from conrod.own.tables.coverage import RMS, check_moving, quantity_of, still_columns, unjudged
@@ -17,8 +17,6 @@ from conrod.own.tables.reading import Reading
 from conrod.scenes import Scene
 from conrod.studies.frame.prediction import misfit_words, reference_misfit
 
-# Below this nobody asks why, but for a tolerance: tables are written with so many digits.
-NOTEWORTHY = 1e-6
 BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
 CLOCK_NOTE = (
     "phase and total are held to the scene's speed from crank angle 0 at time 0: --set speed=SPEED gives another, "
