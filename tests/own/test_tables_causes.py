@@ -135,3 +135,34 @@ def test_within_tolerance_nobody_asks_why(tmp_path: Path) -> None:
     table = steps(SAW, 0.3)
     assert judged(table, SAW, tmp_path, tolerance={"position": 0.1}).causes == ()
     assert kinds(judged(table, SAW, tmp_path, tolerance={"position": 1e-6})) == ["time offset"]
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
+def test_of_one_kind_the_simplest_that_explains_is_named(noise: float, tmp_path: Path) -> None:
+    # A turn besides leaves a little less of the noise, a thousandth of nothing without any; it is not there.
+    table = moved(exact_table(PRESS, ALL), ".x", 0.25)
+    for name in (name for name in table if name != "time" and name[-2] == "."):
+        table[name] = table[name] + noise * PRESS.lengths[name[0]] * RANDOM.normal(size=2 * ROWS + 1)
+    study = judged(table, PRESS, tmp_path, tolerance={"position": 1e-6})
+    assert kinds(study) == ["frame"]
+    assert "offset by (2" in study.causes[0].text
+    assert "turned" not in study.causes[0].text
+
+
+def test_a_turn_is_named_where_the_offset_alone_leaves_far_more(tmp_path: Path) -> None:
+    table = turned(exact_table(SAW, ("position",)))
+    for name in (name for name in table if name != "time"):
+        table[name] = table[name] + 1e-5 * SAW.lengths[name[0]] * RANDOM.normal(size=2 * ROWS + 1)
+    study = judged(table, SAW, tmp_path, tolerance={"position": 1e-6})
+    assert kinds(study) == ["frame"]
+    assert "and turned by 20" in study.causes[0].text
+
+
+def test_causes_that_explain_as_much_stand_by_what_they_leave(tmp_path: Path) -> None:
+    # Half a step of a velocity is explained in full, and next to it nothing that leaves a twentieth.
+    study = judged(steps(SAW, 0.5, ("velocity",)), SAW, tmp_path)
+    for cause in study.causes:
+        for before, after in cause.explains.values():
+            assert after <= 0.05 * min(before, 1.0)
+    lefts = [max(after / before for before, after in cause.explains.values()) for cause in study.causes]
+    assert lefts == sorted(lefts)

@@ -18,7 +18,7 @@ from conrod import InvalidInput, Trajectory, compare
 from conrod.own.tables.errors import Exact
 from conrod.own.tables.estimation import estimate, parse_estimate
 from conrod.own.tables.study import TableStudy
-from conrod.scenes import SCENES, CamFollower, Saw, ShearPress
+from conrod.scenes import SCENES, CamFollower, Saw, ShearPress, scene_named
 
 ALL = ("position", "velocity", "acceleration")
 SAW, TURN = Saw(speed=20.0), 2.0 * math.pi
@@ -257,3 +257,26 @@ def test_a_report_whose_columns_have_another_shape_is_of_another_version(tmp_pat
     document = out / "results.json"
     document.write_text(document.read_text().replace('"schema": 4', '"schema": 3'))
     assert "another version of conrod" in conrod("report", str(out), "--out", str(tmp_path / "again")).stderr
+
+
+@pytest.mark.parametrize("speed", [1.0, -1.0])
+def test_a_table_that_leads_out_of_a_pass_at_either_end_is_refused(speed: float, tmp_path: Path) -> None:
+    given = scene_named("geneva")
+    scene = given.with_parameters(speed=speed * given.speed)
+    ends = sorted(angle / scene.speed for angle in scene.mechanism().driver.span or ())
+    begin = f"{ends[0]:.6g} s"
+
+    def study(first: float, last: float) -> TableStudy:
+        # Digits that are left out may lead a millionth beyond.
+        times = np.linspace(ends[0], ends[1], 50)
+        table = exact_table(scene, times=times)
+        stretched = np.linspace(ends[0] + first, ends[1] + last, 50)
+        return judged(table | {"time": stretched}, scene, tmp_path)
+
+    assert (study(0.0, 0.0).largest("total") or 0.0) < 1e-9
+    little = 5e-7 / abs(scene.speed)
+    assert (study(-little, little).largest("total") or 0.0) < 1e-5
+    for first, last in ((-0.01, 0.0), (0.0, 0.01), (-4.0 * little, 0.0), (0.0, 4.0 * little)):
+        with pytest.raises(InvalidInput, match="out of the pass from -45 to 45 deg") as refused:
+            study(first, last)
+        assert str(refused.value).endswith(f"the pass begins at {begin}")
