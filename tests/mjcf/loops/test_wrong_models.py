@@ -404,3 +404,12 @@ def test_a_cause_takes_the_place_of_a_guess_and_no_cause_leaves_it() -> None:
     assert with_causes(error, "a is so", "b is so") == "it goes no further than here: a is so; b is so"
     assert with_causes("it cannot move", "a is so") == "it cannot move; a is so"
     assert with_causes("it cannot move, as a is so", "a is so") == "it cannot move, as a is so"
+
+
+@pytest.mark.parametrize(("drive", "law"), [("femur", "move:20deg,60deg,1s"), ("knee", "move:-30deg,-100deg,1s")])
+def test_a_leg_that_could_stay_folded_outside_its_ranges_unfolds_into_them(drive: str, law: str) -> None:
+    bench = leg(drives={drive: law})
+    assert "the motion starts from the nearest closed pose inside" in bench.moved_start
+    length, knee = knee_of(bench)
+    assert 0.12 <= length <= 0.68
+    assert np.radians(-160.0) <= knee <= np.radians(-10.0)

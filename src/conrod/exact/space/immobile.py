@@ -7,16 +7,18 @@ the drives at once, with the axis or the anchor of one joint free as well.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
 
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialJoint, SpatialTree, moved
 from conrod.exact.space.closing import jacobian, residuals
 from conrod.exact.space.laws import Law
+from conrod.exact.space.mobility import check_drives, loose
 from conrod.exact.space.motion import DrivenTree
 from conrod.exact.space.poses import poses
 
@@ -71,6 +73,25 @@ def mends(tree: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...], sta
                 found.append((left, Mend(joint.name, kind, size)))
     least = max(min((left for left, _ in found), default=0.0), ROUNDING * tree.extent)
     return [mend for left, mend in found if left <= AS_WELL * least]
+
+
+def spare_closures(machine: DrivenTree, start: Array) -> Iterator[str]:
+    """Name the closures without each of which the drives move the machine, no more and no fewer than it has freedoms.
+
+    Args:
+        start: closed coordinates (nq, 1).
+    """
+    tree = machine.tree
+    for closure in tree.closures if len(tree.closures) > 1 else ():
+        rest = tuple(one for one in tree.closures if one is not closure)
+        without = DrivenTree(replace(tree, closures=rest), machine.laws, machine.held)
+        try:
+            check_drives(without, start)
+        except InvalidInput:
+            continue
+        # A link that only this closure holds would be loose.
+        if loose(without, start).shape[1] <= loose(machine, start).shape[1]:
+            yield closure.name
 
 
 def mend_words(found: Sequence[Mend]) -> str:

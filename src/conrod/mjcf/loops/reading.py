@@ -191,11 +191,10 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
         if (span := by_name[name].range) is not None:
             values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
             start = float(tree.start[by_name[name].coordinate])
-            begins = (
-                ""
-                if span[0] <= start <= span[1]
-                else f", which the pose that it starts from, at {start:.4g}, is outside"
-            )
+            begins = ""
+            if not span[0] <= start <= span[1]:
+                inside = "" if keyframes else ": begin inside it, by move:FROM,TO,TIME or a keyframe"
+                begins = f", which the pose that it starts from, at {start:.4g}, is outside{inside}"
             if values.min() < span[0] - 1e-9 or values.max() > span[1] + 1e-9:
                 raise InvalidInput(
                     f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 
 import mujoco
+import numpy as np
 
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.exact.motion import Array
@@ -12,7 +13,7 @@ from conrod.mjcf.equalities import close_loops, closure_name, handles, openings
 from conrod.own.models.request import AJAR, OpenStart
 
 CLOSED = 1e-12  # of the machine's extent
-DIGITS = 10  # of a pose in words: what they leave open is far below what is said to be open
+DIGITS, PLACES = 10, 12  # of a pose in words: what they leave open is far below what is said to be open
 
 
 def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: str) -> OpenStart | None:
@@ -37,4 +38,4 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
 
 def pose_words(coordinates: Array) -> str:
     """Coordinates (nq,) as MJCF's `qpos` has them."""
-    return " ".join(f"{value:.{DIGITS}g}" for value in coordinates)
+    return " ".join(f"{value:.{DIGITS}g}" for value in np.round(coordinates, PLACES) + 0.0)

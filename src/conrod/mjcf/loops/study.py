@@ -13,14 +13,14 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.immobile import mend_words, mends
+from conrod.exact.space.immobile import mend_words, mends, spare_closures
 from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, forces, mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.causes import about_closures, with_causes
 from conrod.mjcf.equalities import inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import SAME, Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
-from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, outside_words
+from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
 from conrod.mjcf.loops.runs import errors_of, kinematic_mode, pasted, shipped_run, with_settings
@@ -83,9 +83,12 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
         if explained:
             raise
         searched = len(machine.tree.looped) <= MOST_JOINTS
-        found = mends(machine.tree, machine.laws, machine.held, start) if searched else []
+        spare = list(spare_closures(machine, start))
+        found = mends(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
         # Where some of the drives can stay they are simply too many.
         words = f"; {mend_words(found)}" if found or (searched and error.stuck) else ""
+        if spare:
+            words = f"; without {' or '.join(spare)} it moves"
         raise InvalidInput(f"{error}{words}") from None
 
 
@@ -102,26 +105,46 @@ def _go(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
     Raises:
         InvalidInput: its drives are too few or too many, or its loops let it not go all the way.
     """
+    outside, refused = outside_words(machine.tree, pose), None
     try:
         start = machine.assembled()
         _check_drives(machine, start, explained)
         machine.go(start, seconds)
     except InvalidInput as error:
-        if not (outside := outside_words(machine.tree, pose)):
-            raise
-        if (inside := closed_pose_inside(machine)) is None:
-            raise InvalidInput(f"{error}; {outside}, and no pose inside closes its loops") from None
-        folded = ", and is folded" if is_folded(machine, inside) else ""
-        nearest = f'qpos="{pose_words(inside[:, 0])}"'
-        try:
-            _check_drives(machine, inside, explained)
-            machine.go(inside, seconds)
-        except InvalidInput as later:
-            words = f"{outside}{folded}; from {nearest}, the nearest pose inside"
-            raise InvalidInput(f"{later}; {words}, it goes no further either: give --keyframe") from None
-        moved = f"the motion starts from the nearest closed pose inside, {nearest}"
-        return f"{outside}{folded}: {moved} (--keyframe for another)"
+        refused = error
+    stays_outside = refused is None and any(joints_outside(machine.tree, machine.knots[0].coordinates[:, 0]))
+    if not outside or not (refused or stays_outside):
+        if refused:
+            raise refused
+        return ""
+    knots, misfit = machine.knots, machine.misfit
+    try:
+        return f"{outside}{_go_from_inside(machine, seconds, explained)}"
+    except InvalidInput as error:
+        if refused:
+            raise InvalidInput(f"{refused}; {outside}, {error}") from None
+    machine.knots, machine.misfit = knots, misfit
     return ""
+
+
+def _go_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
+    """Follow a machine's motion from the closed pose inside its joints' ranges that is nearest to its start.
+
+    Returns:
+        The pose, in words.
+
+    Raises:
+        InvalidInput: there is none, or it goes not all the way from there.
+    """
+    if (inside := closed_pose_inside(machine)) is None:
+        raise InvalidInput("and no pose inside closes its loops")
+    folded, nearest = ", and is folded" if is_folded(machine, inside) else "", f'qpos="{pose_words(inside[:, 0])}"'
+    try:
+        _check_drives(machine, inside, explained)
+        machine.go(inside, seconds)
+    except InvalidInput as error:
+        raise InvalidInput(f"and from {nearest}, the nearest pose inside, {error}; --keyframe for another") from None
+    return f"{folded}: the motion starts from the nearest closed pose inside, {nearest} (--keyframe for another)"
 
 
 @dataclass(frozen=True, eq=False)
