@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection own-models verification test test-all lowest lint types mjcf golden golden-write bench mutants attack wheel site check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection inputs own-models verification test test-all lowest lint types mjcf golden golden-write bench mutants attack wheel site check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -76,6 +76,9 @@ mjcf: $(READY) ## rewrite the committed models from the translator
 
 detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
 	$(BIN)/python -m benchmarks.detection --out reports/detection
+
+inputs: $(READY) ## 200 inputs of ten kinds, half of them wrong: are causes named? Rewrites the table in docs/detection.md; ten minutes
+	$(BIN)/python -m benchmarks.inputs --write docs/detection.md
 
 own-models: $(READY) ## closed loops of robots in the folder MODELS, see reports/own-models/README.md; minutes for each of them
 	$(BIN)/python -m benchmarks.own_models $(MODELS) $(if $(ROBOTS),--only $(ROBOTS))
