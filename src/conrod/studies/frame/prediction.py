@@ -250,14 +250,17 @@ def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:
     """What contradicts the exact motion, in words; empty where nothing does."""
     wrong = contradictions(misfit)
     if any(name.startswith(POINTS) for name in wrong):
-        worst = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS))
-        return f"the measured points are not those of the bodies whose joints predict their errors, by {worst:.2g}"
-    found = [
-        f"{quantity} by {one['difference']:.2g} at crank angle {math.degrees(one['angle']):.6g} deg, where "
-        f"{one['allowed']:.2g} can be explained"
-        for quantity, one in wrong.items()
-    ]
-    return f"the exact motion contradicts the joints' equations: {'; '.join(found)}" if found else ""
+        apart = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS))
+        return f"the measured points are not those of the bodies whose joints predict their errors, by {apart:.2g}"
+    if not wrong:
+        return ""
+    quantity = max(wrong, key=lambda name: wrong[name]["difference"] / wrong[name]["allowed"])
+    worst, others = wrong[quantity], [name for name in wrong if name != quantity]
+    too = f" ({' and '.join(others)} too)" if others else ""
+    return (
+        f"the exact motion contradicts the joints' equations: {quantity} by {worst['difference']:.2g} at crank angle "
+        f"{math.degrees(worst['angle']):.6g} deg, where {worst['allowed']:.2g} can be explained{too}"
+    )
 
 
 def reference_misfit(reference: ExactReference) -> dict[str, Misfit]:
