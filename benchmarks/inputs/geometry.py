@@ -173,7 +173,7 @@ def closures() -> Iterator[Input]:
         kind, "an anchor 50 mm beyond the pin", *_judged(apart), r"rod is 17 % too long|apart|do not meet|anchor"
     )
     middle = replaced(saw(), (CLOSURE, CLOSURE.replace("slider-pin.rod", "M")))
-    yield wrong(kind, "the pin at the middle of the rod", *_judged(middle), r"rod is 50 % too short")
+    yield wrong(kind, "the pin at the middle of the rod", *_judged(middle), r"rod is 50 % (too short|shorter)")
     weld = replaced(saw(), (CLOSURE, '<weld name="slider-pin" site1="slider-pin.rod" site2="slider-pin.slider" />'))
     yield wrong(kind, "a weld for the pin", *_judged(weld), r"weld")
     locked = '<joint name="brake" joint1="slide" polycoef="0 0 0 0 0" />'
