@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -44,8 +46,8 @@ def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
 def resealed(page: bytes) -> bytes:
     """A changed page with a hash that fits, as anybody can make it."""
     found = pages.SEAL.search(page)
-    bare = page.replace(found[1], pages.UNSEALED.encode())
-    return bare.replace(pages.UNSEALED.encode(), hashlib.sha256(bare).hexdigest().encode())
+    bare = page.replace(found[1], pages.UNSEALED)
+    return bare.replace(pages.UNSEALED, hashlib.sha256(bare).hexdigest().encode())
 
 
 def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
@@ -55,12 +57,68 @@ def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
 def test_one_changed_byte_anywhere_is_seen() -> None:
     page = sealed_page(report())
     assert seal_of(page)
-    head = page.index(b"conrod-verification")
+    head = page.index(b"SHA-256 of this file")
     for at in {*range(0, len(page), 29), *range(head - 20, head + 110), len(page) - 1}:
         changed = page[:at] + bytes([page[at] ^ 1]) + page[at + 1 :]
         assert not seal_of(changed), page[at - 10 : at + 10]
     assert not seal_of(page + b"\n")
     assert not seal_of(page.replace(b"\n", b"\r\n"))
+
+
+def test_the_hash_is_zeroed_at_one_place_alone() -> None:
+    page = sealed_page(report())
+    seal = str(seal_of(page)).encode()
+    assert page.count(seal) == 1
+    assert hashlib.sha256(page.replace(seal, pages.UNSEALED)).hexdigest().encode() == seal
+    for changed in (
+        page.replace(seal, pages.UNSEALED),
+        page.replace(b"</main>", b"<p>" + seal + b"</p></main>"),
+        page.replace(b"</main>", b"<p>" + pages.UNSEALED + b"</p></main>"),
+        page.replace(b"</main>", b"SHA-256 of this file: <code>" + seal + b"</code></main>"),
+        page.replace(b"</main>", b"SHA-256 of this file: <code>" + pages.UNSEALED + b"</code></main>"),
+        page.replace(b"SHA-256 of this file", b"SHA-256 of that file"),
+        page.replace(seal, seal.upper()),
+        page.replace(b'content="2"', b'content="sha256:' + seal + b'"'),
+    ):
+        assert changed != page
+        assert seal_of(changed) is None
+    # A subject that looks like the field is text, and no second one.
+    assert seal_of(sealed_page(report(subject="SHA-256 of this file: <code>" + "0" * 64 + "</code>")))
+
+
+def test_a_page_of_an_earlier_version_is_verified_at_both_its_places() -> None:
+    mark = f'<meta name="conrod-verification" content="sha256:{"0" * 64}"><code>{"0" * 64}</code>'.encode()
+    seal = hashlib.sha256(mark).hexdigest().encode()
+    page = mark.replace(pages.UNSEALED, seal)
+    assert seal_of(page) == seal.decode()
+    head, _, tail = page.rpartition(seal)
+    assert seal_of(head + pages.UNSEALED + tail) is None
+    assert seal_of(page + seal) is None
+
+
+def test_the_first_line_says_what_the_hash_does_not_do() -> None:
+    html = sealed_page(report()).decode()
+    first = html[html.index("<h1") :].split("<p>")[1]
+    assert first.startswith("Not signed: the hash below says whether a byte of this file was changed")
+
+
+@pytest.mark.skipif(shutil.which("ssh-keygen") is None, reason="no ssh-keygen here")
+def test_a_page_is_signed_as_the_documents_say(tmp_path: Path) -> None:
+    file, key = tmp_path / "report.html", tmp_path / "key"
+    file.write_bytes(sealed_page(report()))
+    subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", key], check=True)
+    (tmp_path / "allowed_signers").write_text("me@example.org " + key.with_suffix(".pub").read_text())
+    text = (Path(__file__).parents[2] / "docs/verification.md").read_text(encoding="utf-8")
+    sign, verify = (line.split("#")[0].split() for line in text.splitlines() if line.startswith("ssh-keygen"))
+    subprocess.run([str(key) if word.startswith("~") else word for word in sign], cwd=tmp_path, check=True)
+
+    def check() -> int:
+        with file.open("rb") as page:
+            return subprocess.run(verify[: verify.index("<")], cwd=tmp_path, stdin=page, check=False).returncode
+
+    assert check() == 0
+    file.write_bytes(file.read_bytes() + b" ")
+    assert check() != 0
 
 
 def test_names_of_a_user_stay_text() -> None:

@@ -30,7 +30,7 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
         return
     from conrod.report.folder import check_beside
     from conrod.report.html.page import html_report
-    from conrod.report.writer import rendered_again, reports_in
+    from conrod.report.writer import naming_saved, rendered_again, reports_in
     from conrod.studies.frame.files import files_to_write, folder_to_write
     from conrod.studies.frame.writing import single, write_together
 
@@ -43,13 +43,15 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
         target = folder_to_write(directory if out is None else out, "DIRECTORY" if out is None else "--out")
     for one in reports_in(folder):
         say_unfinished(one)
-    batches = rendered_again(folder, target)
+    with naming_saved(folder):
+        batches = rendered_again(folder, target)
+        text = html_report(batches) if page else ""
     written = {target / name: batch for batch in batches for name in batch.files} if target else {}
     if page:
         for batch in batches:
             for place in {folder, batch.folder}:
                 check_beside(page, place, batch.files)
-        written[page] = single(page, html_report(batches))
+        written[page] = single(page, text)
     write_together(list({id(batch): batch for batch in written.values()}.values()))
     for file in written:
         say(f"wrote {file}")

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
+
+import msgspec
 
 from conrod.errors import InvalidInput
 from conrod.report import numbers
@@ -50,16 +53,28 @@ def document_in(file: Path) -> Any:
     Raises:
         InvalidInput: it has more than any report has.
         OSError: it cannot be read.
-        ValueError: it is no JSON.
+        ValueError: it is no JSON, or has what conrod writes nowhere: NaN, infinities, halves of characters.
     """
     if (size := file.stat().st_size) > LARGEST:
         raise InvalidInput(
             f"{file}: {size / 1e6:.0f} MB; conrod writes at most {LARGEST / 1e6:.0f} MB into such a file"
         )
     try:
-        return json.loads(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
+        found = json.loads(text, parse_constant=_refuse_number, parse_float=_finite)
+        if "\\u" in text:
+            json.dumps(found, ensure_ascii=False).encode()
+        return found
     except RecursionError:
         raise ValueError("lists in lists without end") from None
+
+
+def _finite(text: str) -> float:
+    return number if math.isfinite(number := float(text)) else _refuse_number(text)
+
+
+def _refuse_number(text: str) -> float:
+    raise ValueError(f"{text} is no number that conrod writes")
 
 
 SUBFOLDERS = ("figures", "data")
@@ -67,6 +82,28 @@ SUBFOLDERS = ("figures", "data")
 OWN_NAME = re.compile(r"(figures/[^/]+\.svg|data/[^/]+\.json|[^/]+\.(md|json))")
 # Of a document, while the files of its report are being replaced: by part, what says whether its data are in place.
 UNFINISHED = "unfinished"
+
+
+class _Entry(msgspec.Struct):
+    """A part in a report's document."""
+
+    title: str
+    command: str
+    conrod: str
+    summary: dict[str, Any]
+    page: str
+    data: str
+    files: list[str]
+
+
+class _Document(msgspec.Struct):
+    """What a report's document has at least."""
+
+    conrod: str
+    environment: dict[str, str]
+    command: str | None
+    files: list[str]
+    parts: dict[str, _Entry]
 
 
 class ReportFolder:
@@ -110,11 +147,15 @@ class ReportFolder:
         said = f"{file}: it was changed since conrod wrote it"
         try:
             self._check_names(said, found["files"], found["parts"].values())
+            msgspec.convert(found, _Document)
             if UNFINISHED in found:
                 self.unfinished, begun = True, found.pop(UNFINISHED)
                 before = begun["before"] or {**found, "parts": {}}
                 self._check_names(said, before["files"], before["parts"].values())
+                msgspec.convert(before, _Document)
                 found = self._settled(found, before, begun["data"])
+        except msgspec.ValidationError as error:
+            raise InvalidInput(f"{said}: {error}") from None
         except (KeyError, TypeError, AttributeError) as error:
             raise InvalidInput(f"{said}: {error!r}") from None
         return dict(found)
@@ -169,7 +210,7 @@ class ReportFolder:
             texts: of the parts that are replaced, those of their data.
         """
         files = (name for entry in document["parts"].values() for name in entry["files"])
-        data = {name: _digest(text.encode()) for name, text in texts.items()}
+        data = {name: _digest(text.encode(errors="replace")) for name, text in texts.items()}
         begun = {"data": data, "before": self.document or None}
         return json_text({**document, "files": sorted({*self.owned, *document["files"], *files}), UNFINISHED: begun})
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import version
 from itertools import repeat
 from pathlib import Path
 from typing import Any, TypeVar
 
+from conrod.crash import text_of
 from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
 from conrod.report.folder import GIVEN, ReportFolder, document_in, json_text, restored, shortened, values_of
@@ -92,6 +94,22 @@ def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> l
     if not found:
         raise InvalidInput(f"{folder}: no report that can be rendered: no JSON file in it names a kind of report")
     return [_again(one, out, draw) for one in found]
+
+
+@contextmanager
+def naming_saved(folder: Path) -> Iterator[None]:
+    """Say of findings that are shown again that they do not fit each other, if they are of the right shape.
+
+    Raises:
+        InvalidInput: in one line; whether they were changed or conrod is at fault cannot be known.
+    """
+    try:
+        yield
+    except (InvalidInput, OSError, MemoryError):
+        raise
+    except Exception as error:  # pages ask for whatever conrod once wrote
+        said = f"{folder}: what it holds cannot be shown again ({text_of(error)})"
+        raise InvalidInput(f"{said}: it was changed since conrod wrote it, or conrod is at fault") from error
 
 
 def reports_in(folder: Path) -> list[ReportFolder]:

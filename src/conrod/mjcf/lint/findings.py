@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from importlib.metadata import version
@@ -107,7 +108,9 @@ def _lines_of(path: Path) -> dict[str, int]:
             lines.setdefault(key, parser.CurrentLineNumber)
 
     parser.StartElementHandler = begin
-    parser.Parse(path.read_bytes(), True)
+    # MuJoCo reads what is no XML to others: lines are then those up to there.
+    with suppress(expat.ExpatError, ValueError, LookupError):
+        parser.Parse(path.read_bytes(), True)
     return lines
 
 

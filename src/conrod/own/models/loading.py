@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -127,6 +128,8 @@ def load_model(path: Path) -> mujoco.MjModel:
         InvalidInput: there is no such file, it does not parse or compile, or misses a file that it includes.
     """
     check_readable(path)
+    if str(path) != os.fsencode(path).decode(errors="replace"):
+        raise InvalidInput(f"{path}: its name is no UTF-8, and MuJoCo cannot open it: rename it")
     with warnings_kept_quiet():
         try:
             if path.suffix.lower() == ".mjb":

@@ -23,8 +23,11 @@ from conrod.report.template import page
 CRITERIA, SETTINGS, VALIDATION, OPEN, ABSENT = "criteria", "settings", "validation", "deviations", "absent"
 Statements: TypeAlias = dict[str, dict[str, str]]  # by section and row
 MARK = "conrod-verification"
-UNSEALED = "0" * 64
-SEAL = re.compile(rf'<meta name="{MARK}" content="sha256:([0-9a-f]{{64}})">'.encode())
+UNSEALED = b"0" * 64
+# The one place where the hash stands; names of users have no tag in them.
+SEAL = re.compile(rb"SHA-256 of this file[^<]*<code>([0-9a-f]{64})</code>")
+# Of earlier versions, whose hash stood at two places.
+EARLIER_SEAL = re.compile(rf'<meta name="{MARK}" content="sha256:([0-9a-f]{{64}})">'.encode())
 DATA = re.compile(rf'<script type="application/json" id="{MARK}-data">(.*?)</script>', re.DOTALL)
 
 
@@ -111,19 +114,23 @@ def _statements(of: Verification) -> Statements:
 
 
 def sealed_page(found: Verification) -> bytes:
-    """The report as a file: the hash of it, with zeros where the hash stands, stands in its head and on the page."""
+    """The report as a file, in which stands, at one place, the SHA-256 of the file with zeros at that place."""
     measured = len(found.sections["validation"].sentences) > 1
-    text = page("verification", sys.modules[__name__], found=found, digest=UNSEALED, measured=measured).text
+    text = page(
+        "verification", sys.modules[__name__], found=found, digest=UNSEALED.decode(), measured=measured
+    ).text  # fmt: skip
     place = Place("verification", 0, lambda name, alt: None, lambda name: None)
     html = html_page.document(
         [html_page.Section("verification", f"Verification report: {found.subject}", html_of(text, place))]
     )
     # In a script nothing but its end is markup.
     data = json.dumps(values_of(found), ensure_ascii=False).replace("<", "\\u003c")
-    html = html.replace("</head>", f'<meta name="{MARK}" content="sha256:{UNSEALED}">\n</head>', 1)
+    html = html.replace("</head>", f'<meta name="{MARK}" content="2">\n</head>', 1)
     head, end = html.rsplit("</body>", 1)
     html = f'{head}<script type="application/json" id="{MARK}-data">{data}</script>\n</body>{end}'
-    return html.replace(UNSEALED, hashlib.sha256(html.encode()).hexdigest()).encode()
+    unsealed = html.encode(errors="replace")
+    (field,) = SEAL.finditer(unsealed)
+    return _with_hash(unsealed, field, hashlib.sha256(unsealed).hexdigest().encode())
 
 
 def seal_of(page: bytes) -> str | None:
@@ -134,10 +141,19 @@ def seal_of(page: bytes) -> str | None:
     """
     if MARK.encode() not in page:
         raise InvalidInput("it is no verification report of conrod")
-    found = SEAL.search(page)
-    if found is None or hashlib.sha256(page.replace(found[1], UNSEALED.encode())).hexdigest().encode() != found[1]:
-        return None
-    return found[1].decode()
+    if earlier := EARLIER_SEAL.search(page):
+        bare = page.replace(earlier[1], UNSEALED)
+        known, digest = page.count(earlier[1]) == 2, earlier[1]
+    else:
+        fields = list(SEAL.finditer(page))
+        if len(fields) != 1:
+            return None
+        bare, known, digest = _with_hash(page, fields[0], UNSEALED), True, fields[0][1]
+    return digest.decode() if known and hashlib.sha256(bare).hexdigest().encode() == digest else None
+
+
+def _with_hash(page: bytes, field: re.Match[bytes], digest: bytes) -> bytes:
+    return page[: field.start(1)] + digest + page[field.end(1) :]
 
 
 def data_of(page: bytes) -> Verification:

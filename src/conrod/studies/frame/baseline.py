@@ -75,16 +75,28 @@ def read(file: Path) -> Baseline:
         values = json.loads(file.read_bytes())
     except OSError as error:
         raise InvalidInput(f"cannot read {file}: {error.strerror or error}") from None
-    except ValueError:
+    except (ValueError, RecursionError):
         values = None
     if not isinstance(values, dict) or MARK not in values:
         raise InvalidInput(f"{file} is no baseline of conrod")
     if values[MARK] != SCHEMA:
         raise InvalidInput(f"{file} is a baseline of schema {values[MARK]}, and this conrod reads {SCHEMA}: delete it")
     try:
-        return restore(Baseline, values)
+        found = restore(Baseline, values)
+        _check_numbers(found)
     except InvalidInput as error:
         raise InvalidInput(f"{file} is a damaged baseline, delete it: {error}") from None
+    return found
+
+
+def _check_numbers(baseline: Baseline) -> None:
+    """Refuse what conrod never writes; a band that is no number would let every drift pass."""
+    for name, line in baseline.results.items():
+        for what, number in line.numbers.items():
+            if not math.isfinite(number.value):
+                raise InvalidInput(f"{name}: {what} is {number.value}, no number")
+            if not 0.0 < number.band < math.inf:
+                raise InvalidInput(f"{name}: the band of {what} is {number.band}: it has to be above 0, and finite")
 
 
 def write(file: Path, baseline: Baseline) -> None:

@@ -170,7 +170,8 @@ _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 def _bytes(content: str | bytes) -> bytes:
-    return content.encode() if isinstance(content, str) else content
+    # A name of a file that is no UTF-8 may stand in a text.
+    return content.encode(errors="replace") if isinstance(content, str) else content
 
 
 def _write(change: _Change, content: bytes) -> None:
