@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from conrod.cli.check import Checked as Checked
     from conrod.cli.check import check as check
     from conrod.engines.mujoco import MuJoCoSettings as MuJoCoSettings
-    from conrod.engines.mujoco import harden as harden
+    from conrod.engines.mujoco.compiled_edits import harden as harden
     from conrod.engines.pymunk import PymunkSettings as PymunkSettings
     from conrod.engines.running import run as run
     from conrod.errors import InvalidInput as InvalidInput
@@ -45,7 +45,8 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THRE
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
     "conrod.cli.check": ("Checked", "check"),
-    "conrod.engines.mujoco": ("MuJoCoSettings", "harden"),
+    "conrod.engines.mujoco": ("MuJoCoSettings",),
+    "conrod.engines.mujoco.compiled_edits": ("harden",),
     "conrod.engines.pymunk": ("PymunkSettings",),
     "conrod.engines.running": ("run",),
     "conrod.errors": ("InvalidInput",),

@@ -135,8 +135,8 @@ def test_all_is_said_in_sentences_with_the_largest_first() -> None:
         OtherForce("gravity across the plane", "", 1.0, "g"),
     ]
     assert acting_sentences(found, "MuJoCo 4.0.0") == (
-        "Besides its loops act the limit of joint j5 (up to 5 N m), the limit of joint j4 (up to 4 N m), "
-        "the limit of joint j3 (up to 3 N m) and 2 more, and the force of actuator m: "
+        "What acts besides its loops: the limit of joint j5 (up to 5 N m), the limit of joint j4 (up to 4 N m), "
+        "the limit of joint j3 (up to 3 N m) and 2 more, and the force of actuator m; "
         "the exact motion has no limits or contacts, so errors are not the engine's alone.",
         "MuJoCo 4.0.0 lacks the part of the velocity in the acceleration of p: up to 0.25 rad/s², "
         "which no setting mends.",

@@ -7,11 +7,13 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
+from own_model_edits import TEXTS, replaced
 
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
@@ -340,3 +342,18 @@ def test_the_loops_of_a_robot_are_closed_and_its_model_is_linted_and_left_alone(
     findings = json.loads((tmp_path / "found.json").read_text())["findings"]
     assert "silent-reset" in {finding["rule"] for finding in findings}  # MuJoCo's default, which neither switches off
     assert model.read_bytes() == text
+
+
+def test_a_flag_by_which_no_weights_are_read_is_switched_off_by_the_recipe_and_its_lines(tmp_path: Path) -> None:
+    path = tmp_path / "exact.xml"
+    path.write_text(
+        replaced(TEXTS["saw"], "<flag ", '<flag diagexact="enable" '),
+        encoding="utf-8",
+    )
+    found = harden_file(path, seconds=0.06)
+    assert "model.opt.enableflags = 0" in found.lines
+    names: dict[str, Any] = {}
+    exec(found.lines, names)
+    assert names["model"].opt.enableflags == 0
+    before, after = (max(one.openings) for one in found.variants)
+    assert after < 1e-2 * before

@@ -104,7 +104,8 @@ class Edit:
     def line(self) -> str:
         """Python that makes it."""
         if not self.rows:
-            return f"model.opt.{self.array} = mujoco.{self.value}"
+            value = self.value if type(self.value) is int else f"mujoco.{self.value}"
+            return f"model.opt.{self.array} = {value}"
         # A line break in a name would end the comment.
         names = " ".join(listed(self.named).split())
         place, sign = (f"{self.rows}", "*=") if self.scales else (f"{self.rows}, 0", "=")
@@ -136,7 +137,9 @@ def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
     slowed = [one.index for one in closures if 0.0 < model.eq_solref[one.index, 0] < enough and not one.curved]
     if slowed:
         edits.append(Edit("eq_solref", enough, slowed, [name_or_number(model, "equality", index) for index in slowed]))
-    options = {"integrator": mujoco.mjtIntegrator.mjINT_RK4, "solver": mujoco.mjtSolver.mjSOL_NEWTON}
+    options: dict[str, Any] = {"integrator": mujoco.mjtIntegrator.mjINT_RK4, "solver": mujoco.mjtSolver.mjSOL_NEWTON}
+    # With this flag MuJoCo computes the inverse inertia at every step, and takes no weights.
+    options["enableflags"] = int(model.opt.enableflags) & ~older.enabling_flag("DIAGEXACT")
     return (*edits, *(Edit(name, value) for name, value in options.items() if getattr(model.opt, name) != value))
 
 

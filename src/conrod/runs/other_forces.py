@@ -78,10 +78,10 @@ def acting_sentences(
     acting = [one for one in every if one.kind not in (ACROSS, LACKING)]
     said = list[str]()
     if acting:
-        begin = f"{run[0].upper()}{run[1:]}, besides its loops" if run else "Besides its loops"
+        begin = f"{run[0].upper()}{run[1:]}, what acts besides its loops" if run else "What acts besides its loops"
         obstructed = judged and any(one.kind in (LIMIT, CONTACT) for one in acting)
-        end = ": the exact motion has no limits or contacts, so errors are not the engine's alone" if obstructed else ""
-        said.append(f"{begin} act {_listed(acting)}{end}.")
+        end = "; the exact motion has no limits or contacts, so errors are not the engine's alone" if obstructed else ""
+        said.append(f"{begin}: {_listed(acting)}{end}.")
     said += [
         f"{engine} lacks the part of the velocity in the acceleration of {one.name}: up to "
         f"{one.largest:.2g} {one.unit}, which no setting mends."

@@ -56,7 +56,7 @@ def scene(folder: Path, text: str, **more: float) -> ModelStudy:
 def test_limit_of_a_tendon_is_named_with_a_drive_and_no_torque_is_off_by_it() -> None:
     found = looped(TENDON, "crank=40rpm", 1.5)
     assert re.search(
-        rf"Besides its loops act the limit of tendon t \(up to 3\.\de\+04 N\): {NOT_ALONE}\.", finding(found)
+        rf"What acts besides its loops: the limit of tendon t \(up to 3\.\de\+04 N\); {NOT_ALONE}\.", finding(found)
     )
     assert found.remarks[0].startswith("the length of tendon t is up to 0.103 beyond its limits, -0.1 to 9")
     assert found.unmodelled == ("the limit of tendon t",)
@@ -64,7 +64,7 @@ def test_limit_of_a_tendon_is_named_with_a_drive_and_no_torque_is_off_by_it() ->
     assert all(not run.drives for run in (*found.runs, *found.steps))
     # Without the limit torques are compared, and nothing is said to act.
     free = looped(replaced(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 1.5)
-    assert "Besides" not in finding(free)
+    assert "What acts" not in finding(free)
     assert free.own.drives["crank"] < 1e-2
 
 
@@ -72,7 +72,7 @@ def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(tmp_path: Path) -> None:
     found = scene(tmp_path, TENDON)
     assert not found.passed
     assert "limits keep it from its turn: tendon t is held to -0.1 to 9, needs -0.2035" in verdict(found)
-    assert "Besides its loops act the limit of tendon t" in verdict(found)
+    assert "What acts besides its loops: the limit of tendon t" in verdict(found)
     off = scene(tmp_path, replaced(TENDON, 'autoreset="disable"', 'autoreset="disable" limit="disable"'))
     assert off.passed
     assert "limit" not in verdict(off)
@@ -80,13 +80,13 @@ def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(tmp_path: Path) -> None:
 
 def test_contacts_are_named_with_a_scene_and_in_the_files_own_run(tmp_path: Path) -> None:
     found = scene(tmp_path, CONTACTS)
-    assert f"Besides its loops act contact of rod and slider (up to 3.4e+03 N): {NOT_ALONE}." in verdict(found)
+    assert f"What acts besides its loops: contact of rod and slider (up to 3.4e+03 N); {NOT_ALONE}." in verdict(found)
     assert [one.title for one in found.own_run.acting] == ["contact of rod and slider"]
     # What acts in the own run alone is said of it.
     model = replaced(CONTACTS, '<joint name="crank-pin" type="hinge" axis="0 0 1" />',
                      '<joint name="crank-pin" type="hinge" axis="0 0 1" frictionloss="3"/>')  # fmt: skip
     assert "dry friction of joint crank-pin (up to 3 N m)" in verdict(scene(tmp_path, model))
-    assert "Besides" not in verdict(scene(tmp_path, SAW))
+    assert "What acts" not in verdict(scene(tmp_path, SAW))
 
 
 def test_contact_that_is_a_part_of_the_machine_is_not_named(tmp_path: Path) -> None:
@@ -137,6 +137,6 @@ def test_limits_and_contacts_are_named_by_lint_and_harden(tmp_path: Path) -> Non
         path = tmp_path / "saw.xml"
         path.write_text(text, encoding="utf-8")
         for notes in (lint(path, seconds=0.6).notes, harden_file(path, seconds=0.6).warnings):
-            (said,) = (note for note in notes if "besides its loops act" in note)
+            (said,) = (note for note in notes if "what acts besides its loops" in note)
             assert words in said
             assert "exact motion" not in said

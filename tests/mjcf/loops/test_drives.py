@@ -268,3 +268,27 @@ def test_a_drive_that_turns_back_is_followed_where_actuation_is_off(flag: str) -
     )
     run = _Bench.of(model, Question(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
     assert run.errors["acceleration"] < 1e-6
+
+
+# -- settings that a flag would keep from being read -------------------------------------------------------------------
+
+
+def test_hardening_holds_where_the_file_has_inverse_inertias_computed_at_every_step() -> None:
+    text, laws = MODELS["disc and crank"]
+    exact = text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag diagexact="enable"/></option>')
+    model = mujoco.MjModel.from_xml_string(exact)
+    run = _Bench.of(model, Question(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
+    assert run.errors["position"] < 1e-7
+    harden(model)
+    assert model.opt.enableflags == 0
+
+
+def test_presets_of_contact_are_read_where_the_file_overrides_those_of_geoms() -> None:
+    text, _ = MODELS["disc and crank"]
+    over = text.replace(
+        f'timestep="{STEP}"/>', f'timestep="{STEP}" o_solref="0.5 1"><flag override="enable"/></option>'
+    )
+    model = with_settings(mujoco.MjModel.from_xml_string(over), "tuned", STEP, 0.1)
+    assert np.array_equal(model.opt.o_solref, model.geom_solref[0])
+    own = with_settings(mujoco.MjModel.from_xml_string(over), OWN, STEP, 0.1)
+    assert own.opt.o_solref.tolist() == [0.5, 1.0]

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from conrod.engines.engine import PIECE, STOCK
-from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, harden
+from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings
+from conrod.engines.mujoco.compiled_edits import harden
 from conrod.engines.mujoco.dynamics import Recorder
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled

@@ -24,7 +24,8 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import Machine
-from conrod.engines.mujoco import MuJoCoSettings, harden, older
+from conrod.engines.mujoco import MuJoCoSettings, older
+from conrod.engines.mujoco.compiled_edits import harden
 from conrod.engines.mujoco.loads import by_program, joint_name, moves_nothing, origin_of
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.tree import Tree, tree_of

@@ -79,6 +79,12 @@ def flag(name: str) -> int:
     return 0 if found is None else int(found)
 
 
+def enabling_flag(name: str) -> int:
+    """The bit that enables something, mjENBL_NAME; 0 where this release has none."""
+    found = mujoco.mjtEnableBit.__members__.get(f"mjENBL_{name}")
+    return 0 if found is None else int(found)
+
+
 def roll_out(
     model: mujoco.MjModel, data: mujoco.MjData, begin: Array, guess: Array, states: Array, sensors: Array
 ) -> None:

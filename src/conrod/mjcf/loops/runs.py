@@ -9,8 +9,8 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import HARDENING, MuJoCoSettings, harden, older
-from conrod.engines.mujoco.compiled_edits import set_step
+from conrod.engines.mujoco import HARDENING, MuJoCoSettings, older
+from conrod.engines.mujoco.compiled_edits import harden, set_step
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -65,6 +65,7 @@ def with_settings(
         made.eq_solref[:], made.eq_solimp[:] = settings.solref, settings.solimp
         made.geom_solref[:], made.geom_solimp[:] = settings.contact_solref, settings.contact_solimp
         made.pair_solref[:], made.pair_solimp[:] = settings.contact_solref, settings.contact_solimp
+        option.o_solref[:], option.o_solimp[:] = settings.contact_solref, settings.contact_solimp  # under `override`
         if settings.hardening is not None:
             harden(made, settings.hardening)
     option.tolerance = CONVERGED
