@@ -62,8 +62,13 @@ def test_conrods_own_file_is_as_accurate_as_the_preset_it_was_written_with(tmp_p
 
 def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
     text = settled(SAW, STOCK)
-    study = judged(tmp_path, "saw", text)
+    # From its keyframe, with rates, nothing keeps it at its speed.
+    released = judged(tmp_path, "saw", text)
+    assert released.strays
+    assert not released.passed
+    study = judged(tmp_path, "saw", text, keyframe="qpos0")
     assert study.is_machine
+    assert not study.has_start
     assert study.passed
     own = study.own
     assert own.steps_per_revolution == pytest.approx(750.0)
@@ -71,7 +76,7 @@ def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Pa
     assert own_error > 1e-4
     assert 1e-5 > tuned > 1e-8 > hardened > 0.0
     # What was asked for is judged on these settings.
-    asked = judged(tmp_path, "saw", text, tolerance={"velocity": 1e-6})
+    asked = judged(tmp_path, "saw", text, tolerance={"velocity": 1e-6}, keyframe="qpos0")
     assert not asked.passed
     assert set(asked.exceeded()) == {"velocity"}
     assert "out of tolerance: velocity" in words.verdict(asked)
@@ -154,20 +159,20 @@ def servo_at(tmp_path: Path, speed: float, kv: float = 30.0, tolerance: float = 
 @pytest.mark.parametrize(("speed", "kv", "said"), [
     # kv over the crank's inertia times the step is 7.5, where RK4 holds up to 2.8.
     (SCENE.speed, 100.0, "Run as the file has it, from keyframe start with motor = 4.18879, it ended as reset"),
-    (0.98 * SCENE.speed, 30.0, "strays from the 40 rpm of the scene: it turned at 39.2"),
+    (0.98 * SCENE.speed, 30.0, "strays from the 40 rpm of the scene (by 2 % on average, allowed 0.01 %): it turned"),
     (SCENE.speed, 2.0, "it turned at 39."),  # a soft one: uneven by a sixth
-    (0.0, 30.0, "nothing is commanded, all its controls are 0 (--ctrl NAME=VALUE): it turned at"),
+    (0.0, 30.0, "stands still, not at the 40 rpm of the scene, with all controls at 0 (--ctrl NAME=VALUE)"),  # a brake
 ], ids=["stiff", "slow", "soft", "nothing"])  # fmt: skip
 def test_what_conrods_drive_hides_of_a_servo_is_the_first_thing_said(
     tmp_path: Path, speed: float, kv: float, said: str
 ) -> None:
-    study, healthy = servo_at(tmp_path, speed, kv), speed == 0.0
+    study = servo_at(tmp_path, speed, kv)
     verdict = words.verdict(study)
     assert study.own.outcome is Outcome.COMPLETED
-    assert study.passed == healthy
-    assert verdict.startswith("Run as the file has it, ") != healthy
+    assert not study.passed
+    assert verdict.startswith("Run as the file has it, ")
     assert said in verdict
-    assert ("within tolerance" in verdict) == healthy
+    assert "Driven by conrod, its own settings are within tolerance" in verdict
 
 
 @pytest.mark.usefixtures("no_presets")

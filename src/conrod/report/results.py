@@ -13,7 +13,7 @@ from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
 from conrod.studies.validation.results import ValidationResult
 
-PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t"}
+PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open"}
 KINEMATIC = "kinematic mode"
 DISTRUST = "This is an error of conrod, not of the engine or the model; please report it."
 

@@ -27,14 +27,20 @@ KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Roll
 
 
 def verdict(study: ModelStudy) -> str:
-    """The answer in a sentence; what the file's own run shows comes first where that failed, and last where not."""
+    """The answer in a few sentences: on the file as it is, on its runs with conrod's drive, and what was not judged.
+
+    What machine it is comes first, unless its own run failed.
+    """
     if study.distrust:
         return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST}"
-    sentences = [_judgement(study)]
+    sentences = [_identity_words(study)]
     if study.own_run is not None:
-        own_run = f"Run as the file has it, {_own_run_words(study, study.own_run)}."
-        sentences.insert(0 if study.own_failed else 1, own_run)
+        sentences.insert(0 if study.own_failed else 1, _own_run_words(study, study.own_run))
+    if study.is_machine and not study.model.stops:
+        sentences.append(_driven_words(study))
     sentences += _acting(study)
+    if not_judged := list(_not_judged(study)):
+        sentences.append(f"Not judged: {'; '.join(not_judged)}.")
     if (begins := study.model.begins) is not None:
         words = begins_words(begins, study.identity.frame.unit)
         sentences.insert(0 if study.begins_open else len(sentences), words)
@@ -53,37 +59,95 @@ def _acting(study: ModelStudy) -> Iterator[str]:
         yield from acting_sentences(alone, engine, "run as the file has it")
 
 
-def _judgement(study: ModelStudy) -> str:
-    """The answer without the file's own run."""
-    own, it_is = study.own, f"It is {study.scene_name}"
+def _identity_words(study: ModelStudy) -> str:
+    """Whether it is the machine, and may turn, in a sentence."""
     if not study.is_machine:
         return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
     if study.model.stops:
-        return f"{it_is}, but limits keep it from its turn: {'; '.join(study.model.stops)}."
+        return f"It is {study.scene_name}, but limits keep it from its turn: {'; '.join(study.model.stops)}."
+    return f"It is {study.scene_name}."
+
+
+def _driven_words(study: ModelStudy) -> str:
+    """The verdict on its own settings where conrod drives it, in a sentence."""
+    own = study.own
     if own is None or own.outcome is not Outcome.COMPLETED:
         how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
-        return f"{it_is}, but with its own settings it {how}."
-    if over := study.exceeded():
-        return f"{it_is}; its own settings are out of tolerance: {', '.join(exceeded_words(over))}."
-    if study.own_failed:
-        return f"{it_is}, and goes through its turns where conrod drives it."
-    return f"{it_is}; its own settings are {'within tolerance' if study.tolerance else 'measured, not judged'}."
+        return f"Driven by conrod, with its own settings it {how}."
+    return f"Driven by conrod, its own settings are {_judged_words(study, own)}."
+
+
+def _judged_words(study: ModelStudy, run: JudgedRun) -> str:
+    """'out of tolerance: position 7.4e-4 > 1.0e-4', or that it is within, or that none was asked for."""
+    if over := _exceeded_words(study, run):
+        return f"out of tolerance: {over}"
+    return "within tolerance" if study.tolerance else "measured, not judged"
+
+
+def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
+    """Quantities of a run that are out of tolerance, places in mm too: 'position 7.4e-4 (0.16 mm) > 1.0e-4'."""
+    words, lengths = exceeded_words(study.exceeded(run)), study.scene.lengths
+    sizes = {"loops open": in_mm(run.opening, {"": max(lengths.values())}), "position": _in_mm(study, run)}
+    named = [(one, next((size for name, size in sizes.items() if one.startswith(f"{name} ")), "")) for one in words]
+    return ", ".join(one.replace(" > ", f" ({size} mm) > ") if size else one for one, size in named)
 
 
 def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
-    """'from keyframe start with motor = 4.189, it ended as reset: ..'."""
-    begin, crank = f"from {study.model.start}", study.crank
+    """The verdict on the file as it is, in a sentence: 'Run as the file has it, from keyframe start, ..'."""
+    begin, crank = f"Run as the file has it, from {study.model.start},", study.crank
     if crank is None:
-        return f"{begin}, it ended as {run.outcome.slug}: {run.reason}"
+        return f"{begin} it ended as {run.outcome.slug}: {run.reason}."
+    speed, quiet = f"{_rpm(study.scene.speed)} rpm of the scene", _why_quiet(study)
     # What is less than a millionth of the scene's speed is none.
     seen = [study.scene.speed * round(one / study.scene.speed, 6) for one in (crank.mean, crank.least, crank.most)]
     mean, least, most = map(_rpm, seen)
-    did = f"it turned at {mean} rpm on average, {least} to {most} rpm"
-    if study.commanded is not None:
-        keeps = "strays from" if study.own_failed else "keeps to"
-        return f"{begin}, its crank {keeps} the {_rpm(study.scene.speed)} rpm of the scene: {did}"
-    why = "all its controls are 0 (--ctrl NAME=VALUE)" if study.model.controls else "it has no actuator"
-    return f"{begin}, nothing is commanded, {why}: {did}"
+    steady = mean == least == most
+    did = f"it turned at {mean} rpm" if steady else f"it turned at {mean} rpm on average, {least} to {most} rpm"
+    if not study.has_start:
+        still = "does not turn by itself" if crank.is_still else "is moved by its weight alone"
+        return f"Its own run is not judged: nothing drives it, from {study.model.start} with {quiet}: it {still}."
+    if crank.is_still:
+        did = f"its crank stands still, not at the {speed}{f', with {quiet}' if quiet else ''}"
+        if study.model.from_keyframe and not study.model.moves and not study.model.controls:
+            did += " (a keyframe is a start: give it rates, or take --keyframe qpos0)"
+    elif crank.mean * study.scene.speed < 0.0:
+        did = f"its crank turns backwards, not at the {speed}: {did}"
+    elif study.strays:
+        off = abs(crank.mean / study.scene.speed - 1.0)
+        allowed = f"by {quantity(100.0 * off, 2)} % on average, allowed {quantity(100.0 * study.speed_tolerance, 2)} %"
+        did = f"its crank strays from the {speed} ({allowed}){f', with {quiet}' if quiet else ''}: {did}"
+    else:
+        did = f"its crank keeps to the {speed}{'' if steady else f': {did}'}"
+    if (rates := study.model.rates) is not None:
+        found, asked = (quantity(one, 4) for one in (rates.found, rates.asked))
+        did += f"; the rates of its start open its loops: {rates.joint} at {found}, they ask for {asked} {rates.unit}"
+    if run.errors is None:
+        return f"{begin} {did}: OUT OF TOLERANCE."
+    if study.strays or study.rates_off or study.exceeded(run):
+        over = _exceeded_words(study, run)
+        return f"{begin} {did}: OUT OF TOLERANCE{f' ({over})' if over else ''}."
+    return f"{begin} {did}; {_judged_words(study, run)}."
+
+
+def _why_quiet(study: ModelStudy) -> str:
+    """What a file lacks that would drive it, in words; empty where a control does."""
+    if any(study.model.controls.values()):
+        return ""
+    actuators = "all controls at 0 (--ctrl NAME=VALUE)" if study.model.controls else "no actuator"
+    return actuators if study.model.moves else f"no rates and {actuators}"
+
+
+def _not_judged(study: ModelStudy) -> Iterator[str]:
+    """What the verdict says nothing on, in words."""
+    observed = [point.name for point in study.scene.mechanism().observed]
+    if missing := [name for name in observed if name not in study.identity.off_by]:
+        yield f"{', '.join(missing)} (not given)"
+    if study.points and set(study.points) <= set(study.model.rigid):
+        are = "is" if len(study.points) == 1 else "are"
+        yield f"what moves by its loops: {', '.join(study.points)} {are} rigid with the crank"
+    if study.tolerance and (left := [name for name in QUANTITIES if name not in study.tolerance]):
+        yield " and ".join(left)
+    yield "forces, masses, damping and gravity"
 
 
 def _rpm(speed: float) -> str:
@@ -211,13 +275,17 @@ def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
 
 
 def _said(study: ModelStudy, run: JudgedRun) -> str:
-    if run.errors is None:
+    if run.outcome is not Outcome.COMPLETED:
         return f"{run.outcome.slug}: {run.reason}"
-    if run is study.own_run and study.own_failed:
-        return "STRAYS"
-    if any(run is one for one in study.judged) and study.tolerance:
-        return "OUT OF TOLERANCE" if study.exceeded(run) else "within tolerance"
-    return "measured"
+    if run.errors is None:
+        return "STANDS STILL" if study.strays else "does not turn"
+    if run is study.own_run and study.strays:
+        return "STANDS STILL" if study.crank and study.crank.is_still else "STRAYS"
+    if not any(run is one for one in study.judged):
+        return "measured"
+    if study.exceeded(run) or (run is study.own_run and study.rates_off):
+        return "OUT OF TOLERANCE"
+    return "within tolerance" if study.tolerance else "measured"
 
 
 def drive(study: ModelStudy) -> Iterator[str]:

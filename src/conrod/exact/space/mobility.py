@@ -127,9 +127,8 @@ def mobility(machine: DrivenTree) -> Mobility:
         if spare := rows.stop - rows.start - (after - before):
             redundant[name] = spare
         before = after
-    undetermined, idle, rigid = dict[str, None](), dict[str, None](), dict.fromkeys(machine.tree.points)
-    directions = np.eye(len(machine.free))
-    for k in np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round().astype(int):
+    undetermined, idle = dict[str, None](), dict[str, None]()
+    for k in _looked_at(machine):
         left_free, found = (
             loose(machine, machine.knots[k].coordinates),
             poses(machine.tree, machine.knots[k].coordinates),
@@ -138,16 +137,29 @@ def mobility(machine: DrivenTree) -> Mobility:
         for name, point in machine.tree.points.items() if left_free.shape[1] else ():
             if np.abs(_movement(machine, found, point, left_free)).max() > MOVES:
                 undetermined[name] = None
-        for name in list(rigid):
-            if np.abs(_movement(machine, found, machine.tree.points[name], directions)).max(initial=0.0) > MOVES:
-                del rigid[name]
     rank = start.rows.shape[1]
     margins = [knot.values[rank - 1] / knot.values[0] if rank else 1.0 for knot in machine.knots]
     least = int(np.argmin(margins))
     return Mobility(
         len(columns), len(matrix), before, redundant, tuple(undetermined), tuple(idle), float(margins[least]),
-        machine.knots[least].time, tuple(rigid),
+        machine.knots[least].time, rigid_points(machine, machine.tree.points),
     )  # fmt: skip
+
+
+def rigid_points(machine: DrivenTree, points: Mapping[str, SpatialPoint]) -> tuple[str, ...]:
+    """Names of points that closures cannot move along the way: they are rigid with what is driven or held."""
+    directions, looked_at = np.eye(len(machine.free)), _looked_at(machine)
+    every = [poses(machine.tree, machine.knots[k].coordinates) for k in looked_at]
+
+    def is_moved(point: SpatialPoint) -> bool:
+        return any(np.abs(_movement(machine, found, point, directions)).max(initial=0.0) > MOVES for found in every)
+
+    return tuple(name for name, point in points.items() if not is_moved(point))
+
+
+def _looked_at(machine: DrivenTree) -> list[int]:
+    """Numbers of a few knots along the way."""
+    return [int(k) for k in dict.fromkeys(np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round())]
 
 
 def _matrix(machine: DrivenTree, found: Poses) -> tuple[Array, list[int]]:

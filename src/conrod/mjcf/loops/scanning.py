@@ -13,9 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space import SpatialPoint
+from conrod.exact.space.mobility import rigid_points
 from conrod.mjcf.causes import about_closures
 from conrod.mjcf.loops.runs import tendons_beyond
-from conrod.mjcf.loops.start import open_start
+from conrod.mjcf.loops.start import open_start, start_rates
 from conrod.mjcf.loops.turning import SAMPLES, TURN, Turning
 from conrod.own.models.loading import data_at_start, find_crank, name_or_number, names_of, numbered, start_words
 from conrod.own.models.request import ModelFacts, Question, Scan
@@ -98,6 +100,7 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
     model, tree, pair = turning.model, turning.machine.tree, turning.touching
     data, key = data_at_start(model, question.keyframe, question.controls)
     controls, option = data.ctrl.tolist(), model.opt
+    begins = open_start(model, data, tree.extent, start_words(model, key))
     integrator = mujoco.mjtIntegrator(int(option.integrator)).name.removeprefix("mjINT_")
     solver = mujoco.mjtSolver(int(option.solver)).name.removeprefix("mjSOL_")
     return ModelFacts(
@@ -113,8 +116,12 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
         f"iterations, tolerance {option.tolerance:g}",
         start=start_words(model, key, controls),
         controls=dict(zip(numbered(names_of(model, "actuator")), controls, strict=True)),
-        begins=open_start(model, data, tree.extent, start_words(model, key)),
+        begins=begins,
         about=about_closures(model),
+        from_keyframe=key is not None,
+        moves=bool(np.any(data.qvel)),
+        rates=None if begins else start_rates(turning.machine, data),
+        rigid=_rigid(turning),
     )
 
 
@@ -124,9 +131,20 @@ def _tendon_stops(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
         yield f"tendon {name} is held to {low:.6g} to {high:.6g}, needs {length.min():.6g} to {length.max():.6g}"
 
 
+def _rigid(turning: Turning) -> tuple[str, ...]:
+    """Names of observed points that are rigid with the crank, so that neither closures nor a contact move them."""
+    data, points = mujoco.MjData(turning.model), dict[str, SpatialPoint]()
+    mujoco.mj_kinematics(turning.model, data)
+    for one in turning.points:
+        offset = data.xmat[one.body].reshape(3, 3).T @ (one.position(data) - data.xpos[one.body])
+        points[one.name] = SpatialPoint(one.body, offset)
+    return rigid_points(turning.machine, points)
+
+
 def _stops(turning: Turning, states: Array) -> Iterator[str]:
     """Joints whose limits keep the model from its turn, along which its coordinates (nq, T) are made without limits."""
-    if turning.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_LIMIT:
+    off = mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    if turning.model.opt.disableflags & off:
         return
     for joint in turning.machine.tree.joints:
         if joint.range is None:

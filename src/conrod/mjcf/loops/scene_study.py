@@ -25,7 +25,7 @@ from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.loading import data_at_start
-from conrod.own.models.request import Question
+from conrod.own.models.request import AJAR, Question
 from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankMotion, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
 from conrod.runs.other_forces import with_obstacles
@@ -159,7 +159,12 @@ class Bench:
         at, last = self.instants(run), run.times >= run.times[-1] - self.period * (1.0 + 1e-9)
         angle, rate = at.angle[last], at.rate[last]
         mean = float(angle[-1] - angle[0]) / max(step * (len(angle) - 1), 1e-300)
-        return found, CrankMotion(mean, float(rate.min()), float(rate.max()))
+        farthest = float(np.abs(at.angle - at.angle[0]).max()) / (2.0 * math.pi)
+        crank = CrankMotion(mean, float(rate.min()), float(rate.max()), farthest)
+        # What stands in a closed pose is exact there, which says nothing of a motion.
+        closed = max((float(gap[0]) for gap in run.gaps.values()), default=0.0) <= AJAR * turning.machine.tree.extent
+        stands = crank.is_still and closed
+        return (replace(found, errors=None) if stands else found), crank
 
     def instants(self, run: Recording) -> Instants:
         """The crank in the document's frame."""
@@ -169,12 +174,17 @@ class Bench:
 
     def judged(self, label: str, run: Recording, step: float) -> JudgedRun:
         """A run with its outcome and its errors."""
-        at, seen = self.instants(run), (self.frame.placed, self.frame.turned, self.frame.turned)
+        at = self.instants(run)
+        if label == AS_GIVEN:  # the scene's clock begins at crank angle 0, which it need not start at
+            at = replace(at, times=at.times + at.angle[0] / self.speed)
+        seen = (self.frame.placed, self.frame.turned, self.frame.turned)
         tracks = {
             name: PointTracks(*(Track(at, see(v)) for see, v in zip(seen, run.points[name], strict=True)))
             for name in self.points
         }
         verdict, errors = Verdict(run.outcome, run.reason), None
+        gap = max((float(gap.max()) for gap in run.gaps.values()), default=0.0)
+        opening = self.frame.unit * gap / max(self.exact.lengths.values())
         if run.outcome is Outcome.COMPLETED:
             verdict = next(self._endings(run, tracks), verdict)
         if verdict.outcome is Outcome.COMPLETED:
@@ -182,12 +192,15 @@ class Bench:
                 name: {quantity: size_of(series.error) for quantity, series in vars(found).items()}
                 for name, found in track_errors(tracks, self.speed, ExactMotions(self.exact)).items()
             }
-        phase = float(np.abs(at.angle - at.angle[0] - self.speed * at.times).max())
+        phase = float(np.abs(at.angle - at.angle[0] - self.speed * run.times).max())
         reason = with_obstacles(verdict.reason, run.acting)
-        return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting)
+        return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting, opening)
 
     def _endings(self, run: Recording, tracks: Mapping[str, PointTracks]) -> Iterator[Verdict]:
-        """Outcomes that the points and the violation of the closures show; the first one counts."""
+        """Outcomes that the points and the violation of the closures show; the first one counts.
+
+        A run that starts open and snaps shut goes on from there: how far it was open is an error of it, no outcome.
+        """
         travel, exact = max(self.exact.lengths.values()), ExactMotions(self.exact)
         places = np.array([t.position.values for t in tracks.values()])
         off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])
@@ -195,7 +208,6 @@ class Bench:
         if away.max() > OUT_OF_REACH:
             time = run.times[int(np.argmax(away > OUT_OF_REACH))]
             yield Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
-        opened = self.frame.unit * max((float((gap - gap[0]).max()) for gap in run.gaps.values()), default=0.0)
         if self.turning.touching is not None:
             # A follower further from the crank's axis than the cam would have it, or nearer by a roller.
             from_axis = places - np.array(self.frame.shaft)
@@ -205,12 +217,16 @@ class Bench:
                 yield Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
             if outward.max() > LOST_GAP * travel:
                 yield Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
-        if opened > OPEN_GAP * travel:
-            yield Verdict(Outcome.OPENED, f"a closure is open by up to {opened:.3g} m")
+        late = len(run.times) // 2
+        opened = max((max(*(gap - gap[0]), *gap[late:]) for gap in run.gaps.values()), default=0.0)
+        if self.frame.unit * opened > OPEN_GAP * travel:
+            yield Verdict(Outcome.OPENED, f"a closure is open by up to {1e3 * self.frame.unit * opened:.3g} mm")
         worst = int(np.argmax(size := np.linalg.norm(off, axis=2).max(axis=0)))
         if size[worst] > OPEN_GAP * travel and self.turning.touching is None:
             machine, there = self.turning.machine, run.coordinates[:, worst : worst + 1]
             time, near = float(there[self.turning.crank.coordinate, 0]) - self.turning.first, OPEN_GAP * travel
             here = self.turning.state(float(np.remainder(time, 2.0 * np.pi)))[0][:, None]
             if flipped(machine, machine.tree.points, there, time, here, near / self.frame.unit):
-                yield Verdict(Outcome.FLIPPED, f"on another branch {machine.where(time)}")
+                starts = "it starts so, and is " if size[0] > OPEN_GAP * travel else ""
+                far = f"{starts}up to {1e3 * size[worst]:.3g} mm off"
+                yield Verdict(Outcome.FLIPPED, f"on another branch {machine.where(round(time, 9))}, {far}")

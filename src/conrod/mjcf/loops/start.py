@@ -1,4 +1,4 @@
-"""The pose that a file's own run starts in: loops that are open there, and the nearest pose that closes them."""
+"""The state that a file's own run starts in: loops that are open, or that its rates open, and what would close them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import numpy as np
 
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.exact.motion import Array
+from conrod.exact.space.assembly import RANK_TOLERANCE
+from conrod.exact.space.closing import jacobian
+from conrod.exact.space.motion import DrivenTree
+from conrod.exact.space.poses import poses
 from conrod.mjcf.equalities import close_loops, closure_name, handles, openings
-from conrod.own.models.request import AJAR, OpenStart
+from conrod.own.models.request import AJAR, OpenStart, StartRates
 
 CLOSED = 1e-12  # of the machine's extent
 DIGITS, PLACES = 10, 12  # of a pose in words: what they leave open is far below what is said to be open
@@ -39,3 +43,28 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
 def pose_words(coordinates: Array) -> str:
     """Coordinates (nq,) as MJCF's `qpos` has them."""
     return " ".join(f"{value:.{DIGITS}g}" for value in np.round(coordinates, PLACES) + 0.0)
+
+
+def start_rates(machine: DrivenTree, data: mujoco.MjData) -> StartRates | None:
+    """Compare the rates of a closed start with those that the loops ask for; None where they do.
+
+    Rates v open the closures at J v, with J their Jacobian. The rates that the loops ask for are the nearest ones with
+    J v = 0 that leave those of driven joints as they are.
+
+    Args:
+        machine: whose drives are not asked for their laws.
+        data: at the start.
+    """
+    tree, found = machine.tree, poses(machine.tree, np.array(data.qpos)[:, None])
+    rates, matrix = np.array(data.qvel), jacobian(found, 1)[0]
+    speed = float(np.abs(machine.sweep * rates).max(initial=0.0))
+    opening = float(np.abs(matrix @ rates).max(initial=0.0))
+    if not opening > AJAR * speed:
+        return None
+    step = np.linalg.lstsq(machine.scaled(found), -(matrix @ rates), rcond=RANK_TOLERANCE)[0]
+    asked = rates.copy()
+    asked[machine.free] += machine.weights * step
+    worst = int(np.argmax(np.abs(machine.sweep * (asked - rates))))
+    joint = next(one for one in tree.joints if worst in range(tree.freedom)[one.rates])
+    unit = "m/s" if joint.unit == "m" else "rad/s"
+    return StartRates(opening, joint.name, float(rates[worst]), float(asked[worst]), unit)

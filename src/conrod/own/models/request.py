@@ -102,6 +102,24 @@ class Question:
 
 
 @dataclass(frozen=True)
+class StartRates:
+    """Rates in which a file's own run starts, against those that its loops ask for.
+
+    Attributes:
+        opening: largest rate at which they open a closure, in the model's unit of length [/s].
+        joint: whose rate is furthest from what the loops ask for, with the crank's rate as it is.
+        found, asked: its rates [rad/s, or the model's unit of length /s].
+        unit: rad/s, or m/s of a slide.
+    """
+
+    opening: float
+    joint: str
+    found: float
+    asked: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class OpenStart:
     """Loops that are open in the pose in which a file's own run starts.
 
@@ -143,6 +161,10 @@ class ModelFacts:
         controls: inputs of all actuators in that run, by name or number.
         begins: where that run begins with its loops open; None where they are closed.
         about: closures that are inactive, handles, or hold parts that do not meet, in words.
+        from_keyframe: whether that run starts from a keyframe, which is what a file says of its start.
+        moves: whether it starts with a rate that is not 0.
+        rates: where they open the loops; None where they do not, or the loops are open anyway.
+        rigid: observed points that are rigid with the crank, which no closure can move.
     """
 
     name: str
@@ -159,6 +181,10 @@ class ModelFacts:
     controls: Mapping[str, float] = field(default_factory=dict)
     begins: OpenStart | None = None
     about: str = ""
+    from_keyframe: bool = False
+    moves: bool = False
+    rates: StartRates | None = None
+    rigid: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,13 @@ from conrod.studies.validation.results import RefinementPoint
 AS_GIVEN, OWN = "its own run", "as it is"
 RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
 QUANTITIES = ("position", "velocity", "acceleration")
+# The position's tolerance bounds the opening of the loops, too; over the machine's largest length.
+CLOSURE = "closure"
 # A mean speed that is off by more than a per cent is another speed; `conrod lint` drives no worse. The roughest drives
 # that handbooks allow, those of crushers, swing by a fifth of their speed from the slowest to the fastest.
 STRAYED, UNEVEN = 0.01, 0.1
+# A crank that stays within this share of its turns does not turn.
+STILL = 0.01
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,7 @@ class JudgedRun:
         errors: by observed point and by quantity; None where it did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
         acting: what was seen to act besides weight, inertia and the loops.
+        opening: how far its loops open at most, over the machine's largest length.
     """
 
     label: str
@@ -42,6 +47,7 @@ class JudgedRun:
     errors: Mapping[str, Mapping[str, Size]] | None
     phase: float
     acting: tuple[OtherForce, ...] = ()
+    opening: float = 0.0
 
     def worst(self, quantity: str, measure: str = "max") -> float | None:
         """The largest error of a quantity over all points; None where the run did not complete."""
@@ -51,6 +57,8 @@ class JudgedRun:
 
     def judged_error(self, name: str) -> float:
         """The error that a tolerance of this name is compared with; not a number where the run did not complete."""
+        if name == CLOSURE:
+            return self.opening
         quantity, _, measure = name.partition("_")
         found = self.phase if quantity == "phase" else self.worst(quantity, measure or "max")
         return math.nan if found is None else found
@@ -62,16 +70,27 @@ class CrankMotion:
 
     Attributes:
         mean, least, most: of its speed [rad/s].
+        farthest: largest angle from where it starts, in the whole run [turns].
     """
 
     mean: float
     least: float
     most: float
+    farthest: float = math.inf
 
-    def strays(self, speed: float) -> bool:
-        """True if its mean speed is not the commanded one [rad/s], or it was off that by a tenth at any time."""
+    @property
+    def is_still(self) -> bool:
+        """True if it does not turn."""
+        return self.farthest <= STILL
+
+    def strays(self, speed: float, allowed: float = STRAYED) -> bool:
+        """True if its mean speed is not that of the scene [rad/s], or it was off that by a tenth at any time.
+
+        Args:
+            allowed: share of the speed that the mean may be off by.
+        """
         mean, *ends = (abs(own / speed - 1.0) for own in (self.mean, self.least, self.most))
-        return mean > STRAYED or max(ends) > UNEVEN
+        return not mean <= allowed or not max(ends) <= max(UNEVEN, allowed)
 
 
 @dataclass(frozen=True)
@@ -119,15 +138,42 @@ class ModelStudy:
         return self.identity.is_machine(self.kinematic_tolerance)
 
     @property
-    def commanded(self) -> float | None:
-        """Speed of the crank [rad/s] that the file's controls are to give it; None where all of them are 0."""
-        return self.scene.speed if any(self.model.controls.values()) else None
+    def has_start(self) -> bool:
+        """True if the file says how it is to run: by a keyframe, a control or a rate that is not 0.
+
+        Without one it is a machine that others drive, such as a program that sets its controls.
+        """
+        return self.model.from_keyframe or self.model.moves or any(self.model.controls.values())
+
+    @property
+    def speed_tolerance(self) -> float:
+        """Share of the scene's speed that the mean speed of the file's own run may be off by.
+
+        What is asked for of velocities. Where that is not, the position's where it is less than a per cent: after a
+        radian of the crank, a speed off by a share e has a point off by about e of its travel.
+        """
+        asked = self.tolerance or {}
+        return asked["velocity"] if "velocity" in asked else min(STRAYED, asked.get("position", STRAYED))
+
+    @property
+    def strays(self) -> bool:
+        """True if the file says how it is to run, and its crank does not keep the speed of the scene."""
+        return self.has_start and self.crank is not None and self.crank.strays(self.scene.speed, self.speed_tolerance)
+
+    @property
+    def rates_off(self) -> bool:
+        """True if the rates of its own start open its loops by more than is allowed of velocities, or a per cent."""
+        size, unit = max(self.scene.lengths.values()) * abs(self.scene.speed), self.identity.frame.unit
+        allowed = (self.tolerance or {}).get("velocity", STRAYED) * size
+        return self.model.rates is not None and not unit * self.model.rates.opening <= allowed
 
     @property
     def own_failed(self) -> bool:
-        """True if the file's own run did not complete, or its crank strayed from what is commanded."""
-        strayed = self.crank is not None and self.commanded is not None and self.crank.strays(self.commanded)
-        return self.own_run is None or self.own_run.outcome is not Outcome.COMPLETED or strayed
+        """True if the file's own run did not complete, strays, starts off its loops, or is out of tolerance."""
+        run = self.own_run
+        if run is None or run.outcome is not Outcome.COMPLETED or self.strays or self.rates_off:
+            return True
+        return self.has_start and bool(self.exceeded(run))
 
     @property
     def begins_open(self) -> bool:
@@ -149,14 +195,22 @@ class ModelStudy:
         position and by what the phase moves the point.
         """
         asked, own = self.tolerance or {}, self.own
+        closing = {CLOSURE: asked["position"]} if "position" in asked else {}
         if own is None:
-            return asked
+            return {**asked, **closing}
         kept = phase_bound(own.steps_per_revolution * self.revolutions, self.revolutions)
         phase = kept + RIPPLE * 2.0 * np.pi * self.revolutions
         clock = {"phase": phase}
         if "position" in asked:
             clock["total"] = asked["position"] + phase * largest_derivatives(self.scene.kinematics, 1)[1]
-        return {**clock, **asked}
+        return {**clock, **asked, **closing}
+
+    @property
+    def own_limits(self) -> Mapping[str, float]:
+        """Allowed error of the file's own run, whose clock is held to its speed, and to what was asked for alone."""
+        asked = self.tolerance or {}
+        derived = {"phase", "total"} - asked.keys()
+        return {name: size for name, size in self.limits.items() if name not in derived}
 
     def exceeded(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
         """Quantities that are out of tolerance: found and allowed, of all judged runs or of some.
@@ -165,7 +219,7 @@ class ModelStudy:
         """
         over = dict[str, tuple[float, float]]()
         for run in runs or self.judged:
-            limits = self.limits if run is self.own else self.tolerance or {}
+            limits = self.limits if run is self.own else self.own_limits
             for name, allowed in limits.items() if run.errors is not None else ():
                 if not (found := run.judged_error(name)) <= allowed:
                     over[name] = max((found, allowed), over.get(name, (found, allowed)))
@@ -173,8 +227,8 @@ class ModelStudy:
 
     @property
     def judged(self) -> list[JudgedRun]:
-        """Runs that are held to a tolerance: of its own settings, and of the file where that commands a motion."""
-        own_run = self.own_run if self.commanded is not None else None
+        """Runs that are held to a tolerance: of its own settings, and of the file where that says how it is to run."""
+        own_run = self.own_run if self.has_start else None
         return [run for run in (self.own, own_run) if run is not None]
 
     @property
