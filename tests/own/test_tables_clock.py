@@ -80,3 +80,20 @@ def test_half_of_the_rows_at_distances_well_above_the_digits_are_taken_at_their_
     kept = np.sort(RANDOM.choice(np.arange(0, ROWS, 10), 18, replace=False)).astype(float)
     assert study_of(np.zeros(ROWS), kept, tmp_path).passed is True
     assert set(study_of(CLOCKS["offset"], kept, tmp_path).exceeded) == {"phase", "total"}
+
+
+def test_rows_a_last_digit_apart_are_taken_at_their_word_where_few_are_missing(tmp_path: Path) -> None:
+    times = np.arange(ROWS) * 1e-3
+    table = exact_table(SAW, times=times + 0.4e-3, crank=True) | {"time": np.round(times, 3)}
+    for missing in ([150], list(range(40, 90)), [20, 90, 200, 201]):
+        few = {name: np.delete(column, missing) for name, column in table.items()}
+        assert set(judged(few, SAW, tmp_path, tolerance={"position": 1e-6}).exceeded) == {"phase", "total"}
+
+
+def test_numbers_of_few_digits_are_multiples_of_the_last_one_whatever_they_were(tmp_path: Path) -> None:
+    random = np.random.default_rng(8)
+    written = np.cumsum(random.integers(1, 4, ROWS)) * 1e-3
+    at = written + random.uniform(-0.45e-3, 0.45e-3, ROWS)
+    table = exact_table(SAW, times=at, crank=True) | {"time": np.round(written, 3)}
+    study = judged(table, SAW, tmp_path, tolerance={"position": 1e-6})
+    assert (study.passed, study.tolerance["phase"]) == (True, pytest.approx(SAW.speed * 0.5e-3, rel=1e-6))

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import conrod
+from described import SLIDER_CRANK, tables
 from table_files import ROWS, Columns, exact_table, judged
 
 from conrod import InvalidInput
 from conrod.report.trajectory import verdict_text
 from conrod.scenes import CamFollower, Saw
+from conrod.scenes.described_scene import scene_of
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 SAW, TIGHT = Saw(speed=20.0), {"position": 1e-4}
@@ -60,6 +62,17 @@ def test_what_stands_still_but_is_off_is_out_of_tolerance(tmp_path: Path) -> Non
     assert study.passed is None
     assert any(note.startswith("C.y: the exact motion stands still there") for note in study.notes)
     assert not any("stands still" in note for note in judged(of_columns("C.x"), SAW, tmp_path).notes)
+
+
+def test_a_coordinate_that_stands_still_away_from_zero_judges_nothing(tmp_path: Path) -> None:
+    given = tables(SLIDER_CRANK)
+    given["ground"]["points"]["Q"] = [0, "20 mm"]
+    given["joints"]["slide"]["guide"] = "ground.Q"
+    scene = scene_of(given)
+    table = exact_table(scene)
+    assert float(table["B.y"].min()) == pytest.approx(0.02)
+    with pytest.raises(InvalidInput, match=r"the exact B\.y moves by no more"):
+        judged({name: table[name] for name in ("time", "B.y")}, scene, tmp_path, tolerance=TIGHT)
 
 
 def test_a_column_that_moves_beside_one_that_stands_still_is_judged(tmp_path: Path) -> None:

@@ -108,3 +108,9 @@ def test_the_dwell_of_one_pass_is_no_dead_sensor(tmp_path: Path) -> None:
     late = table | {"time": table["time"] + 0.01 * (last - first)}
     assert kinds(judged(late, scene, tmp_path, tolerance=POSITION)) == []
     assert judged(table, scene, tmp_path, tolerance=POSITION).passed is True
+
+
+def test_too_few_rows_of_zeros_show_no_slip(tmp_path: Path) -> None:
+    # Swapped, zeros would be the y of a slider along x: that stands still whatever it is.
+    table = {"time": EXACT["time"][:4], "C.x": np.zeros(4)}
+    assert kinds(judged(table, SAW, tmp_path, tolerance=POSITION)) == []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -15,6 +14,7 @@ from conrod.exact.motion import Array
 from conrod.own.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
 from conrod.own.tables.errors import ERRORS, Exact
 from conrod.own.tables.estimation import TURN, ahead, shift_of
+from conrod.own.tables.slides import Hypothesis, slide_hypotheses
 from conrod.own.tables.stuck import MIN_ROWS, remaining, stuck_rows, stuck_words, without_stuck
 
 # The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
@@ -33,7 +33,6 @@ NUMBERS_EACH = 3
 LEFT = 0.05
 MUCH_LESS, ALL = 0.1, 1e-6
 HALF = 0.5  # of a difference that values which stand still make, for them to be named beside what else is wrong
-STILL = 1e-6  # travel, normalised
 NOTEWORTHY = 1e-6  # nobody asks why an error is that small, but for a tolerance: tables are written with so many digits
 STUCK = "dead sensor"
 # Rows that causes are looked for in, evenly spread: plenty to tell a twentieth.
@@ -86,8 +85,7 @@ def _explaining(rows: Exact, before: Mapping[str, float]) -> tuple[Cause, ...]:
                 after = undone.largest(name) if name in concerns else None
             except InvalidInput:
                 break  # the linkage does not come to where the crank would then be
-            # Beside a motion that stands still what stands still is right, whatever it was meant to be.
-            if after is not None and after <= LEFT * min(size, 1.0) and _moves(undone, name):
+            if after is not None and after <= LEFT * min(size, 1.0) and not _is_stillness(rows, undone, name, after):
                 explains[name] = (size, after)
         cause = Cause(kind, text, explains)
         # Of one kind the first is the simplest: another one must leave far less.
@@ -97,13 +95,20 @@ def _explaining(rows: Exact, before: Mapping[str, float]) -> tuple[Cause, ...]:
     return tuple(cause for place, cause in enumerate(ranked) if not _beaten(cause, ranked[:place]))
 
 
-def _moves(table: Exact, name: str) -> bool:
-    """True if a column that an error is of travels in the exact motion, by its own clock or as its crank says."""
+def _is_stillness(table: Exact, undone: Exact, name: str, after: float) -> bool:
+    """True if a difference is small because undoing the slip makes the exact motion stand still, as the table does."""
+    travel = _travel(undone, name)
+    return travel < _travel(table, name) and after >= LEFT * travel
+
+
+def _travel(table: Exact, name: str) -> float:
+    """Largest travel, normalised, in the exact motion, of the columns that an error is of."""
+    travels = [0.0]
     for point in table.points(name):
         exact = getattr((table.nominal if name == "total" else table.reached).point(point), ERRORS[name])
-        if np.ptp(exact[:, list(table.axes(name, point))], axis=0).max() > STILL * table.norm(name, point):
-            return True
-    return False
+        axes = list(table.axes(name, point))
+        travels.append(float(np.ptp(exact[:, axes], axis=0).max()) / table.norm(name, point))
+    return max(travels)
 
 
 def _beaten(cause: Cause, better: Sequence[Cause]) -> bool:
@@ -120,9 +125,6 @@ def _left(cause: Cause) -> float:
 
 # -- slips -----------------------------------------------------------------------------------------------------------
 
-# A slip undone: kind and text as in `Cause`, the table without the slip, names of the errors that it can be behind.
-Hypothesis: TypeAlias = tuple[str, str, Exact, Collection[str]]
-
 
 def _hypotheses(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
     """All slips that a table may suffer from, undone; of one kind the simplest first."""
@@ -138,6 +140,7 @@ def _hypotheses(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
     if "total" in wrong or "position" in wrong:
         yield from _frame(table)
     yield from _times(table, wrong)
+    yield from slide_hypotheses(table)
 
 
 def _units(table: Exact) -> Iterator[Hypothesis]:
