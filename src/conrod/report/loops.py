@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
@@ -39,6 +39,8 @@ def finding(study: LoopStudy) -> str:
         said.insert(0 if study.begins_open else len(said), begins_words(study.begins))
     if study.is_machine and study.compared is not None and (words := _differences(study.compared)):
         said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
+    if study.compared is not None and (loads := study.compared.loads):
+        said.append(f"Loads are not judged, and differ: {_cut_short(loads)}.")
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
@@ -118,8 +120,13 @@ def _differences(other: Comparison) -> str:
     """Name what a model has otherwise than a machine; empty where nothing is found."""
     if other.other_branch:
         return "it is assembled on another branch"
-    more = len(other.differences) - TOLD
-    return "; ".join([*other.differences[:TOLD], *([f"{more} more differences"] if more > 0 else [])])
+    return _cut_short(other.differences)
+
+
+def _cut_short(differences: Sequence[str]) -> str:
+    """The first differences, and how many more there are."""
+    more = len(differences) - TOLD
+    return "; ".join([*differences[:TOLD], *([f"{more} more differences"] if more > 0 else [])])
 
 
 def shipped_words(shipped: ShippedRun) -> str:
@@ -202,6 +209,8 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
     if study.compared is not None and study.compared.closed_form is not None:
         off = measured(study.compared.closed_form)
         yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
+    if study.compared is not None and not study.compared.loads:
+        yield f"masses, damping and gravity are those of {study.compared.machine}, body by body and joint by joint"
     if study.unmodelled:
         yield f"forces are not compared, for there are others: {', '.join(study.unmodelled)}"
     for run in study.runs:

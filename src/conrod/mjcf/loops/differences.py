@@ -32,6 +32,7 @@ class Comparison:
         closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where
             it has none.
         other_branch: whether it is the machine, assembled the other way.
+        loads: masses, damping and gravity that the model has otherwise, in words; they do not show in its motion.
     """
 
     machine: str
@@ -41,6 +42,7 @@ class Comparison:
     other_branch: bool = False
     closed_form: float | None = None
     other_kinds: bool = False
+    loads: tuple[str, ...] = ()
 
 
 def compared(

@@ -20,6 +20,7 @@ from conrod.mjcf.causes import about_closures, with_causes
 from conrod.mjcf.equalities import inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import SAME, Comparison, changes, compared
 from conrod.mjcf.loops.driving import driven_run, start_state
+from conrod.mjcf.loops.load_differences import load_changes
 from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
@@ -238,6 +239,7 @@ class _Bench:
         driven = self.machine
         off = inactive_closures(self.model)
         found = compared(name, driven.tree, machine, driven.laws, driven.held, motion, off)
+        found = replace(found, loads=tuple(load_changes(driven.tree, machine)))
         if name not in MACHINES:
             return found
         laws = {joint: law.derivatives(motion.times)[:3] for joint, law in driven.laws.items()}
