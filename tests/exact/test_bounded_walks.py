@@ -44,10 +44,12 @@ def solutions(monkeypatch: pytest.MonkeyPatch) -> Solutions:
 
 
 def at_scale(path: Path, factor: float) -> dict[str, Any]:
-    """A file with all its lengths times a factor."""
+    """A file with all its lengths times a factor, and the inertias that go with them."""
     whole = tables(path)
     for way in mutants.places(whole):
         found = mutants.quantity(mutants.at(whole, way)) if "points" in way or "centre_of_gravity" in way else None
+        if way[-1] == "inertia" and (inertia := mutants.quantity(mutants.at(whole, way))):
+            whole = mutants.put(whole, way, f"{inertia[0] * factor**2!r} {inertia[1] or 'kg*m^2'}")
         if found:
             whole = mutants.put(whole, way, f"{found[0] * factor!r} {found[1] or 'm'}")
     return whole
