@@ -15,6 +15,18 @@ T = TypeVar("T")
 LEAST_LIKENESS, AS_NEAR, BEGUN = 0.49, 0.95, 0.75
 
 
+# Characters that command a terminal or a reader, each as what is shown in its place: control characters but tab and
+# line end, those that turn the direction of what follows, other ends of lines, letters that are seen nowhere, and
+# halves of characters.
+COMMANDING = dict.fromkeys(
+    [
+        *range(0x09), *range(0x0B, 0x20), *range(0x7F, 0xA0), 0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F),
+        *range(0x2066, 0x206A), *range(0xFFF9, 0xFFFC), *range(0xD800, 0xE000), *range(0xE0000, 0xE0080),
+    ],
+    "?",
+)  # fmt: skip
+
+
 class InvalidInput(ValueError):
     """A value that cannot be used; the message names it, what is allowed and the nearest valid choice."""
 

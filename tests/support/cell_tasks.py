@@ -319,3 +319,9 @@ def write_into_strays(first: int, last: int) -> str:
         with suppress(OSError):
             os.write(descriptor, b"a line that is meant for a log\n")
     return "written"
+
+
+def print_hostile() -> None:
+    """Print escapes as an engine, or a library in it, may."""
+    print("\x1b[2J\u202egnp", flush=True)
+    os.write(2, "\x1b]0;owned\x07\u202egnp\n".encode())

@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
 from conrod.report.charts.canvas import drawing_style, svg_text
+from conrod.report.table import in_svg
 
 FOLDER = "figures"
 # Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
@@ -48,7 +49,7 @@ class Figure:
         """The figure drawn, the same byte for byte wherever that is done."""
         with drawing_style():
             drawn = self.draw()
-            return drawn if isinstance(drawn, str) else svg_text(drawn)
+            return in_svg(drawn if isinstance(drawn, str) else svg_text(drawn))
 
     def places(self) -> list[Spot]:
         """The spots, where the figure has them once it is laid out."""

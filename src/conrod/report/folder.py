@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
@@ -165,7 +165,9 @@ class ReportFolder:
         """Refuse names of files that conrod never gave; raises InvalidInput."""
         names = [name for entry in entries for name in (*entry["files"], entry["data"], entry["page"])]
         for name in (*files, *names):
-            if not OWN_NAME.fullmatch(name) or name.startswith(".."):
+            if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
+                raise InvalidInput(f"{said}: {name} is not in its folder")
+            if not OWN_NAME.fullmatch(name):
                 raise InvalidInput(f"{said}: {name!r} is no file of a report")
 
     def _settled(self, found: Mapping[str, Any], before: Mapping[str, Any], data: Mapping[str, str]) -> dict[str, Any]:

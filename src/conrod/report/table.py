@@ -10,23 +10,33 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from conrod.errors import COMMANDING
+
 LONGEST = 400  # characters of an error's line
-# Control characters but tab and line end, and those that turn the direction of what follows.
-_COMMANDING = [*range(0x09), *range(0x0B, 0x20), *range(0x7F, 0xA0), *range(0x202A, 0x202F), *range(0x2066, 0x206A)]
-_VISIBLE = dict.fromkeys(_COMMANDING, "?")
-# In Markdown: what opens a tag, and what makes a link of brackets, unless it leads to a file or a page.
-_HAZARD = re.compile(r"<(?=[A-Za-z/!?])|\](?=\((?!\s*<?https?://)[^)]*[:&]|:(?!\s*<?https?://)\s*(<[^>]*|\S*)[:&])")
+# In Markdown: what opens a tag or an image, and what makes a link of brackets, unless it leads to a file of the report.
+_HAZARD = re.compile(r"<(?=[A-Za-z/!?])|!(?=\[)|\](?=\([^)]*([:&]|//)|:\s*(<[^>]*|\S*)([:&]|//))")
+_ENTITIES = {"<": "&lt;", "!": "&#33;", "]": "&#93;"}
 
 
 def visible(text: str) -> str:
     """The text with a question mark for each control character; tabs and line ends stay."""
-    return text.translate(_VISIBLE)
+    return text.translate(COMMANDING)
 
 
 def in_markdown(text: str) -> str:
-    """The text without HTML of its own, and without links that run something; other marks stay."""
+    """The text without HTML and images of its own, and without links that leave the report; other marks stay."""
     # Entities, not backslashes: one that stands before would escape those.
-    return _HAZARD.sub(lambda found: "&lt;" if found[0] == "<" else "&#93;", visible(text))
+    return _HAZARD.sub(lambda found: _ENTITIES[found[0]], visible(text))
+
+
+def in_html(page: str) -> str:
+    """A whole page in which no character commands a reader; names in it are escaped by what makes the page."""
+    return visible(page)
+
+
+def in_svg(drawing: str) -> str:
+    """A whole drawing in which no character commands a reader."""
+    return visible(drawing)
 
 
 class Verbatim(str):

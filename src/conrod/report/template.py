@@ -46,7 +46,7 @@ def table_text(table: Table) -> str:
 
 def figure_text(figure: Figure) -> str:
     """A figure as a page shows it."""
-    return f"![{figure.alt}]({quote(figure.file)})"
+    return f"![{in_markdown(figure.alt)}]({quote(figure.file)})"
 
 
 def bullets(points: Iterable[str]) -> str:
@@ -151,7 +151,7 @@ def _shown(context: Context, value: Any) -> Any:
             return in_markdown(table_text(value))
         case Figure():
             context["shown_figures"][value.name] = value
-            return in_markdown(figure_text(value))
+            return figure_text(value)
         case Verbatim():
             return value
         case str():

@@ -13,6 +13,7 @@ from typing import Any
 from urllib.parse import quote
 from xml.parsers import expat
 
+from conrod.errors import COMMANDING
 from conrod.runs.plain import json_document, plain
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -96,7 +97,21 @@ def sarif(report: Report) -> str:
     ]
     described: list[Any] = [{"id": rule, "shortDescription": {"text": why}} for rule, why in rules.items()]
     tool = {"driver": {"name": "conrod lint", "version": version("conrod"), "rules": described}}
-    return json_document({"$schema": SARIF, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]})
+    log = {"$schema": SARIF, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]}
+    return json_document(in_sarif(log))
+
+
+def in_sarif(values: Any) -> Any:
+    """A log whose texts other programs show, without what commands them."""
+    match values:
+        case str():
+            return "\r\n".join(line.translate(COMMANDING) for line in values.split("\r\n"))
+        case dict():
+            return {key: in_sarif(value) for key, value in values.items()}
+        case list() | tuple():
+            return [in_sarif(value) for value in values]
+        case _:
+            return values
 
 
 def _lines_of(path: Path) -> dict[str, int]:

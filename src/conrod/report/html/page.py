@@ -21,6 +21,7 @@ from conrod.report.folder import restored
 from conrod.report.html.markdown import Place, html_of
 from conrod.report.html.moving import inline
 from conrod.report.kind import Kind, Part, kind_named
+from conrod.report.table import in_html
 from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
@@ -59,8 +60,11 @@ def document(sections: Sequence[Section], home: str = "") -> str:
     """
     used = ["page", *(name for name, tag in USED.items() if any(tag in section.html for section in sections))]
     style, script = ("\n".join(_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
-    return template("page.html.jinja").render(
-        sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script), home=home
+    return in_html(
+        template("page.html.jinja").render(
+            sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script),
+            home=home,
+        )
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import restored, values_of
 from conrod.report.html import page as html_page
 from conrod.report.html.markdown import Place, html_of
-from conrod.report.table import Table, text_of
+from conrod.report.table import Table, in_html, text_of
 from conrod.report.template import page
 
 CRITERIA, SETTINGS, VALIDATION, OPEN, ABSENT = "criteria", "settings", "validation", "deviations", "absent"
@@ -125,6 +125,7 @@ def sealed_page(found: Verification) -> bytes:
     )
     # In a script nothing but its end is markup.
     data = json.dumps(values_of(found), ensure_ascii=False).replace("<", "\\u003c")
+    data = "".join(letter if letter == in_html(letter) else json.dumps(letter)[1:-1] for letter in data)
     html = html.replace("</head>", f'<meta name="{MARK}" content="2">\n</head>', 1)
     head, end = html.rsplit("</body>", 1)
     html = f'{head}<script type="application/json" id="{MARK}-data">{data}</script>\n</body>{end}'

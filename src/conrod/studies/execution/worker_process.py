@@ -6,21 +6,23 @@ has a connection of its own: what is printed there is no message, and no other w
 
 from __future__ import annotations
 
+import codecs
 import os
 import pickle
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 from conrod import ONE_THREAD, SAFE_PATH
-from conrod.errors import InvalidInput
+from conrod.errors import COMMANDING, InvalidInput
 from conrod.runs.trajectory import Outcome
 
 Result = TypeVar("Result")
@@ -111,8 +113,9 @@ class WorkerProcess:
                 # -P: not from the working folder, which Python would put in front of its own library.
                 [interpreter, "-P", "-c", code.format(behind, (theirs.fileno(), limits.memory))],
                 stdin=subprocess.DEVNULL,
-                # What an engine prints is not what the command has to say.
-                stdout=2,
+                # What an engine prints is not what the command has to say, and commands no terminal: see `_relay`.
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
                 pass_fds=[theirs.fileno()],
                 env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before)},
                 # In a session of its own: Ctrl-C at the terminal is for the owner to answer, and what an engine
@@ -123,6 +126,9 @@ class WorkerProcess:
             raise InvalidInput(f"a worker process cannot start: {error.strerror or error}") from None
         finally:
             theirs.close()
+        assert self._process.stdout is not None
+        self._relay = threading.Thread(target=_relay, args=(self._process.stdout,), daemon=True)
+        self._relay.start()
         self._killed = self._served = self._busy = False
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
@@ -175,6 +181,8 @@ class WorkerProcess:
         self.kill()
         self._process.wait()
         self._pipe.close()
+        # What it forked and lives in a group of its own may hold its output open.
+        self._relay.join(LOOK)
 
     def _answered(self, timeout: float | None) -> bool:
         """Wait for a message or the end of the process; False where neither came in time [s].
@@ -219,6 +227,16 @@ class WorkerProcess:
             self._process.wait()
             return "broke conrod's connection with it"
         return f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
+
+
+def _relay(printed: IO[bytes]) -> None:
+    """Pass what a worker prints to standard error, without what would command a terminal."""
+    decoder = codecs.getincrementaldecoder("utf-8")("replace")
+    with printed, suppress(OSError, ValueError):
+        while chunk := os.read(printed.fileno(), 1 << 16):
+            text = decoder.decode(chunk).translate(COMMANDING)
+            with suppress(OSError):  # nobody reads it
+                os.write(2, text.encode())
 
 
 def cannot_start(how: str) -> str:
