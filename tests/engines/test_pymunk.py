@@ -14,7 +14,7 @@ from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain
 from benchmarks.healthy import variant
 from conrod.engines import engine_named
 from conrod.engines.numerics import by_centres, inverse_masses, one_iteration
-from conrod.engines.pymunk import PymunkSettings, _constraints, iterations_by_masses, straight
+from conrod.engines.pymunk import PymunkSettings, _constraints, iterations_by_masses, law, straight
 from conrod.engines.pymunk import dynamics as own
 from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.space import build
@@ -26,7 +26,7 @@ from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Lo
 from conrod.mechanism.mechanism import GROUND, ConstantForce, Mechanism
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
-from conrod.scenes import SCENES, catalogue_scene
+from conrod.scenes import SCENES, catalogue_scene, scene_named
 
 PYMUNK: Any = engine_named("pymunk")
 PACE = Pace(1.0)  # no rule of pymunk's asks for it
@@ -210,3 +210,29 @@ def test_the_rule_is_enough_where_a_run_begins_worst_and_not_many_times_too_many
     assert acceleration_over_its_law(machine, 1000, start) < 1.0
     # It is for the finest steps that the rule takes more than a thousand of them need.
     assert acceleration_over_its_law(machine, 1000, start, enough // 3) > 1.0
+
+
+# -- machines so slow that a step's weight is all that rounding counts by ---------------------------------------------
+
+
+def shares_of_the_law(name: str, speed: float, steps: int) -> dict[str, float]:
+    """Largest errors of a turn over their bounds."""
+    engine: Any = engine_named("pymunk")
+    machine = scene_named(name).with_parameters(speed=speed)
+    settings = engine.presets["tuned"](machine, steps)
+    bounds = engine.expected_error(machine, settings)
+    found = compare(whole_run(engine, machine, settings, 1.0), machine)
+    return {q: found.worst(q) / getattr(bounds, q) for q in ("position", "velocity", "acceleration")}
+
+
+@pytest.mark.parametrize("speed", [1e-6, 1e-5, -1e-5])
+@pytest.mark.parametrize("name", ["saw-40rpm", "shear-press", "crank-shaper"])
+def test_the_law_holds_for_a_machine_that_takes_months_for_a_turn(name: str, speed: float) -> None:
+    assert max(shares_of_the_law(name, speed, 400).values()) < 1.0
+
+
+def test_without_the_rounding_of_the_weight_the_law_is_a_false_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(law, "weight_rounding", lambda *_: [0.0, 0.0, 0.0])
+    shares = shares_of_the_law("saw-40rpm", 1e-6, 400)
+    assert shares["velocity"] > 1.0
+    assert shares["acceleration"] > 10.0

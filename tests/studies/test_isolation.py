@@ -139,3 +139,13 @@ def test_python_m_conrod_does_not_search_the_working_folder(folder: Path) -> Non
 
 def start(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+# -- a process that is given little memory by whoever started it -------------------------------------------------------
+
+
+def test_too_little_memory_for_linear_algebra_is_one_line(tmp_path: Path) -> None:
+    command = f"ulimit -v 300000; exec {sys.executable} -m conrod validate saw-40rpm --ledger l.sqlite"
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert "allowed here (ulimit -v)" in done.stderr

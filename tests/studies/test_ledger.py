@@ -270,6 +270,29 @@ def test_a_row_that_unpacks_without_end_counts_as_damaged(
     assert resumed(path) == [KEYS[0]]
 
 
+@pytest.mark.parametrize("written", ["closed", "in the log"])
+def test_results_are_read_where_nothing_can_be_written(
+    written: str, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "ledger.sqlite"
+    with Ledger.open(path) as writer:
+        for cell in FEW:
+            writer.keep(cell, RESULTS[cell.key])
+            writer.keep_timing(cell, TIMING)
+        # As long as somebody has it open its rows stand in the log beside it.
+        files = list(tmp_path.glob("ledger.sqlite*")) if written == "in the log" else [whole]
+        folder = tmp_path / "locked"
+        folder.mkdir()
+        for file in files:
+            shutil.copy(file, folder)
+    assert (folder / "ledger.sqlite-wal").exists() is (written == "in the log")
+    before = {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in folder.iterdir()}
+    monkeypatch.setattr(ledger_file.os, "access", lambda file, mode: False)
+    done = conrod("results", "--ledger", str(folder / "ledger.sqlite"))
+    assert (done.returncode, len(done.stdout.splitlines())) == (0, 1 + len(FEW)), done.stderr
+    assert {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in folder.iterdir()} == before
+
+
 # -- `conrod validate` goes on where it stopped ------------------------------------------------------------------------
 
 

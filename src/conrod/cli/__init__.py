@@ -102,6 +102,10 @@ def main() -> None:
         raise
     except MemoryError:
         _fail("out of memory: fewer --steps-per-rev or --revolutions")
+    except ImportError as error:
+        if NO_ROOM not in str(error):
+            raise
+        _fail("out of memory: a library finds no room in the address space that is allowed here (ulimit -v)")
     except OSError as error:
         _drop_output()
         _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
@@ -133,6 +137,7 @@ def _fail(message: str) -> None:
     sys.exit(USAGE)
 
 
+NO_ROOM = "failed to map segment"  # as the dynamic linker says of a library
 SAID_AFTER = 5.0  # [s]
 
 

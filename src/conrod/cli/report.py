@@ -92,7 +92,7 @@ def results(ledger: str | None, csv_file: str | None, document: str | None) -> N
         raise InvalidInput(
             f"there is no ledger {path}: `conrod validate` and the studies make one; --ledger names another"
         )
-    with Ledger.open(path) as opened:
+    with Ledger.reading(path) as opened:
         rows = list(opened.rows())
     if opened.damaged:
         words = f"{opened.damaged} runs in {path} cannot be read and are left out; the next study makes them again"

@@ -17,6 +17,7 @@ from conrod.report.terminal import console as standard_console
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.dispatch import Watcher, run_cases, time_cases
 from conrod.studies.execution.local import RepeatingExecutor
+from conrod.studies.execution.worker_process import take_blas_buffer
 from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
@@ -44,8 +45,9 @@ class Runner:
         """A runner on the ledger that the options name; an interrupt says how to go on.
 
         Raises:
-            InvalidInput: options that exclude each other.
+            InvalidInput: options that exclude each other, or too little memory to work out anything.
         """
+        take_blas_buffer()
         path = options.ledger_file
         # What the executor refuses is refused before there is a ledger.
         with options.executor() as executor, Ledger.open(path) as ledger:

@@ -11,6 +11,11 @@ To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''
 J and their second derivatives H. The first step goes straight ahead from an exact state, so that the first reported
 velocity and acceleration lag otherwise: the first steps are taken as a settled iteration takes them.
 
+A step gives each body the velocity a h of what acts on it, weight first, which the joints' impulses take away again.
+Both are rounded, so that each joint equation is left off by half an eps of the three velocities of its two bodies,
+3 eps a h. What that does to a point, by J^-1, is an error of its velocity; times h of its position; and two over
+h of its acceleration (h in seconds). Of a slow machine, with long steps and small velocities, it is all.
+
 On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
 step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
 of g h. Where a corner of the polygon falls into that step, its jump of speed acts for the step. The rounded polygon's
@@ -31,6 +36,7 @@ from conrod.engines.numerics import SAMPLES, UNDETERMINED, body_states, largest_
 from conrod.engines.pymunk import SHARE, PymunkSettings, follower_fall
 from conrod.engines.pymunk.dynamics import point_tracks, staggered
 from conrod.engines.pymunk.space import rounded_polygon, shaft_centred, wedges
+from conrod.engines.tracks import applied_forces
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
@@ -144,6 +150,33 @@ def _lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, 
     return position, velocity, its_rate - point[4] / 24.0
 
 
+NEGLIGIBLE = 1e-6  # of a bound: rounding below it is none of its digits
+
+
+def weight_rounding(machine: Machine, h: float) -> list[float]:
+    """Errors over L, omega L, omega^2 L that rounding leaves of what acts on the bodies in a step h [s].
+
+    Position, velocity and acceleration: r h, r / omega, 2 r / (omega^2 h) with r = 3 eps a h |J^-1| / L, where a is the
+    largest acceleration [m/s^2] that weight, pushes and loads give a body by themselves, and |J^-1| how far all joint
+    equations together, each off by one, move an observed point.
+    """
+    kinematics, speed = machine.kinematics, abs(machine.speed)
+    mechanism, angles = kinematics.mechanism, kinematics.angles(SAMPLES)
+    poses, slopes = kinematics.derivatives(angles, 1)
+    forces = applied_forces(mechanism, poses, machine.speed * slopes, angles / machine.speed)[:, :, :2]
+    masses = np.array([body.mass for body in mechanism.bodies])
+    own = forces / np.where(masses > 0.0, masses, np.inf)[:, None]
+    largest = float(np.linalg.norm(own + np.asarray(mechanism.gravity), axis=2).max())
+    moved = dict.fromkeys(kinematics.lengths, np.zeros(len(angles)))
+    for equation in np.eye(poses.shape[1]):
+        rates = kinematics.solve(poses, np.tile(equation, (len(angles), 1)))
+        for name, motion in kinematics.point_derivatives([poses, rates]).items():
+            moved[name] = moved[name] + np.linalg.norm(motion[1], axis=1)
+    gain = max(float(found.max()) / kinematics.lengths[name] for name, found in moved.items())
+    left = 3.0 * float(np.finfo(float).eps) * largest * h * gain
+    return [left * h, left / speed, 2.0 * left / (speed**2 * h)]
+
+
 LEAST_FALL = 1e-12  # [m/s^2]; where nothing presses the follower, it is free in all steps
 NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
 CONTACT_LAW = "one step's free fall, the polygon's corners, half a sagitta / cos(pressure angle)"
@@ -164,6 +197,8 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     behind, first = largest_lags(machine), first_errors(machine, settings.steps_per_revolution, start_angle)
     lags = [step**2 * (behind[k] + lag * step * sizes[k + 3]) for k, lag in enumerate(NEXT_LAGS)]
     bounds = [max(lags[k], (1.0 + SHARE) * first[k]) + floor / step**k for k in range(3)]
+    left = weight_rounding(machine, settings.timestep)
+    bounds = [b + r if r > NEGLIGIBLE * b else b for b, r in zip(bounds, left, strict=True)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 

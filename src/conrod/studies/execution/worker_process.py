@@ -7,8 +7,10 @@ has a connection of its own: what is printed there is no message, and no other w
 from __future__ import annotations
 
 import codecs
+import mmap
 import os
 import pickle
+import resource
 import signal
 import subprocess
 import sys
@@ -249,3 +251,30 @@ def import_path() -> list[str]:
     # An empty entry stands for the working folder, where an interpreter begins that was given no script.
     path = [entry for entry in sys.path if entry]
     return path if HOME in path else [HOME, *path]
+
+
+# Room [bytes] that OpenBLAS's buffer takes, and numbers enough for it to be made.
+BLAS_ROOM, BLAS_SIZE = 1 << 27, 256
+
+
+def take_blas_buffer() -> None:
+    """Have OpenBLAS make its buffer where memory is limited; it ends the process where it finds no room for it later.
+
+    Raises:
+        InvalidInput: there is no room.
+    """
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit == resource.RLIM_INFINITY:
+        return
+    try:
+        mmap.mmap(-1, BLAS_ROOM).close()
+    except OSError:
+        room = BLAS_ROOM >> 20
+        raise InvalidInput(
+            f"only {limit >> 20} MiB of address space are allowed here (ulimit -v), with fewer than {room} left: "
+            f"linear algebra needs as many; allow {(limit >> 20) + 2 * room} MiB"
+        ) from None
+    import numpy as np
+
+    numbers = np.ones((BLAS_SIZE, BLAS_SIZE))
+    np.linalg.solve(numbers + BLAS_SIZE * np.eye(BLAS_SIZE), numbers @ numbers)

@@ -7,6 +7,7 @@ import os
 import sqlite3
 import zlib
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +19,7 @@ import platformdirs
 from conrod.errors import InvalidInput
 from conrod.scenes.scene import canonical
 from conrod.studies.frame.case import Case, Measurement, key_of
-from conrod.studies.frame.ledger_file import PATIENCE, Claims, connected, naming_ledger
+from conrod.studies.frame.ledger_file import PATIENCE, Claims, connected, connected_for_reading, naming_ledger
 from conrod.studies.frame.writing import real_path
 
 if TYPE_CHECKING:
@@ -64,6 +65,17 @@ class Ledger:
             InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
         """
         return cls(path, connected(path, patience))
+
+    @classmethod
+    @contextmanager
+    def reading(cls, path: Path) -> Iterator[Self]:
+        """The ledger in a file that is there, of which nothing is kept; it may lie where nothing can be written.
+
+        Raises:
+            InvalidInput: as `open`.
+        """
+        with connected_for_reading(path) as connection, cls(path, connection) as ledger:
+            yield ledger
 
     def close(self) -> None:
         """Give the file back; closing twice does nothing."""

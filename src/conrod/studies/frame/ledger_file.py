@@ -5,7 +5,9 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import shutil
 import sqlite3
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -64,6 +66,36 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
     with naming_ledger(path):
         real.parent.mkdir(parents=True, exist_ok=True)
         connection = sqlite3.connect(real, timeout=patience, isolation_level=None)
+        return _recognised(connection, path, patience)
+
+
+@contextmanager
+def connected_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """A connection to a ledger that is there, be it on a disk or in a folder where nothing can be written.
+
+    SQLite's log of a ledger has files beside it, which it would have to make or write even for a reader.
+
+    Raises:
+        InvalidInput: as `connected`.
+    """
+    real, log = own_path(path), own_path(path).with_name(f"{path.name}-wal")
+    if not real.is_file() or (os.access(real, os.W_OK) and os.access(real.parent, os.W_OK)):
+        yield connected(path)
+        return
+    with tempfile.TemporaryDirectory(prefix="conrod-ledger-") as folder, naming_ledger(path):
+        if log.exists() and log.stat().st_size:
+            # Its last runs stand in the log alone.
+            for file in (real, log):
+                shutil.copy(file, folder)
+            connection = sqlite3.connect(Path(folder) / real.name, isolation_level=None)
+        else:
+            connection = sqlite3.connect(f"{real.resolve().as_uri()}?immutable=1", uri=True, isolation_level=None)
+        yield _recognised(connection, path, 0.0)
+
+
+def _recognised(connection: sqlite3.Connection, path: Path, patience: float) -> sqlite3.Connection:
+    """The connection once it is known to be one to a ledger; closed where it is none."""
+    with naming_ledger(path):
         try:
             if _is_blank(connection):
                 _make(connection, patience)
