@@ -148,9 +148,24 @@ class Assembly:
         for k in range(order):
             left = residuals(poses(self.tree, coordinates, rates[: k + 1]), k + 1)[k + 1]
             seen = (k + 1) * np.einsum("tmr,mt->tr", rows, left)
-            found = np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0]
-            rates[k, self.free] = np.einsum("tfr,tr->ft", columns, found)
+            rates[k, self.free] = np.einsum("tfr,tr->ft", columns, self.solved(matrix, -seen, times))
         return rates
+
+    def solved(self, matrix: Array, right: Array, times: Array) -> Array:
+        """Solution (T, r) of the closures' reduced equations at times (T,).
+
+        Raises:
+            InvalidInput: they are singular at one of them; names the pose.
+        """
+        try:
+            return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+        except np.linalg.LinAlgError:
+            worst = int(np.argmin(np.linalg.svd(matrix, compute_uv=False)[:, -1]))
+            raise InvalidInput(self.singular(float(times[worst]))) from None
+
+    def singular(self, time: float) -> str:
+        """What is wrong with a pose at a time where the closures do not determine how the machine goes on, in words."""
+        return f"it is singular {self.where(time)}: a change point or a dead centre, where it could go on otherwise"
 
     def reduced(self, found: Poses, rows: Array, columns: Array) -> Array:
         """The Jacobian in the bases of its knots (T, r, r)."""

@@ -15,7 +15,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointMotion
 from conrod.exact.space import SpatialTree, moved
-from conrod.exact.space.assembly import NEWTON_STEPS, Assembly, Knot
+from conrod.exact.space.assembly import NEWTON_STEPS, RANK_TOLERANCE, Assembly, Knot
 from conrod.exact.space.closing import residuals
 from conrod.exact.space.laws import Law, quintic
 from conrod.exact.space.poses import Poses, poses
@@ -151,12 +151,16 @@ class DrivenTree(Assembly):
             matrix, left = self.reduced(found, rows, columns), residuals(found, 0)[0]
             seen = np.einsum("tmr,mt->tr", rows, left)
             step = np.zeros((self.tree.freedom, len(times)))
-            step[self.free] = np.einsum("tfr,tr->ft", columns, np.linalg.solve(matrix, -seen[:, :, None])[:, :, 0])
+            step[self.free] = np.einsum("tfr,tr->ft", columns, self.solved(matrix, -seen, times))
             coordinates = moved(self.tree, coordinates, step)
             if np.abs(step).max() <= LAST_STEP and np.abs(left).max() <= bearable:
-                if np.all(np.linalg.det(matrix) > 0.0):
+                determinants = np.linalg.det(matrix)
+                if np.all(determinants > 0.0):
                     return coordinates
-                break
+                raise InvalidInput(self.singular(float(times[int(np.argmin(determinants))])))
+        values = np.linalg.svd(np.nan_to_num(matrix), compute_uv=False)
+        if np.any(nearly := values[:, -1] < RANK_TOLERANCE * values[:, 0]):
+            raise InvalidInput(self.singular(float(times[int(np.argmax(nearly))])))
         worst = int(np.argmax(np.abs(left).max(axis=0)))
         stays = self.open_closure(coordinates[:, worst : worst + 1])
         raise InvalidInput(f"its loops do not close {self.where(float(times[worst]))}: {stays}")

@@ -27,14 +27,14 @@ RETURNED = 1e-6
 
 
 def scan(turning: Turning, question: Question) -> Scan:
-    """Samples at `SAMPLES` angles, and one a turn later, which shows whether all is back.
+    """Samples at `SAMPLES` angles of a turn, and one a turn later, which shows whether all is back, or of a pass.
 
     Raises:
         InvalidInput: it cannot turn fully, or has not the keyframe or a control that is asked for.
     """
     model, crank, data = turning.model, turning.crank, mujoco.MjData(turning.model)
     facts, samples, lengths = facts_of(turning, question), [], list[Array]()
-    states = turning.coordinates(np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)).T
+    states = turning.coordinates(sampled_times(turning, question)).T
     joint = find_crank(model, question.crank)
     for state in states:
         data.qpos[:] = state
@@ -48,12 +48,12 @@ def scan(turning: Turning, question: Question) -> Scan:
         samples.append((places, links, data.xanchor[joint].copy(), data.xaxis[joint].copy()))
     positions, links, anchors, axes = (np.array(column) for column in zip(*samples, strict=True))
     off = float(np.linalg.norm(positions[-1] - positions[0], axis=-1).max())
-    if off > RETURNED * float(model.stat.extent):
+    if turning.reach is None and question.returns and off > RETURNED * float(model.stat.extent):
         raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
-    whole = slice(0, -1)
+    whole = slice(0, -1) if turning.reach is None else slice(None)
     away = np.linalg.norm([anchors[whole] - anchors[0], axes[whole] - axes[0]], axis=-1)
     return Scan(
-        facts=replace(facts, stops=(*_stops(turning, states[whole].T), *_tendon_stops(model, np.array(lengths)))),
+        facts=replace(facts, stops=tuple(_all_stops(turning, question, states[whole].T, np.array(lengths)))),
         coordinate=states[whole, crank.coordinate],
         points=tuple(point.name for point in turning.points),
         positions=positions[whole].swapaxes(0, 1),
@@ -63,6 +63,17 @@ def scan(turning: Turning, question: Question) -> Scan:
         wander=float(away.max()),
         shape_error=max((_shape_error(model, geom, axes[0]) for geom in turning.touching or ()), default=0.0),
     )
+
+
+def sampled_times(turning: Turning, question: Question) -> Array:
+    """Times (T,) [s] of the samples of a turn with its end, or of all that a pass's crank goes, with its start."""
+    if turning.reach is None:
+        return np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
+    spacing, (back, ahead) = question.width / SAMPLES, turning.reach
+    before, after = (int(way / spacing + 1e-6) for way in turning.reach)
+    if before + after < SAMPLES:  # a pass that does not have the start among its samples
+        return np.linspace(0.0, question.width, SAMPLES + 1)
+    return np.clip(back + spacing * np.arange(-before, after + 1), 0.0, back + ahead)
 
 
 def _about(axis: Array, turned: Array) -> Array:
@@ -125,6 +136,16 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
     )
 
 
+def _all_stops(turning: Turning, question: Question, states: Array, lengths: Array) -> Iterator[str]:
+    """What keeps the model from its turn, or its pass, with coordinates (nq, T) and lengths of tendons (T, ntendon)."""
+    if turning.reach is not None:  # a pass from where it is assembled, or back to there
+        first = min(int(turning.reach[0] / question.width * SAMPLES + 1e-6), states.shape[1] - SAMPLES - 1)
+        rows = slice(first, first + SAMPLES + 1)
+        states, lengths = states[:, rows], lengths[rows]
+    yield from _stops(turning, states)
+    yield from _tendon_stops(turning.model, lengths)
+
+
 def _tendon_stops(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
     """Tendons whose limits keep the model from its turn, along which they are of lengths (T, ntendon)."""
     for name, length, (low, high) in tendons_beyond(model, lengths):
@@ -154,6 +175,7 @@ def _stops(turning: Turning, states: Array) -> Iterator[str]:
         way = factor * states[joint.coordinate]
         # A crank may begin its turn at the lower of its limits.
         is_crank = joint is turning.crank
-        if high - low < factor * TURN if is_crank else way.min() < low or way.max() > high:
-            needs = "a full turn" if is_crank else f"{way.min():.6g} to {way.max():.6g}"
+        turns = is_crank and turning.reach is None
+        if high - low < factor * TURN if turns else way.min() < low or way.max() > high:
+            needs = "a full turn" if turns else f"{way.min():.6g} to {way.max():.6g}"
             yield f"{joint.name} is held to {low:.6g} to {high:.6g} {unit}, needs {needs}"

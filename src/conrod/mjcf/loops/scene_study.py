@@ -25,6 +25,7 @@ from conrod.own.files import of_file
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.loading import data_at_start
+from conrod.own.models.references import returns
 from conrod.own.models.request import AJAR, Question
 from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankMotion, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
@@ -62,6 +63,7 @@ def study(
     """
     with of_file(path):
         name, machine = scene
+        question = replace(question, span=machine.mechanism().driver.span, returns=returns(machine))
         with causes_named(path, lambda model: refusal_causes(model, scene, question)):
             turning = prepare(path, question)
             turn = scan(turning, question)
@@ -122,9 +124,22 @@ class Bench:
     def period(self) -> float:
         return 2.0 * math.pi / abs(self.speed)
 
-    def _times(self, step: float) -> Array:
-        """Instants of a run, whose steps need not divide a turn; raises InvalidInput where they are too many."""
-        samples = max(2, math.ceil(self.turns * self.period / step - 1e-9)) + 1
+    @property
+    def _begin(self) -> float:
+        """Crank angle [rad] at which conrod's runs begin."""
+        span = self.question.span
+        return 0.0 if span is None else span[0] if self.speed > 0.0 else span[1]
+
+    def _times(self, step: float, begin: float | None = None) -> Array:
+        """Instants of a run, whose steps need not divide a turn; raises InvalidInput where they are too many.
+
+        Args:
+            begin: crank angle [rad] at which one pass begins; None for its own begin.
+        """
+        span, samples = self.question.span, max(2, math.ceil(self.turns * self.period / step - 1e-9)) + 1
+        if span is not None:  # no step goes beyond its end
+            way = (span[1] - begin if self.speed > 0.0 else begin - span[0]) if begin is not None else math.inf
+            samples = max(2, math.floor(min(max(way, 0.0), self.question.width) / abs(self.speed) / step + 1e-6)) + 1
         if samples > MOST_SAMPLES:
             raise InvalidInput(
                 f"its timestep of {step:g} s makes {samples} samples of {self.turns:g} turns: "
@@ -136,7 +151,7 @@ class Bench:
         """With its own settings or a preset's, at so many steps in place of one."""
         turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
         model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
-        elapsed = float(np.remainder(self.frame.zero - turning.first, 2.0 * np.pi))
+        elapsed = turning.time_at(self.frame.zero + self.frame.sense * self._begin)
         rate, crank = self.frame.sense * self.speed, turning.crank.name
         law = law_of(f"{rate!r}rad/s", "rad", turning.first + elapsed, crank)
         coordinates, rates = turning.state(elapsed)
@@ -150,7 +165,7 @@ class Bench:
         model, turning = self.turning.model, self.turning
         data, _ = data_at_start(model, self.question.keyframe, self.question.controls)
         step = float(model.opt.timestep)
-        times = self._times(step)
+        times = self._times(step, float(self.frame.angle(data.qpos[turning.crank.coordinate])))
         run, _ = recorded(turning.machine.tree, model, data, turning.points, times, touching=turning.touching)
         found = self.judged(AS_GIVEN, run, step)
         if found.outcome is not Outcome.COMPLETED:
@@ -169,8 +184,11 @@ class Bench:
     def instants(self, run: Recording) -> Instants:
         """The crank in the document's frame."""
         crank, sense = self.turning.crank, self.frame.sense
-        rates = run.rates[crank.rate], run.accelerations[crank.rate]
-        return Instants(run.times, self.frame.angle(run.coordinates[crank.coordinate]), *(sense * one for one in rates))
+        rates, angle = (run.rates[crank.rate], run.accelerations[crank.rate]), run.coordinates[crank.coordinate]
+        angle = self.frame.angle(angle)
+        # The clock of one pass is at 0 where the crank angle is, which may lie beside the pass.
+        times = run.times if self.question.span is None else run.times + angle[0] / self.speed
+        return Instants(times, angle, *(sense * one for one in rates))
 
     def judged(self, label: str, run: Recording, step: float) -> JudgedRun:
         """A run with its outcome and its errors."""
@@ -224,8 +242,11 @@ class Bench:
         worst = int(np.argmax(size := np.linalg.norm(off, axis=2).max(axis=0)))
         if size[worst] > OPEN_GAP * travel and self.turning.touching is None:
             machine, there = self.turning.machine, run.coordinates[:, worst : worst + 1]
-            time, near = float(there[self.turning.crank.coordinate, 0]) - self.turning.first, OPEN_GAP * travel
-            here = self.turning.state(float(np.remainder(time, 2.0 * np.pi)))[0][:, None]
+            coordinate, near = float(there[self.turning.crank.coordinate, 0]), OPEN_GAP * travel
+            time, here = (
+                coordinate - self.turning.first,
+                self.turning.state(self.turning.time_at(coordinate))[0][:, None],
+            )
             if flipped(machine, machine.tree.points, there, time, here, near / self.frame.unit):
                 starts = "it starts so, and is " if size[0] > OPEN_GAP * travel else ""
                 far = f"{starts}up to {1e3 * size[worst]:.3g} mm off"

@@ -45,6 +45,7 @@ class Turning:
         crank: as one of the machine's joints.
         start: closed coordinates (nq, 1) at time 0.
         touching: two geoms whose contact places what the closures leave free; None where they leave nothing.
+        reach: times [s] that it has gone: before the pose that it is assembled in, and after it; None for a turn.
     """
 
     model: mujoco.MjModel
@@ -54,11 +55,18 @@ class Turning:
     start: Array
     freedom: Mobility
     touching: tuple[int, int] | None = None
+    reach: tuple[float, float] | None = None
 
     @property
     def first(self) -> float:
         """Coordinate of the crank at time 0 [rad]."""
         return float(self.start[self.crank.coordinate, 0])
+
+    def time_at(self, coordinate: float) -> float:
+        """When the crank is at a coordinate [rad]: in the turn, or as near to it as it has gone."""
+        if self.reach is None:
+            return float(np.remainder(coordinate - self.first, 2.0 * np.pi))
+        return float(np.clip(coordinate - self.first, 0.0, sum(self.reach)))
 
     def coordinates(self, times: Array) -> Array:
         """All joint coordinates (nq, T) at rising times (T,), at each of which the contact is found anew."""
@@ -142,8 +150,45 @@ def prepare(path: Path, question: Question) -> Turning:
     _check_freedom(made, question)
     if question.contacts and made.freedom.left > question.mobility:
         return replace(made, touching=_geoms(made))
+    if question.span is not None:
+        return _one_pass(made, question.width)
     machine.go(start, 2.0 * np.pi)
     return made
+
+
+# Share of the pass by which a model is kept off the pose where its crank can go no further.
+OFF_LIMIT = 1e-2
+
+
+def _one_pass(made: Turning, width: float) -> Turning:
+    """The same along all that its crank can go, up to a pass of a width [rad] to each side of where it is assembled.
+
+    Raises:
+        InvalidInput: that is less than the pass; names the poses where it ends.
+    """
+    (back, lowest, low), (ahead, _, high) = (_gone(made, sense, width) for sense in (-1.0, 1.0))
+    if back + ahead < width * (1.0 - 1e-9):
+        raise InvalidInput(
+            f"its crank goes from {low} to {high} alone, {np.degrees(back + ahead):.5g} deg: the pass of the machine "
+            f"takes {np.degrees(width):.5g} deg"
+        )
+    law = law_of("1rad/s", "rad", float(lowest[made.crank.coordinate, 0]), made.crank.name)
+    machine = DrivenTree(made.machine.tree, {made.crank.name: law})
+    machine.go(lowest, back + ahead)
+    return replace(made, machine=machine, start=lowest, reach=(back, ahead))
+
+
+def _gone(made: Turning, sense: float, width: float) -> tuple[float, Array, str]:
+    """How far [rad] the crank goes one way, at most a width, the pose (nq, 1) there, and its coordinate in words."""
+    law = law_of(f"{sense!r}rad/s", "rad", made.first, made.crank.name)
+    machine = DrivenTree(made.machine.tree, {made.crank.name: law})
+    try:
+        machine.go(made.start, width)
+        time = width
+    except InvalidInput:
+        time = max(machine.knots[-1].time - OFF_LIMIT * width, 0.0)
+    there = machine.motion(np.array([time]), order=1).coordinates
+    return time, there, f"{np.degrees(there[made.crank.coordinate, 0]):.5g} deg"
 
 
 def _check_freedom(made: Turning, question: Question) -> None:

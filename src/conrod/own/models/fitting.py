@@ -14,13 +14,22 @@ from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
 from conrod.exact.motion import Array
 from conrod.own.models.frame import UNITS, GivenFrame, View
-from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, on_branch, paths_of, with_lengths
+from conrod.own.models.references import (
+    ALL_LENGTHS,
+    length_names,
+    length_of,
+    on_branch,
+    paths_of,
+    returns,
+    with_lengths,
+)
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
 DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
 # A step that gains less than this share of the squares is the last; so is one that is rounding.
 GAIN, ROUNDING = 2e-3, 1e-15
+ALIKE = 1e-9  # of the points' lengths: distances that differ by less are none
 
 
 @dataclass(frozen=True)
@@ -159,20 +168,54 @@ def fit_frame(search: Search) -> Fit:
 def _coarse(search: Search) -> Fit:
     """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
     given, sense, coordinate, norms = search.given, search.sense, search.scan.coordinate, search.norms
-    weighted, count = search.paths / norms, len(coordinate)
-    if given.zero is None:
+    span, count = search.scene.kinematics.mechanism.driver.span, len(coordinate)
+    if span is not None:
+        return _coarse_pass(search, span)
+    if given.zero is None and not returns(search.scene):
+        # Each turn is another: the samples may be of the first one, or begin in the one before.
+        spacing = float(coordinate[1] - coordinate[0])
+        turns = search.exact(search.scene, sense * spacing * np.arange(1 - count, count)) / norms
+        tried = [(float(zero), turns[:, count - 1 - k : 2 * count - 1 - k]) for k, zero in enumerate(coordinate)]
+    elif given.zero is None:
         # Between samples of a turn that start at one of them the angles are always the same ones.
         turn = search.exact(search.scene, coordinate - coordinate[0]) / norms
         tried = [(float(zero), turn[:, sense * (np.arange(count) - k) % count]) for k, zero in enumerate(coordinate)]
     else:
         tried = [(given.zero, search.exact(search.scene, sense * (coordinate - given.zero)) / norms)]
 
-    def placed(zero: float, exact: Array) -> tuple[float, Fit]:
-        factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
-        rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
-        unit = max(float((factor * np.exp(1j * rotation)).real), 1e-12)
-        left = unit * np.exp(-1j * rotation) * weighted - exact
-        rms = float(np.sqrt(np.mean(np.abs(left) ** 2)))
-        return rms, Fit(search, search.scene, rotation, zero, unit, np.zeros(len(left), dtype=complex))
+    return min((_placed(search, zero, exact) for zero, exact in tried), key=lambda one: one[0])[1]
 
-    return min((placed(zero, exact) for zero, exact in tried), key=lambda one: one[0])[1]
+
+def _coarse_pass(search: Search, span: tuple[float, float]) -> Fit:
+    """The best part of a model's way that is as long as the machine's pass."""
+    begin, end = span
+    given, sense, scan, coordinate = search.given, search.sense, search.scan, search.scan.coordinate
+    count = round((end - begin) / float(coordinate[1] - coordinate[0]))
+    zeros = coordinate[: len(coordinate) - count] - (begin if sense > 0 else -end)
+    if given.zero is not None:
+        away = np.abs(np.remainder(zeros - given.zero + np.pi, 2.0 * np.pi) - np.pi)
+        zeros = np.where(away == away.min(), zeros, np.nan)
+    angles: Array = np.asarray(np.linspace(begin, end, count + 1)[::sense], dtype=float)
+    exact = search.exact(search.scene, angles)
+    tried = []
+    for k in np.flatnonzero(np.isfinite(zeros)).tolist():
+        rows, zero = slice(k, k + count + 1), float(zeros[k])
+        if given.zero is not None:
+            zero = given.zero + 2.0 * np.pi * round((zero - given.zero) / (2.0 * np.pi))
+        part = replace(scan, coordinate=coordinate[rows], positions=scan.positions[:, rows], turns=scan.turns[:, rows])
+        tried.append(_placed(replace(search, scan=part), zero, exact / search.norms))
+    # Of a point on a circle every part of the way is alike: the one that needs no rotation is meant.
+    least = min(rms for rms, _ in tried)
+    alike = [fit for rms, fit in tried if rms <= 2.0 * least + ALIKE]
+    return min(alike, key=lambda fit: abs(np.remainder(fit.rotation + np.pi, 2.0 * np.pi) - np.pi))
+
+
+def _placed(search: Search, zero: float, exact: Array) -> tuple[float, Fit]:
+    """Rotation and unit that lay a model's paths over exact ones (P, T), in lengths of the points, and what is left."""
+    given, weighted = search.given, search.paths / search.norms
+    factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
+    rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
+    unit = max(float((factor * np.exp(1j * rotation)).real), 1e-12)
+    left = unit * np.exp(-1j * rotation) * weighted - exact
+    rms = float(np.sqrt(np.mean(np.abs(left) ** 2)))
+    return rms, Fit(search, search.scene, rotation, zero, unit, np.zeros(len(left), dtype=complex))

@@ -14,7 +14,15 @@ from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
 from conrod.own.models.fitting import Fit, Search, fit_frame
 from conrod.own.models.frame import Frame, GivenFrame, views
-from conrod.own.models.references import ALL_LENGTHS, length_names, length_of, on_branch, other_branches, shaft_of
+from conrod.own.models.references import (
+    ALL_LENGTHS,
+    length_names,
+    length_of,
+    on_branch,
+    other_branches,
+    returns,
+    shaft_of,
+)
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
@@ -193,8 +201,10 @@ def _rounded(at: Fit, floor: float) -> Fit:
     grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
         given = getattr(at.search.given, name)
-        value: Any = _wrapped(getattr(at, name)) if given is None else given
-        round_value: Any = _wrapped(grid * float(np.rint(value / grid)))
+        # Where turns differ, or there is one pass, a turn more or less is another place.
+        wrapped = _wrapped if name == "rotation" or returns(at.search.scene) else float
+        value: Any = wrapped(getattr(at, name)) if given is None else getattr(at, name)
+        round_value: Any = wrapped(grid * float(np.rint(value / grid)))
         rounded = replace(at, **{name: round_value})
         is_round = given is None and rounded.rms <= max(AS_GOOD * at.rms, 1e-2 * floor)
         at = rounded if is_round else replace(at, **{name: value})

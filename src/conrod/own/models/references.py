@@ -53,6 +53,15 @@ def shaft_of(reference: ExactReference) -> tuple[float, float]:
     return reference.mechanism().driven_joint.point_a
 
 
+def returns(scene: Scene) -> bool:
+    """True where all observed points are back after each turn of the crank; not so of wheels, or of one pass."""
+    if scene.kinematics.mechanism.driver.span is not None:
+        return False
+    motion = scene.motion(np.array([0.0, 2.0 * np.pi]), 1.0)
+    away = [np.ptp(motion.point(name).position, axis=0).max() for name in scene.lengths]
+    return float(max(away)) <= SAME * scene.kinematics.size
+
+
 def paths_of(reference: ExactReference, points: Sequence[str]) -> Paths:
     """Paths of a machine's points around its shaft."""
     shaft = complex(*shaft_of(reference))
@@ -79,7 +88,7 @@ def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
         }
         other = GenericReference(replace(mechanism, name=f"{mechanism.name}-otherwise", poses=named), scene.speed)
         try:
-            other.kinematics.poses(np.linspace(0.0, 2.0 * np.pi, 13))
+            other.kinematics.poses(np.linspace(*scene.kinematics.span, 13))
         except InvalidInput:
             continue
         found.append(other)

@@ -88,6 +88,8 @@ class Question:
         contacts: number of higher pairs of the machine, which a model may close by contact.
         keyframe: to assemble the model from; None for its reference pose.
         controls: inputs of actuators in place of the keyframe's, where the model is run as its file has it.
+        span: crank angles [rad] between which the machine makes its one pass; None where it turns fully; by the study.
+        returns: whether all observed points of the machine are back after a turn; by the study.
     """
 
     crank: str
@@ -96,6 +98,13 @@ class Question:
     contacts: int
     keyframe: str | None = None
     controls: Controls = ()
+    span: tuple[float, float] | None = None
+    returns: bool = True
+
+    @property
+    def width(self) -> float:
+        """Angle [rad] that the crank is to go through: of the pass, or a turn."""
+        return 2.0 * math.pi if self.span is None else self.span[1] - self.span[0]
 
 
 # -- what is read of it ------------------------------------------------------------------------------------------------
@@ -189,10 +198,10 @@ class ModelFacts:
 
 @dataclass(frozen=True)
 class Scan:
-    """One turn of a model with its crank held at T angles.
+    """One turn of a model with its crank held at T angles; of an input that makes one pass all that it can go.
 
     Attributes:
-        coordinate: of the crank (T,), from the start of the turn upwards.
+        coordinate: of the crank (T,), from the start of the turn upwards, evenly spaced.
         points: names of the P points that were given.
         positions: of the points (P, T, 3).
         turns: of the links that the points are on, about the crank's axis, from the first sample on (P, T) [rad].
