@@ -174,7 +174,8 @@ def _coarse(search: Search) -> Fit:
     if given.zero is None and not returns(search.scene):
         # Each turn is another: the samples may be of the first one, or begin in the one before.
         spacing = float(coordinate[1] - coordinate[0])
-        turns = search.exact(search.scene, sense * spacing * np.arange(1 - count, count)) / norms
+        around: Array = np.asarray(sense * spacing * np.arange(1 - count, count), dtype=float)
+        turns = search.exact(search.scene, around) / norms
         tried = [(float(zero), turns[:, count - 1 - k : 2 * count - 1 - k]) for k, zero in enumerate(coordinate)]
     elif given.zero is None:
         # Between samples of a turn that start at one of them the angles are always the same ones.
