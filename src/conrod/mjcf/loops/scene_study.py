@@ -193,7 +193,8 @@ class Bench:
     def judged(self, label: str, run: Recording, step: float) -> JudgedRun:
         """A run with its outcome and its errors."""
         at = self.instants(run)
-        if label == AS_GIVEN:  # the scene's clock begins at crank angle 0, which it need not start at
+        # The scene's clock begins at crank angle 0, which the file need not start at; that of one pass does so already.
+        if label == AS_GIVEN and self.question.span is None:
             at = replace(at, times=at.times + at.angle[0] / self.speed)
         seen = (self.frame.placed, self.frame.turned, self.frame.turned)
         tracks = {
