@@ -7,6 +7,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -180,6 +181,21 @@ def test_an_archive_that_was_made_to_do_harm_is_refused(
     assert words in refusal(*VALIDATE, *POINT, cwd=tmp_path)
     monkeypatch.setitem(sys.modules, "fmpy", None)
     assert "is not installed: pip install 'conrod[fmi]'" in refusal(*VALIDATE, *POINT, cwd=tmp_path)
+
+
+@at_once
+@pytest.mark.parametrize(("dimensions", "size"), [(53, 10), (3, 1000), (1, 10**18), (2, 10**30)])
+def test_an_array_without_bounds_is_refused_at_once(dimensions: int, size: int, tmp_path: Path) -> None:
+    array = f'<Dimension start="{size}"/>' * dimensions
+    text = f"""<fmiModelDescription fmiVersion="3.0" modelName="saw" instantiationToken="x">
+  <CoSimulation modelIdentifier="saw"/>
+  <ModelVariables><Float64 name="a" valueReference="1" causality="output" start="0">{array}</Float64></ModelVariables>
+  <ModelStructure/></fmiModelDescription>"""
+    write_fmu(tmp_path / "saw.fmu", None, {"modelDescription.xml": text, "binaries/x86_64-linux/saw.so": ""})
+    begun = time.process_time()
+    said = refusal(*VALIDATE, *POINT, cwd=tmp_path)
+    assert time.process_time() - begun < 5.0
+    assert "brings it to more than 1000000 real numbers" in said or "its description cannot be used" in said
 
 
 # -- the closed circle: the exact motion goes out as an FMU, comes back as any tool's FMU does, and nothing is lost ----

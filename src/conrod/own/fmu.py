@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from math import isclose
+from math import isclose, prod
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -130,6 +130,7 @@ def unpack(path: Path, folder: str) -> list[str]:
 
 # By the names that a user gives them, as FMPy calls them, and its attribute of each.
 MODES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
+MOST_ELEMENTS = 1_000_000  # of all real variables
 REAL = ("Real", "Float32", "Float64")
 
 
@@ -199,9 +200,14 @@ def read_fmu(path: Path, folder: str) -> Description:
 
 
 def _variables(found: Any) -> Iterator[Variable]:
+    count = 0
     for one in found.modelVariables:
         if one.type not in REAL or one.causality == "independent":
             continue
+        count += prod(one.shape)
+        if count > MOST_ELEMENTS:
+            sizes = f"its variable {one.name} has {len(one.shape)} dimensions"
+            raise InvalidInput(f"{sizes} and brings it to more than {MOST_ELEMENTS} real numbers, which no model has")
         unit = one.unit or (one.declaredType and one.declaredType.unit) or ""
         places = product(*(range(1, size + 1) for size in one.shape))
         for index, place in enumerate(places):
