@@ -104,8 +104,8 @@ mutants: $(READY) ## plant defects where verdicts are made, and fail where the t
 	$(BIN)/python tests/support/sampled_mutants.py --seconds $(MUTANT_SECONDS) --sample $(MUTANT_SAMPLE)
 	$(BIN)/python tests/support/killed_mutants.py mutants/mutants/src
 
-attack: $(READY) ## kills, mutated files, corrupted ledgers, planted faults; docs/attack.md. Another SEED tries others
-	CONROD_ATTACK_SEED=$(or $(SEED),1) $(BIN)/python -m pytest -q -m slow tests/attack
+attack: $(READY) ## kills, mutated files, planted faults; docs/attack.md. Another SEED tries others; goes on where it was stopped
+	CONROD_ATTACK_SEED=$(or $(SEED),1) CONROD_ATTACK_SECONDS=$(or $(SECONDS_OF_CPU),900) $(BIN)/python -m pytest -q -rs -m slow tests/attack
 
 site: $(READY) ## the committed results and pages as a site of HTML files in site/
 	$(BIN)/python docs/site.py site
