@@ -6,6 +6,7 @@ Exit status 1 says "out of tolerance" alone. `CONROD_DEBUG=1` shows the tracebac
 from __future__ import annotations
 
 import os
+import resource
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -30,11 +31,18 @@ def run_guarded(run: Callable[[], object]) -> None:
     except SystemExit as ended:
         status = ended.code
     except MemoryError:
-        os.write(2, b"conrod: out of memory: fewer --steps-per-rev or --revolutions\n")
+        os.write(2, f"conrod: {out_of_memory()}\n".encode())
         status = USAGE
     except BaseException as error:
         status = _ended_by(error)
     sys.exit(_flushed(status))
+
+
+def out_of_memory() -> str:
+    """Say that memory ran out, and how little address space there is where whoever started conrod limited it."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    allowed = "" if limit == resource.RLIM_INFINITY else f"; {limit >> 20} MiB are allowed here (ulimit -v)"
+    return f"out of memory: fewer --steps-per-rev or --revolutions{allowed}"
 
 
 def _ended_by(error: BaseException) -> int:

@@ -134,7 +134,7 @@ def _elsewhere(folder: Path) -> None:
         (_changed("parts", []), "it was changed since conrod wrote it"),
         (_changed("kind", "nothing"), "no report that can be rendered"),
         (lambda folder: (folder / "results.json").write_text('{"schema": 1, "conrod": "0.1.0"}'), "earlier conrod"),
-        (_elsewhere, "is no file of a report"),
+        (_elsewhere, "is not in its folder"),
         (lambda folder: os.truncate(folder / "results.json", 100_000_000), "100 MB; conrod writes at most 50 MB"),
         (lambda folder: (folder / "data" / "shear-press.json").write_text("{}"), "do not fit"),
         (lambda folder: (folder / "data" / "shear-press.json").unlink(), "cannot be read"),

@@ -39,6 +39,9 @@ class FakeEngine:
         self.costs, self.dearer, self.now = list(costs), dearer, 0
         self.made, self.referred = list[list[int]](), list[int]()  # steps of each call
 
+    def has(self, kind: type[Any]) -> bool:
+        return isinstance(self, kind)
+
     def clock(self) -> int:
         return self.now
 
@@ -204,7 +207,9 @@ def in_a_thread(steps: int) -> None:
 
 @pytest.mark.parametrize(("clock", "least"), [({}, MILLISECOND), ({"clock": time.thread_time_ns}, 0)])
 def test_what_an_engine_spends_in_threads_of_its_own_is_its_cost(clock: Any, least: int) -> None:
-    engine: Any = SimpleNamespace(stepper=lambda *_: in_a_thread, reference_loop=lambda: in_a_thread)
+    engine: Any = SimpleNamespace(
+        has=lambda kind: True, stepper=lambda *_: in_a_thread, reference_loop=lambda: in_a_thread
+    )
     found = time_run(engine, SAW, MuJoCoSettings.stock(SAW, 100), **clock)
     spent = 1e9 * found.seconds_per_revolution * found.steps / 100
     # The negative control: on the calling thread's clock next to nothing was spent.

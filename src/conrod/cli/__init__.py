@@ -15,7 +15,7 @@ from typing import Any
 import click
 
 from conrod import ONE_THREAD, SAFE_PATH
-from conrod.crash import INTERRUPTED, USAGE, OutputClosed, drop
+from conrod.crash import INTERRUPTED, USAGE, OutputClosed, drop, out_of_memory
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import one_line, visible
 
@@ -101,7 +101,7 @@ def main() -> None:
         drop(sys.stdout)
         raise
     except MemoryError:
-        _fail("out of memory: fewer --steps-per-rev or --revolutions")
+        _fail(out_of_memory())
     except ImportError as error:
         if NO_ROOM not in str(error):
             raise
