@@ -73,7 +73,7 @@ def _crashed(error: BaseException) -> int:
 
 
 def crash_line(error: BaseException) -> str:
-    """What a user sees of an error that is a fault of conrod: what, where, and what to do."""
+    """One line on an internal error: its kind, its place in conrod, and how to report it."""
     where = _place(error)
     what = f"internal error: {text_of(error)}{f' in {where}' if where else ''}"
     return f"conrod: {what}. This is no verdict: report it to conrod's authors with the command; {DEBUG}=1 says more"

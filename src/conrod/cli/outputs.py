@@ -115,7 +115,7 @@ def outputs(
 
 
 def say_unfinished(report: ReportFolder) -> None:
-    """Say of a report that it is not whole, if it is not."""
+    """Say that a report is not whole, where an earlier write of it was cut short."""
     if report.unfinished:
         say(f"{report.path / report.kind.results}: writing this report was stopped; it is made whole", err=True)
 

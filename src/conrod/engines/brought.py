@@ -93,7 +93,7 @@ class BroughtEngine(Engine[Any]):
         }
 
     def has(self, kind: type[Any]) -> bool:
-        """True if it has a capability."""
+        """True if the engine has a capability."""
         return kind.__name__ in self.description.capabilities
 
     def _settings_of(self, preset: str, machine: Machine, steps: int, /) -> BroughtSettings:

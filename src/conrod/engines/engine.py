@@ -232,7 +232,7 @@ class Engine(ABC, Generic[AnySettings]):
     presets: Mapping[str, Preset[AnySettings]]
 
     def has(self, kind: type[Any]) -> bool:
-        """True if it has the methods of a protocol in `conrod.engines.capabilities`."""
+        """True if the engine has the methods of a protocol in `conrod.engines.capabilities`."""
         return isinstance(self, kind)
 
     @abstractmethod

@@ -120,5 +120,5 @@ def _nearest_site(model: mujoco.MjModel, data: mujoco.MjData, body: int, place: 
 
 
 def apart_words(model: mujoco.MjModel) -> str:
-    """All of them in words, with what to do; empty where there is none."""
+    """Say which closures hold parts that do not meet, and what to do; empty where all parts meet."""
     return "; ".join(f"{one.words}, {one.cure}" for one in parts_apart(model))

@@ -69,7 +69,7 @@ class ForceWatch:
 
     @property
     def found(self) -> tuple[OtherForce, ...]:
-        """All that acts, in the order in which it was seen."""
+        """Forces that were seen to act, in the order of their first sample."""
         model = self._model
         least, slowest = NO_FORCE * self._scale, NO_ACCELERATION * self._fastest
         every = self._seen.values()

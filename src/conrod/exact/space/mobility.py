@@ -158,7 +158,7 @@ def rigid_points(machine: DrivenTree, points: Mapping[str, SpatialPoint]) -> tup
 
 
 def _looked_at(machine: DrivenTree) -> list[int]:
-    """Numbers of a few knots along the way."""
+    """Indices of a few knots of the motion, evenly spread."""
     return [int(k) for k in dict.fromkeys(np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round())]
 
 
