@@ -296,12 +296,25 @@ def compact(ledger: Path) -> None:
 
 
 def result_rows(file: Path) -> Records:
-    """Records of the tidy rows that `conrod results` wrote."""
+    """Records of the tidy rows that `conrod results` wrote.
+
+    A case that was timed on several machines has a row for each; they differ in machine and cost alone, so they
+    are one record.
+
+    Raises:
+        RuntimeError: two rows of one case differ in what was measured.
+    """
+    seen: dict[str, dict[str, Any]] = {}
     for row in json.loads(file.read_text(encoding="utf-8")):
+        measured = {column: value for column, value in row.items() if column == "outcome" or column.startswith(ROW)}
+        if (before := seen.setdefault(row["key"], measured)) is not measured:
+            if before != measured:
+                raise RuntimeError(f"two rows of the case {row['key']} differ in what was measured")
+            continue
         name = f"row/{row['key']}"
         yield f"{name}/outcome", Record(row["outcome"])
-        for column, value in row.items():
-            if column.startswith(ROW):
+        for column, value in measured.items():
+            if column != "outcome":
                 yield from _measured(f"{name}/{column}", value)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.files import read_description, read_tables
 from conrod.mechanism.units import parse_quantity
 from conrod.scenes.described_scene import read_scene, scene_of
+from conrod.studies.frame.resolve_arguments import machine_text, scene
 
 
 def refusal(given: dict[str, Any]) -> str:
@@ -115,6 +117,18 @@ def test_a_machine_all_in_mm_without_unit_is_said_to_be_in_metres() -> None:
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_shipped_files_are_in_proportion(path: Path) -> None:
     assert read_description(read_tables(path), {}).values
+
+
+@pytest.mark.parametrize("count", [2, 21, 40])
+def test_chains_as_long_as_their_links_laid_end_to_end_are_in_proportion(count: int) -> None:
+    assert len(scene(f"four-bar-chain-{count}").mechanism().bodies) == 2 * count + 1
+
+
+def test_ground_farther_than_the_links_can_reach_is_refused() -> None:
+    written = machine_text("four-bar-chain-40")
+    assert written is not None
+    machine = tomllib.loads(written.decode().replace("O40 = [40, 0]", "O40 = [82, 0]"))
+    assert 'O40.x = 82 m is 82 times the largest other length, 1 m: write "82 mm"' in refusal(machine)
 
 
 def test_flywheels_and_light_links_are_in_proportion() -> None:

@@ -18,6 +18,7 @@ MAX_GYRATION = {True: 5.0, False: 30.0}
 MAX_MASS = {True: 100.0, False: 1e5}
 LARGEST_BARE_LENGTH = 100.0  # [m]
 NEGLIGIBLE = 0.01  # of the largest mass: a body of less is without mass, and keeps its inertia
+GROUND = "ground.points."
 CENTRE = "centre_of_gravity"
 
 
@@ -34,7 +35,7 @@ def check_proportions(
         InvalidInput: names the place, what the number is compared with, and what is likely to be meant.
     """
     every = tuple(bodies)
-    _check_lengths(numbers)
+    _check_lengths(numbers, len(every))
     _check_masses(numbers, every)
     own = {name: [*some.values(), *([] if moved_origin and some else [(0.0, 0.0)])] for name, some in points.items()}
     size = max((math.dist(a, b) for some in own.values() for a in some for b in some), default=0.0)
@@ -44,7 +45,8 @@ def check_proportions(
             _check_inertia(numbers, body, max(one.mass for one in every), size)
 
 
-def _check_lengths(numbers: Numbers) -> None:
+def _check_lengths(numbers: Numbers, bodies: int) -> None:
+    """Refuse a length far above the others; places on the ground may be as far apart as all bodies laid end to end."""
     # A start is a guess from which the pose is looked for: how far off it is changes nothing.
     lengths = {
         name: abs(value)
@@ -55,6 +57,8 @@ def _check_lengths(numbers: Numbers) -> None:
     for name, size in lengths.items():
         bare = name in numbers.bare
         largest = stated if bare and stated else max((s for n, s in lengths.items() if n != name), default=size)
+        if name.startswith(GROUND) and size <= bodies * largest:
+            continue
         if size > MAX_LENGTH[bare] * largest:
             raise InvalidInput(
                 f"{name} = {size:g} m is {size / largest:.0f} times the largest other length, {largest:g} m: "
