@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 ENGINE_SCENES ?= shear-press saw-40rpm saw-500rpm cam-follower crank-shaper whitworth six-bar planetary-gear
 MUTANT_SECONDS ?= 3600 # after which `make mutants` stops; the next one goes on from there
-MUTANT_SAMPLE ?= 40 # defects of a module at most, those of changed functions first; 0 for all
+MUTANT_SAMPLE ?= 20 # defects of a module at most, those of changed functions first; 0 for all
 READY  := $(VENV)/.ready
 LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import subprocess
 import tomllib
 from abc import abstractmethod
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 
 import pytest
 from killed_mutants import PAGE, function_of, listed, main, modules
-from sampled_mutants import sample, with_getters
+from sampled_mutants import copy_project, sample, with_getters
 
 ROOT = Path(__file__).parents[1]
 
@@ -127,6 +128,32 @@ def test_verdicts_that_are_properties_are_mutated_as_methods() -> None:
     assert result.passed is True
     assert (result.size, result.__dict__) == (0.5, {"size": 0.5})
     assert "def none(self)" in written
+
+
+def test_an_edit_of_tests_alone_plants_again_what_survived(tmp_path: Path) -> None:
+    root, copy = tmp_path / "root", tmp_path / "copy"
+    source, claim, settings = (root / name for name in ("src/conrod/a.py", "tests/test_a.py", "pyproject.toml"))
+    for file, text in (
+        (source, "x = 1\n"),
+        (claim, ""),
+        (settings, '[tool.mutmut]\nonly_mutate = ["src/conrod/a.py"]\n'),
+    ):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    subprocess.run(["git", "init", "-q", root], check=True)
+    assert not copy_project(root, copy)
+    results = copy / "mutants" / "src" / "conrod" / "a.py.meta"
+    results.parent.mkdir(parents=True)
+    results.write_text(json.dumps({"exit_code_by_key": {"killed": 1, "lived": 0, "unreached": 33}}), encoding="utf-8")
+    assert copy_project(root, copy)
+    assert json.loads(results.read_text())["exit_code_by_key"]["lived"] == 0, "nothing was edited"
+    claim.write_text("assert True\n", encoding="utf-8")
+    assert copy_project(root, copy)
+    assert json.loads(results.read_text())["exit_code_by_key"] == {"killed": 1, "lived": None, "unreached": None}
+    assert (copy / "tests" / "test_a.py").read_text() == "assert True\n"
+    source.write_text("x = 2\n", encoding="utf-8")
+    assert not copy_project(root, copy)
+    assert not results.exists()
 
 
 def test_a_sample_is_the_same_each_time_and_begins_with_changed_functions() -> None:

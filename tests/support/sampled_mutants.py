@@ -21,11 +21,14 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+from killed_mutants import KILLED
+
 ROOT = Path(__file__).parents[2]
 COPY = ROOT / "mutants"  # of the project; what mutmut makes lies in a folder of the same name in it
 CHOSEN = "chosen.json"
 PAGE = "docs/mutants.md"
 PROPERTIES = (["property"], ["cached_property"])
+CODE, TESTS = ("src/", "pyproject.toml"), ("tests/",)  # what results depend on
 GETTER = "_get_"  # of a property's method, as it is called in the copy
 
 
@@ -53,20 +56,28 @@ def _properties(module: ast.Module) -> Iterator[ast.FunctionDef]:
 
 
 def copy_project(root: Path, copy: Path) -> bool:
-    """Copy a project's files, with methods for properties; True where the copy is of the same files already."""
+    """Copy a project's files, with methods for properties; True where earlier results in the copy still hold.
+
+    They hold while nothing but tests was edited: a defect that a test finds is found by it among more tests too. What
+    survived is then planted again (`_forget_survivors`).
+    """
     listed = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=root, capture_output=True, text=True, check=True,
     )  # fmt: skip
     files = sorted(name for name in listed.stdout.split("\0") if name and (root / name).is_file())
-    state = hashlib.sha256()
-    for name in files:
-        if name.startswith(("src/", "tests/", "pyproject.toml")):
-            state.update(name.encode() + b"\0" + (root / name).read_bytes())
+    state = {part: _hash_of(root, [name for name in files if name.startswith(part)]) for part in CODE + TESTS}
     mark = copy / ".state"
-    if mark.exists() and mark.read_text(encoding="utf-8") == state.hexdigest():
+    before = json.loads(mark.read_text(encoding="utf-8")) if mark.exists() else {}
+    if before == state:
         return True
-    shutil.rmtree(copy, ignore_errors=True)
+    kept = bool(before) and all(before[part] == state[part] for part in CODE)
+    if kept:
+        _forget_survivors(copy)
+        shutil.rmtree(copy / "tests")
+        files = [name for name in files if name.startswith(TESTS)]
+    else:
+        shutil.rmtree(copy, ignore_errors=True)
     mutated = _mutated_files(root)
     for name in files:
         (copy / name).parent.mkdir(parents=True, exist_ok=True)
@@ -74,8 +85,25 @@ def copy_project(root: Path, copy: Path) -> bool:
             (copy / name).write_text(with_getters((root / name).read_text(encoding="utf-8")), encoding="utf-8")
         else:
             shutil.copy2(root / name, copy / name)
-    mark.write_text(state.hexdigest(), encoding="utf-8")
-    return False
+    mark.write_text(json.dumps(state), encoding="utf-8")
+    return kept
+
+
+def _hash_of(root: Path, files: list[str]) -> str:
+    """Hash over names and contents of files."""
+    state = hashlib.sha256()
+    for name in files:
+        state.update(name.encode() + b"\0" + (root / name).read_bytes())
+    return state.hexdigest()
+
+
+def _forget_survivors(copy: Path) -> None:
+    """Count mutants that no test found as not run, in the files that mutmut leaves."""
+    for file in (copy / "mutants" / "src").rglob("*.py.meta"):
+        found = json.loads(file.read_text(encoding="utf-8"))
+        codes = found["exit_code_by_key"]
+        found["exit_code_by_key"] = {name: code if code in KILLED else None for name, code in codes.items()}
+        file.write_text(json.dumps(found, indent=4), encoding="utf-8")
 
 
 def _mutated_files(root: Path) -> list[str]:
@@ -134,7 +162,7 @@ def _results(copy: Path) -> dict[str, int | None]:
 def main() -> int:
     """Copy the project, choose mutants, and run those that were not run yet; bounded in time."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sample", type=int, default=40, help="mutants of a module at most; 0 for all")
+    parser.add_argument("--sample", type=int, default=20, help="mutants of a module at most; 0 for all")
     parser.add_argument("--seconds", type=float, default=3600.0, help="after which the run stops; the next goes on")
     parser.add_argument("--since", help="commit whose functions count as unchanged; the last one of docs/mutants.md")
     parser.add_argument("--only", default="*", help="pattern of modules, such as src/conrod/mjcf/loops/*")
@@ -142,7 +170,7 @@ def main() -> int:
     last = ["git", "log", "-1", "--format=%H", "--", PAGE]
     since = asked.since or subprocess.run(last, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     if not copy_project(ROOT, COPY):
-        print("copied the project anew: earlier results are of other code")
+        print("copied the project anew: there are no results, or they are of other code")
     chosen = choose(ROOT, COPY, asked.sample, since)
     (COPY / CHOSEN).write_text(json.dumps(chosen, indent=1), encoding="utf-8")
     done = {name for name, code in _results(COPY).items() if code is not None}
