@@ -17,8 +17,10 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from killed_mutants import KILLED
@@ -29,6 +31,8 @@ CHOSEN = "chosen.json"
 PAGE = "docs/mutants.md"
 PROPERTIES = (["property"], ["cached_property"])
 CODE, TESTS = ("src/", "pyproject.toml"), ("tests/",)  # what results depend on
+SECTION, DEBUG = "[tool.mutmut]", "debug = true"
+POLL, SHOWN = 60.0, 30  # [s] from count to count, and lines of its output
 GETTER = "_get_"  # of a property's method, as it is called in the copy
 
 
@@ -179,15 +183,40 @@ def main() -> int:
     print(f"{len(names)} mutants of {len(chosen)} modules, {len(names) - len(left)} run before", flush=True)
     if not left:
         return 0
-    mutmut = Path(sys.executable).with_name("mutmut")
-    env = {**os.environ, "PYTHONPATH": ""}
-    process = subprocess.Popen([mutmut, "run", "--max-children", str(os.cpu_count() or 2), *left], cwd=COPY, env=env)
-    try:
-        return process.wait(timeout=asked.seconds)
-    except (subprocess.TimeoutExpired, KeyboardInterrupt):
-        process.send_signal(signal.SIGINT)
-        print("stopped; `make mutants` goes on from here")
-        return process.wait(timeout=60)
+    return run_mutmut(COPY, left, asked.seconds)
+
+
+def run_mutmut(copy: Path, names: list[str], seconds: float) -> int:
+    """Plant mutants in a copy of the project, and print how many are left; mutmut's own output goes into a file.
+
+    Returns:
+        Its exit status; where a test fails without a defect, the end of its output is printed.
+    """
+    settings = copy / "pyproject.toml"
+    text = settings.read_text(encoding="utf-8")
+    if DEBUG not in text:  # else it does not say which test fails without a defect
+        settings.write_text(text.replace(SECTION, f"{SECTION}\n{DEBUG}"), encoding="utf-8")
+    mutmut, log = Path(sys.executable).with_name("mutmut"), copy / "mutmut.log"
+    command = [mutmut, "run", "--max-children", str(os.cpu_count() or 2), *names]
+    end = time.monotonic() + seconds
+    with log.open("w", encoding="utf-8") as output:
+        process = subprocess.Popen(
+            command, cwd=copy, env={**os.environ, "PYTHONPATH": ""}, stdout=output, stderr=output
+        )
+        try:
+            while process.poll() is None and time.monotonic() < end:
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(timeout=min(POLL, max(end - time.monotonic(), 0.0)))
+                done = {name for name, code in _results(copy).items() if code is not None}
+                print(f"{sum(name in done for name in names)} of {len(names)} planted", flush=True)
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+                print("stopped; `make mutants` goes on from here")
+                process.wait(timeout=60)
+    if process.returncode:
+        print(*log.read_text(encoding="utf-8", errors="replace").splitlines()[-SHOWN:], sep="\n")
+    return process.returncode
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 
 from conrod.errors import COMMANDING
 
-LONGEST = 1200  # characters of an error's line: room for two long paths beside the causes
+LONGEST = 640  # characters of an error's line: room for two long paths beside the causes
 # In Markdown: what opens a tag or an image, and what makes a link of brackets, unless it leads to a file of the report.
 _HAZARD = re.compile(r"<(?=[A-Za-z/!?])|!(?=\[)|\](?=\([^)]*([:&]|//)|:\s*(<[^>]*|\S*)([:&]|//))")
 _ENTITIES = {"<": "&lt;", "!": "&#33;", "]": "&#93;"}
