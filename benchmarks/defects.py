@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.engines.capabilities import Lacking, Varied, capability
-from conrod.engines.engine import run_of
+from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability
+from conrod.engines.engine import run_extent
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Instants, Piece, Track
 from conrod.studies.detection.defects import MASS, MOTION, PERCENT, Defect, Plant, Recording, on_run, with_tracks
@@ -77,7 +77,7 @@ def _softness(given: Recording) -> Iterator[tuple[str, Plant]]:
     """The run made again, with joints or contacts that take so many steps longer to mend an error."""
     trajectory = given.run.trajectory
     engine, settings = engine_named(trajectory.engine), trajectory.settings
-    if isinstance(varied := capability(engine, Varied), Lacking):
+    if isinstance(varied := capability(engine, SettingsVariations), MissingCapability):
         return
     timed: Any = settings
     own = timed.time_constant(bool(given.reference.mechanism().cam_contacts)) / timed.timestep
@@ -86,8 +86,8 @@ def _softness(given: Recording) -> Iterator[tuple[str, Plant]]:
         if steps == 0.0:
             return now
         machine: Any = now.reference
-        start = run_of(machine, settings.steps_per_revolution, trajectory.revolutions)[0]
-        changed = varied.stabilised(machine, settings, own + abs(steps))
+        start = run_extent(machine, settings.steps_per_revolution, trajectory.revolutions)[0]
+        changed = varied.with_time_constant(machine, settings, own + abs(steps))
         return Recording.of(engine, machine, changed, trajectory.revolutions, start)
 
     yield "", softer

@@ -7,8 +7,8 @@ import random
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.engines.engine import run_of
-from conrod.engines.running import followed
+from conrod.engines.engine import run_extent
+from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
@@ -51,7 +51,7 @@ class VariantCase(EngineCase[ValidationResult]):
         if not result.completed or not result.limits:
             return result
         errors = RunErrors()
-        ended = followed(self.made_by, self.scene, settings, result.revolutions, start, errors)
+        ended = run_with_recorders(self.made_by, self.scene, settings, result.revolutions, start, errors)
         found = errors.found() if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged()
 
@@ -73,7 +73,7 @@ def variant(scene: Scene, number: int) -> tuple[Scene, int, float]:
         start = 0.0 if contact else chance.uniform(0.0, 2.0 * math.pi)
         try:
             made = scene.with_parameters(**changed)
-            run_of(made, steps, 1.0)
+            run_extent(made, steps, 1.0)
             _ = made.lengths, made.kinematics.lengths
         except InvalidInput:
             continue

@@ -12,9 +12,9 @@ from benchmarks.row import Row
 from benchmarks.side_by_side import against, cpu_seconds, interleaved
 from conrod import MuJoCoSettings, Saw
 from conrod.engines.mujoco import dynamics
-from conrod.engines.mujoco.engine import ENGINE
+from conrod.engines.mujoco.engine import MUJOCO_ENGINE
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.runs.trajectory import PointTracks
 
 SAW = Saw(speed=52.36)
@@ -57,7 +57,9 @@ def rows(repeats: int) -> list[Row]:
             # A run takes one step more than it has samples after the first: the last sample's sensors come with it.
             BASE: partial(_stepping, made, STEPS + 1),
             RECORDED: partial(cpu_seconds, partial(recorded, made, chosen, STEPS)),
-            WHOLE: partial(cpu_seconds, partial(whole_run, ENGINE, SAW, chosen, STEPS / STEPS_PER_TURN, 0.0)),
+            WHOLE: partial(
+                cpu_seconds, partial(run_in_one_piece, MUJOCO_ENGINE, SAW, chosen, STEPS / STEPS_PER_TURN, 0.0)
+            ),
         }
         found += against(interleaved(sides, repeats), BASE, {RECORDED: 1.10}, f"MuJoCo, {integrator}")
     return found

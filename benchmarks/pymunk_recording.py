@@ -14,10 +14,10 @@ from benchmarks.row import Row
 from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
 from conrod.engines.pymunk.dynamics import point_tracks, staggered, turns_at
-from conrod.engines.pymunk.engine import ENGINE
+from conrod.engines.pymunk.engine import PYMUNK_ENGINE
 from conrod.engines.pymunk.space import Build, build
 from conrod.engines.pymunk.stepping import advance, repeat
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import PointTracks
 
@@ -70,6 +70,8 @@ def rows(repeats: int) -> list[Row]:
         BASE: lambda: cpu_seconds(partial(stepped, started(), STEPS)),
         DRIVEN: lambda: cpu_seconds(partial(driven, started(), STEPS)),
         RECORDED: lambda: cpu_seconds(partial(recorded, started(), STEPS)),
-        WHOLE: partial(cpu_seconds, partial(whole_run, ENGINE, SAW, SETTINGS, STEPS / STEPS_PER_TURN, 0.0)),
+        WHOLE: partial(
+            cpu_seconds, partial(run_in_one_piece, PYMUNK_ENGINE, SAW, SETTINGS, STEPS / STEPS_PER_TURN, 0.0)
+        ),
     }
     return against(interleaved(sides, repeats), BASE, {RECORDED: 1.40}, f"pymunk {pymunk.version}")

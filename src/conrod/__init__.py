@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from conrod.engines.mujoco import MuJoCoSettings as MuJoCoSettings
     from conrod.engines.mujoco.compiled_edits import harden as harden
     from conrod.engines.pymunk import PymunkSettings as PymunkSettings
-    from conrod.engines.running import run as run
+    from conrod.engines.run import run as run
     from conrod.errors import InvalidInput as InvalidInput
     from conrod.exact import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
@@ -48,7 +48,7 @@ _PUBLIC = {
     "conrod.engines.mujoco": ("MuJoCoSettings",),
     "conrod.engines.mujoco.compiled_edits": ("harden",),
     "conrod.engines.pymunk": ("PymunkSettings",),
-    "conrod.engines.running": ("run",),
+    "conrod.engines.run": ("run",),
     "conrod.errors": ("InvalidInput",),
     "conrod.exact.kinematics": ("Kinematics",),
     "conrod.exact": ("GenericReference",),

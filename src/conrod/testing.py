@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from conrod.engines.capabilities import KinematicMode, Lacking, capability
+from conrod.engines.capabilities import KinematicMode, MissingCapability, capability
 from conrod.engines.engine import Engine, judged_preset
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
@@ -130,7 +130,7 @@ class EngineConformance:
 
     def test_its_own_constraints_place_the_machine(self) -> None:
         solver = capability(self.engine, KinematicMode)
-        if isinstance(solver, Lacking):
+        if isinstance(solver, MissingCapability):
             pytest.skip(solver.reason)
         for scene in self._machines(judged_preset(self.engine)):
             angle = np.linspace(0.0, 2.0 * np.pi, 24)

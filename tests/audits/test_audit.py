@@ -23,7 +23,7 @@ from audits.items import items_of, shipped_items
 from audits.judged import audit
 from audits.judging import Case, Explanation, Item, judge
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
 from conrod.own.printed.verdicts import Kind, Number
 from conrod.report.writer import rendered_again
@@ -193,7 +193,7 @@ def test_every_judged_preset_meets_all_cells_that_are_right(engine: str, preset:
     if preset not in used.presets:
         pytest.skip("it has no such preset")
     settings, start = used.presets[preset](press, STEPS), -2.0 * np.pi * LEAD / STEPS
-    run, right, agreed = whole_run(used, press, settings, 1.0 + 2.0 * LEAD / STEPS, start), exact(ANGLES), 0
+    run, right, agreed = run_in_one_piece(used, press, settings, 1.0 + 2.0 * LEAD / STEPS, start), exact(ANGLES), 0
     for quantity, columns in (("position", "xG yG"), ("velocity", "vxG vyG vG"), ("acceleration", "axG ayG aG")):
         track = getattr(run.points["G"], quantity)
         found = [np.interp(np.radians(ANGLES), track.instants.angle, values) / MM for values in track.values.T]

@@ -15,10 +15,10 @@ from catalogue import CAM, EVERY_SCENE, SAW
 
 from conrod import Outcome
 from conrod.engines import engine_named
-from conrod.engines.box2d import PRESETS, Box2DSettings
-from conrod.engines.engine import SINGLE
+from conrod.engines.box2d import BOX2D_PRESETS, Box2DSettings
+from conrod.engines.engine import SINGLE_EPSILON
 from conrod.engines.numerics import largest_derivatives
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Piece, concatenate_pieces
@@ -44,20 +44,20 @@ def ran(scene: Any, settings: Box2DSettings, revolutions: float = 1.0) -> Piece:
 
 def worst(scene: Any, preset: str, steps: int, **fields: Any) -> Array:
     """Largest normalised errors of position, velocity and acceleration."""
-    found = compare(ran(scene, replace(PRESETS[preset](scene, steps), **fields)).trajectory, scene)
+    found = compare(ran(scene, replace(BOX2D_PRESETS[preset](scene, steps), **fields)).trajectory, scene)
     return np.array([found.worst(quantity) for quantity in QUANTITIES])
 
 
 class TestConformance(EngineConformance):
     scenes = ("saw-40rpm", "shear-press")
     first_order = ("stock",)
-    rounding = 20.0 * SINGLE
+    rounding = 20.0 * SINGLE_EPSILON
 
     @pytest.fixture(autouse=True)
     def judged(self, box2d: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         """Its presets are not judged, and their stamps are looked at all the same."""
         monkeypatch.setattr(type(self), "engine", box2d, raising=False)
-        monkeypatch.setattr(box2d, "presets", {name: replace(one, judged=True) for name, one in PRESETS.items()})
+        monkeypatch.setattr(box2d, "presets", {name: replace(one, judged=True) for name, one in BOX2D_PRESETS.items()})
         return
 
 
@@ -67,7 +67,7 @@ class TestConformance(EngineConformance):
 @pytest.mark.parametrize("name", TURNS)
 def test_tuned_is_off_by_rounding_whatever_the_step(name: str) -> None:
     scene = TURNS[name]
-    floor = [SINGLE * size for size in largest_derivatives(scene.kinematics, 1)]
+    floor = [SINGLE_EPSILON * size for size in largest_derivatives(scene.kinematics, 1)]
     for steps in (50, 400):
         position, velocity, _ = worst(scene, "tuned", steps)
         assert position < 10.0 * floor[0]
@@ -88,7 +88,7 @@ def test_stock_is_of_order_two_in_positions() -> None:
 
 def test_after_many_turns_the_crank_has_all_its_digits() -> None:
     """Its angle is written without whole turns; a single-precision number of 200 turns has steps of 1e-4 rad."""
-    scene, settings = SAW, PRESETS["stock"](SAW, 20)
+    scene, settings = SAW, BOX2D_PRESETS["stock"](SAW, 20)
     instants = ran(scene, settings, 200.0).trajectory.bodies.position.instants  # type: ignore[union-attr]
     assert np.abs(instants.angle - scene.speed * instants.times).max() < 1e-6
 
@@ -97,7 +97,7 @@ def test_after_many_turns_the_crank_has_all_its_digits() -> None:
 def test_as_many_iterations_as_the_eigenvalue_asks_for_close_any_linkage(name: str) -> None:
     """Bound by the gaps' amplification; a tenth of the iterations leaves ten times as much, and more."""
     scene = scene_named(name)
-    settings = PRESETS["tuned"](scene, 100)
+    settings = BOX2D_PRESETS["tuned"](scene, 100)
     few = settings.position_iterations // 10
     position = worst(scene, "tuned", 100)[0]
     assert position < 2e-4
@@ -107,7 +107,7 @@ def test_as_many_iterations_as_the_eigenvalue_asks_for_close_any_linkage(name: s
 def test_a_rod_a_hundred_thousandth_too_long_is_seen(box2d: Any) -> None:
     """The model is right: `tuned` is off by rounding, and a planted length is not."""
     wrong = replace(SAW, rod=SAW.rod * (1.0 + 1e-5))
-    off = compare(whole_run(box2d, wrong, PRESETS["tuned"](wrong, 100), 1.0), SAW).worst("position")
+    off = compare(run_in_one_piece(box2d, wrong, BOX2D_PRESETS["tuned"](wrong, 100), 1.0), SAW).worst("position")
     assert off > 10.0 * worst(SAW, "tuned", 100)[0]
 
 
@@ -115,7 +115,7 @@ def test_a_cam_lifts_its_follower_by_contact_as_pymunks_does() -> None:
     steps = 1000
     mine = worst(CAM, "tuned", steps, cam_vertices=100)
     pymunk = engine_named("pymunk")
-    other = compare(whole_run(pymunk, CAM, pymunk.presets["tuned"](CAM, steps), 1.0), CAM)
+    other = compare(run_in_one_piece(pymunk, CAM, pymunk.presets["tuned"](CAM, steps), 1.0), CAM)
     for measured, quantity in zip(mine[:2], QUANTITIES[:2], strict=True):
         assert measured == pytest.approx(other.worst(quantity), rel=0.5)
 
@@ -129,7 +129,7 @@ def test_without_the_joint_that_cannot_be_closed_iterations_stop_at_five_millime
 
 
 def test_a_body_that_would_move_more_than_two_units_in_a_step_is_slowed_down() -> None:
-    settings = PRESETS["tuned"](SAW, 100)
+    settings = BOX2D_PRESETS["tuned"](SAW, 100)
     fast = worst(SAW, "tuned", 100, length_scale=64.0 * settings.length_scale)
     assert worst(SAW, "tuned", 100)[1] < 1e-5
     assert fast[1] > 0.1
@@ -137,11 +137,11 @@ def test_a_body_that_would_move_more_than_two_units_in_a_step_is_slowed_down() -
 
 def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
     slow = SAW.with_parameters(speed=0.01)  # [rad/s], below 2 deg/s
-    settings = replace(PRESETS["tuned"](slow, 400), length_scale=1.0, all_iterations=False)
+    settings = replace(BOX2D_PRESETS["tuned"](slow, 400), length_scale=1.0, all_iterations=False)
     asleep, awake = (ran(slow, replace(settings, sleeping=one)).trajectory for one in (True, False))
     assert asleep.outcome is Outcome.STALLED
     assert awake.outcome is Outcome.COMPLETED
-    assert (PRESETS["stock"](slow, 400).sleeping, settings.sleeping) == (True, False)
+    assert (BOX2D_PRESETS["stock"](slow, 400).sleeping, settings.sleeping) == (True, False)
 
 
 # -- what it cannot do -------------------------------------------------------------------------------------------------
@@ -157,6 +157,6 @@ def test_a_check_of_box2ds_own_that_fails_is_an_outcome(box2d: Any, monkeypatch:
             raise AssertionError("b2IsValid")
 
     monkeypatch.setattr(stepping.Stepper, "__call__", fails)
-    pieces = list(box2d.run(SAW, PRESETS["stock"](SAW, 100), 1.0, steps=20))
+    pieces = list(box2d.run(SAW, BOX2D_PRESETS["stock"](SAW, 100), 1.0, steps=20))
     assert pieces[-1].trajectory.outcome is Outcome.DIVERGED
     assert sum(len(piece.clock) for piece in pieces) == 101

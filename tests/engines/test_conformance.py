@@ -16,8 +16,8 @@ from planted_engine import LawfulEngine, PlantedSettings
 
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
-from conrod.engines.engine import PIECE, Machine
-from conrod.engines.running import whole_run
+from conrod.engines.engine import PIECE_STEPS, Machine
+from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Piece, PointTracks, Track
@@ -83,7 +83,7 @@ def noisy(values: Array) -> Array:
 
 
 class StartsElsewhere(LawfulEngine):
-    def run(self, machine: Machine, settings: Any, revolutions: float, _: float = 0.0, steps: int = PIECE) -> Any:
+    def run(self, machine: Machine, settings: Any, revolutions: float, _: float = 0.0, steps: int = PIECE_STEPS) -> Any:
         return super().run(machine, settings, revolutions, 0.0, steps)
 
 
@@ -171,7 +171,7 @@ def test_its_law_bounds_its_errors_and_a_mistake_breaks_it(what: str, wrong: str
     engine = engine_of(CODE.replace(what, wrong, 1))
     settings = engine.presets["tuned"](FAST_SAW, 200)
     found, law = (
-        compare(whole_run(engine, FAST_SAW, settings, 1.0), FAST_SAW),
+        compare(run_in_one_piece(engine, FAST_SAW, settings, 1.0), FAST_SAW),
         engine.expected_error(FAST_SAW, settings),
     )
     for quantity in ("position", "velocity", "acceleration"):

@@ -16,8 +16,8 @@ from conrod.engines import engine_named
 from conrod.engines.capabilities import expected_error
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import compiled
-from conrod.engines.running import whole_run
-from conrod.engines.tree import tree_of
+from conrod.engines.run import run_in_one_piece
+from conrod.engines.spanning_tree import machine_tree
 from conrod.mjcf.lint.bench import differing
 from conrod.runs.comparison import ExactMotions
 from conrod.scenes import scene_named
@@ -40,7 +40,7 @@ def test_the_polygons_error_is_the_one_that_its_shape_has(engine: str, cam: str)
 def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
     """Half a step early or late it would be off by half a step of its acceleration."""
     scene, made = scene_named(OF_LAWS), engine_named("pymunk")
-    run = whole_run(made, scene, made.presets["tuned"](scene, 4000), 1.0)
+    run = run_in_one_piece(made, scene, made.presets["tuned"](scene, 4000), 1.0)
     ((name, tracks),) = run.points.items()
     at = tracks.velocity.instants
     off = ExactMotions(scene).error(tracks.velocity, name, "velocity")
@@ -57,7 +57,7 @@ def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_
     scene, steps, _ = variant(scene_named(OF_LAWS), 1)
     made = engine_named("mujoco")
     settings = made.presets["tuned"](scene, steps)
-    run = whole_run(made, scene, settings, 1.0)
+    run = run_in_one_piece(made, scene, settings, 1.0)
     ((name, tracks),) = run.points.items()
     off = ExactMotions(scene).error(tracks.position, name, "position")
     sizes = np.linalg.norm(off, axis=1) / scene.lengths[name]
@@ -73,7 +73,7 @@ def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_
 
 def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:
     settings = replace(MuJoCoSettings.tuned(scene, steps), **changes)
-    return mjcf(tree_of(scene), settings, "model")
+    return mjcf(machine_tree(scene), settings, "model")
 
 
 def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> None:

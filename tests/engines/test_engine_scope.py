@@ -72,7 +72,7 @@ def test_an_angle_far_from_the_start_is_solved_on_the_branch_of_the_start(engine
 
 
 def test_newton_iteration_from_the_start_alone_finds_another_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(approach, "LONGEST_STEP", 10.0)
+    monkeypatch.setattr(approach, "MAX_ANGLE_STEP", 10.0)
     assert kinematic_errors("mujoco", SLIDERS, FAR)[0] > 0.1
 
 

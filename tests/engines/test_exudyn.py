@@ -14,8 +14,8 @@ from kinematic_mode import kinematic_errors
 
 from conrod import Outcome
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
-from conrod.engines.exudyn import PRESETS, ExudynSettings
+from conrod.engines.engine import run_extent
+from conrod.engines.exudyn import EXUDYN_PRESETS, ExudynSettings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
@@ -53,7 +53,7 @@ def errors_in_time(scene: Any, preset: str, steps: int, late: float = 0.0) -> li
     Args:
         late: steps by which the samples' instants are mistaken.
     """
-    found = states(scene, PRESETS[preset](scene, steps))
+    found = states(scene, EXUDYN_PRESETS[preset](scene, steps))
     exact = scene.kinematics.derivatives(scene.speed * (found.instants.times + late * found.instants.times[1]), 2)
     measured = (found.poses, found.rates / scene.speed, found.accelerations / scene.speed**2)
     return [np.abs(m - e).max(axis=1) for m, e in zip(measured, exact, strict=True)]
@@ -105,7 +105,7 @@ def test_constraints_on_positions_stay_closed_and_those_on_velocities_drift() ->
 
     def ends(preset: str) -> Array:
         """Largest gap of a joint at the end of so many turns [m]."""
-        poses = states(scene, PRESETS[preset](scene, 100), turns[-1]).poses[[100 * n for n in turns]]
+        poses = states(scene, EXUDYN_PRESETS[preset](scene, 100), turns[-1]).poses[[100 * n for n in turns]]
         return np.max(list(joint_gaps(scene.kinematics.mechanism, [poses]).values()), axis=0)
 
     assert ends("stock").max() < 1e-11
@@ -113,10 +113,10 @@ def test_constraints_on_positions_stay_closed_and_those_on_velocities_drift() ->
     np.testing.assert_allclose(ends("tuned") / ends("tuned")[0], [1.0, 2.0, 4.0], rtol=0.02)
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", EXUDYN_PRESETS)
 def test_a_run_is_the_same_each_time_and_in_any_pieces(preset: str, exudyn: Any) -> None:
     scene = TURNS["saw-500rpm"]
-    settings = PRESETS[preset](scene, 100)
+    settings = EXUDYN_PRESETS[preset](scene, 100)
     whole = ran(scene, settings, 11.0)
     for steps in (1100, 99, 1024):
         parts = concatenate_pieces(list(exudyn.run(scene, settings, 11.0, steps=steps)))
@@ -147,7 +147,7 @@ def test_a_rod_a_millionth_too_long_is_seen(scene: Any) -> None:
     position, velocity = kinematic_errors("exudyn", scene, ANGLES, wrong)
     assert position > 1e-7
     assert velocity > 1e-8
-    settings = PRESETS["stock"](scene, 125)
+    settings = EXUDYN_PRESETS["stock"](scene, 125)
     right, off = (compare(ran(machine, settings).trajectory, scene).worst("position") for machine in (scene, wrong))
     assert right < 1e-9
     assert off > 1e-7
@@ -156,12 +156,12 @@ def test_a_rod_a_millionth_too_long_is_seen(scene: Any) -> None:
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", EXUDYN_PRESETS)
 def test_a_solver_that_gives_up_is_an_outcome_and_prints_nothing(
     preset: str, exudyn: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
     scene = TURNS["saw-500rpm"]
-    hopeless = replace(PRESETS[preset](scene, 125), relative_tolerance=1e-15, absolute_tolerance=1e-15)
+    hopeless = replace(EXUDYN_PRESETS[preset](scene, 125), relative_tolerance=1e-15, absolute_tolerance=1e-15)
     pieces = list(exudyn.run(scene, hopeless, 1.0, steps=50))
     last = pieces[-1].trajectory
     assert last.outcome is Outcome.DIVERGED
@@ -174,13 +174,13 @@ def test_a_solver_that_gives_up_is_an_outcome_and_prints_nothing(
 
 
 def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
-    settings = PRESETS["stock"](SAW, 125)
+    settings = EXUDYN_PRESETS["stock"](SAW, 125)
     stepper = exudyn.stepper(SAW, settings)
     for steps in (50, 75):
         stepper(steps)
     timed = next(stepper.states(1))
     np.testing.assert_allclose(timed[0], states(SAW, settings).poses[125], atol=1e-12)
-    assert run_of(SAW, 125, 1.0) == (0.0, 1.0)
+    assert run_extent(SAW, 125, 1.0) == (0.0, 1.0)
     exudyn.reference_loop()(1000)
 
 

@@ -13,7 +13,7 @@ import pytest
 from command_line import conrod, conrod_process
 from misbehaving_engines import CASES, FAST, HARMLESS, installed_in
 
-from conrod.engines import _brought, engine_named, loaded_engine
+from conrod.engines import engine_named, load_plugin_here, plugin_entry_points
 
 COMMAND = ("validate", "saw-40rpm", "--steps-per-rev", "20", "--revolutions", "1")
 
@@ -38,7 +38,7 @@ def studied(folder: Path, names: Sequence[str]) -> dict[tuple[str, str | None], 
 
 
 def forget() -> None:
-    for known in (_brought, engine_named, loaded_engine):
+    for known in (plugin_entry_points, engine_named, load_plugin_here):
         known.cache_clear()
 
 

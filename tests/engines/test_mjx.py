@@ -14,8 +14,8 @@ from catalogue import CAM, EVERY_SCENE, SAW
 
 from conrod import Outcome
 from conrod.engines import engine_named
-from conrod.engines.engine import SINGLE, with_fields
-from conrod.engines.mjx import PRESETS
+from conrod.engines.engine import SINGLE_EPSILON, with_fields
+from conrod.engines.mjx import MJX_PRESETS
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Trajectory, concatenate_pieces
 from conrod.scenes import scene_named
@@ -41,7 +41,7 @@ def error(preset: str, steps: int, quantity: str = "position", **fields: Any) ->
 @pytest.mark.slow
 class TestConformance(EngineConformance):
     scenes = ("saw-40rpm",)
-    rounding = 20.0 * SINGLE
+    rounding = 20.0 * SINGLE_EPSILON
     first_order = ("tuned",)  # Euler's velocity is half a step old
 
     @pytest.fixture(autouse=True)
@@ -67,7 +67,7 @@ def test_a_short_time_constant_makes_up_for_it_at_second_order_after_a_first_ste
     assert error("tuned", 250, "velocity") / error("tuned", 500, "velocity") == pytest.approx(2.0, rel=0.05)
     assert error("tuned", 250, "acceleration") == pytest.approx(error("tuned", 500, "acceleration"), rel=0.01)
     # At the same settings MuJoCo has the acceleration of the first step.
-    same = {"solref": PRESETS["tuned"](FAST_SAW, 500).solref, "integrator": "Euler"}
+    same = {"solref": MJX_PRESETS["tuned"](FAST_SAW, 500).solref, "integrator": "Euler"}
     assert compare(ran("mujoco", "tuned", 500, **same), FAST_SAW).worst("acceleration") < 0.05
     assert error("tuned", 500, "acceleration") > 0.25
 
@@ -75,7 +75,7 @@ def test_a_short_time_constant_makes_up_for_it_at_second_order_after_a_first_ste
 def largest_errors(scene: Any, steps: int, machine: Any = None) -> list[tuple[float, float]]:
     """Errors of position, velocity and acceleration against a scene, of it or another machine, with their bounds."""
     engine, machine = engine_named("mjx"), machine or scene
-    settings = PRESETS["tuned"](machine, steps)
+    settings = MJX_PRESETS["tuned"](machine, steps)
     law = engine.expected_error(scene, settings)
     found = compare(concatenate_pieces(list(engine.run(machine, settings, 1.0))).trajectory, scene)
     return [(found.worst(name), getattr(law, name)) for name in ("position", "velocity", "acceleration")]
@@ -108,8 +108,8 @@ def test_its_law_holds_and_is_near(name: str) -> None:
     ids=["cam", "loads", "integrator", "solver"],
 )
 def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: dict[str, Any], reason: str) -> None:
-    engine, settings = engine_named("mjx"), PRESETS["tuned"](scene, 1000)
-    assert engine.refusal(SAW, PRESETS["tuned"](SAW, 1000)) is None
+    engine, settings = engine_named("mjx"), MJX_PRESETS["tuned"](scene, 1000)
+    assert engine.refusal(SAW, MJX_PRESETS["tuned"](SAW, 1000)) is None
     assert re.search(reason, str(engine.refusal(scene, with_fields(settings, **fields))))
 
 

@@ -14,7 +14,7 @@ from free_machines import chain
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
-from conrod.engines.mujoco import PRESETS, older
+from conrod.engines.mujoco import MUJOCO_PRESETS, older
 from conrod.engines.mujoco import model_edits as dressing
 from conrod.engines.mujoco.engine import unjudged
 from conrod.engines.tracks import FreeRun, Pace
@@ -36,7 +36,7 @@ EQUAL = 1e-9
 @cache
 def minimal_of(machine: str) -> MuJoCoSettings:
     scene = MACHINES[machine]
-    made: MuJoCoSettings = MUJOCO.minimal(scene, 62832 if scene is CAM else STEPS)
+    made: MuJoCoSettings = MUJOCO.minimal_settings(scene, 62832 if scene is CAM else STEPS)
     return replace(made, cam_vertices=250)  # a coarse cam is compiled in no time
 
 
@@ -149,7 +149,7 @@ def test_without_its_contact_the_follower_falls_through_the_cam() -> None:
 TIMES = np.linspace(0.0, 10.0, 101)
 FIRST = 21  # samples of them where two seconds are enough
 STEP = 0.005  # [s]; ten seconds then cost less than 0.1 s of CPU time
-PACE = Pace(0.92, crosses=True)  # of the chains
+PACE = Pace(0.92, crosses_branches=True)  # of the chains
 LOADS = (
     Load("spring", Distance("ground", "bar0", (0.0, -0.5), (0.3, 0.0)), Elastic(20.0, 0.7)),
     Load("damper", Distance("ground", "rocker1", (0.0, 0.6), (0.5, 0.1)), Viscous(0.4)),
@@ -230,6 +230,6 @@ def test_loops_of_a_release_without_the_jacobians_rate_have_no_law(monkeypatch: 
 
 
 def test_nothing_is_required_of_the_forces_of_a_loop_in_such_a_release() -> None:
-    assert "torque" in PRESETS["hardened"].forces
-    assert [sorted(unjudged(one).forces) for one in PRESETS.values()] == [[], ["contact"], []]
-    assert not any(unjudged(one).judged_free for one in PRESETS.values())
+    assert "torque" in MUJOCO_PRESETS["hardened"].forces
+    assert [sorted(unjudged(one).forces) for one in MUJOCO_PRESETS.values()] == [[], ["contact"], []]
+    assert not any(unjudged(one).judged_free for one in MUJOCO_PRESETS.values())

@@ -19,16 +19,16 @@ from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
 from conrod import PymunkSettings
 from conrod.engines import (
     ENGINES,
-    OPTIONAL,
-    _brought,
+    OPTIONAL_ENGINES,
     engine_named,
     engine_packages,
     installed_extras,
     line_style,
+    load_plugin_here,
     loadable_engines,
-    loaded_engine,
+    plugin_entry_points,
 )
-from conrod.engines.checked_engine import describe
+from conrod.engines.checked_plugin import describe
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES
 from conrod.studies.execution.worker import perform
@@ -41,9 +41,9 @@ STEPS = 100
 
 
 def forget() -> None:
-    _brought.cache_clear()
+    plugin_entry_points.cache_clear()
     engine_named.cache_clear()
-    loaded_engine.cache_clear()
+    load_plugin_here.cache_clear()
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +186,7 @@ def test_the_documented_table_is_that_of_the_engines() -> None:
     made: Any = SimpleNamespace(**runpy.run_path(str(DOCS / "capabilities.py")))
     shown = made.PAGE.read_text(encoding="utf-8").split(made.BEGIN)[1].split(made.END)[0]
     # Only what is installed can be asked: column by column.
-    installed = [one for one in loadable_engines(installed_extras())[0] if one.name in {**ENGINES, **OPTIONAL}]
+    installed = [one for one in loadable_engines(installed_extras())[0] if one.name in {**ENGINES, **OPTIONAL_ENGINES}]
     assert columns(made.text_of(installed)).items() <= columns(shown).items(), "python docs/capabilities.py"
     # Negative control: capabilities more are noticed, whichever engines are installed.
     assert not columns(made.text_of(installed)).items() <= columns(shown.replace("unsupported", "yes")).items()

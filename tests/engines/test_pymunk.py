@@ -13,13 +13,13 @@ from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain
 
 from benchmarks.healthy import variant
 from conrod.engines import engine_named
-from conrod.engines.numerics import by_centres, inverse_masses, one_iteration
+from conrod.engines.numerics import inverse_masses, iteration_matrix, poses_by_centres
 from conrod.engines.pymunk import PymunkSettings, _constraints, iterations_by_masses, law, straight
 from conrod.engines.pymunk import dynamics as own
 from conrod.engines.pymunk.loads import Pushes
 from conrod.engines.pymunk.space import build
 from conrod.engines.pymunk.stepping import state
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
@@ -142,7 +142,7 @@ def test_what_is_told_of_a_free_run_is_a_part_of_its_every_step(
     asked = mechanism, "tuned", 1e-3, 103, right.poses[0], right.rates[0], PACE
     whole = PYMUNK.free_run(*asked)
     assert len(whole.times) == 104
-    monkeypatch.setattr(own, "PIECE", piece)
+    monkeypatch.setattr(own, "PIECE_STEPS", piece)
     told = PYMUNK.free_run(*asked, 4)
     for name in ("times", "poses", "rates"):
         assert np.array_equal(getattr(told, name), getattr(whole, name)[::4]), name
@@ -172,7 +172,7 @@ LINKAGES = ("crank-shaper", "jansen-leg")
 def acceleration_over_its_law(machine: Any, steps: int, start: float, iterations: int | None = None) -> float:
     settings = PymunkSettings.tuned(machine, steps)
     settings = replace(settings, iterations=iterations or settings.iterations)
-    found = compare(whole_run(PYMUNK, machine, settings, 0.1, start), machine)
+    found = compare(run_in_one_piece(PYMUNK, machine, settings, 0.1, start), machine)
     return float(found.worst("acceleration") / PYMUNK.expected_error(machine, settings, start).acceleration)
 
 
@@ -185,8 +185,8 @@ def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) ->
     made, poses = build(machine, still), kinematics.poses(np.array([1.0]))
     inverse = inverse_masses(mechanism, straight(mechanism))
     free = np.flatnonzero(inverse)
-    jacobian = kinematics.jacobian(poses) @ by_centres(mechanism, poses)[:, :, free]
-    once = one_iteration(jacobian, inverse[free], _constraints(kinematics))[0]
+    jacobian = kinematics.jacobian(poses) @ poses_by_centres(mechanism, poses)[:, :, free]
+    once = iteration_matrix(jacobian, inverse[free], _constraints(kinematics))[0]
     rates = np.zeros(len(inverse))
     rates[free] = np.random.default_rng(1).normal(size=len(free))
     made.place(poses[0], np.zeros_like(poses[0]))
@@ -221,7 +221,7 @@ def shares_of_the_law(name: str, speed: float, steps: int) -> dict[str, float]:
     machine = scene_named(name).with_parameters(speed=speed)
     settings = engine.presets["tuned"](machine, steps)
     bounds = engine.expected_error(machine, settings)
-    found = compare(whole_run(engine, machine, settings, 1.0), machine)
+    found = compare(run_in_one_piece(engine, machine, settings, 1.0), machine)
     return {q: found.worst(q) / getattr(bounds, q) for q in ("position", "velocity", "acceleration")}
 
 

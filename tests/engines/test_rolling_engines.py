@@ -11,10 +11,10 @@ from kinematic_mode import kinematic_errors
 from rolling_machines import PIN, SPEED, TOOTH, WHEEL, driven, gear_pair, poses_of, swinging_four_bar, wheel_on_a_track
 
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
+from conrod.engines.engine import run_extent
 from conrod.engines.pymunk.gears import gears_refusal
-from conrod.engines.running import run, whole_run
-from conrod.engines.tree import mesh_row, spanning_tree
+from conrod.engines.run import run, run_in_one_piece
+from conrod.engines.spanning_tree import grow_spanning_tree, rolling_coefficients
 from conrod.errors import InvalidInput
 from conrod.exact import GenericReference
 from conrod.exact.joint_equations import joint_residual, pose_jets
@@ -40,8 +40,8 @@ def test_both_modes_stay_within_what_the_engines_laws_allow(mechanism: Mechanism
 
 
 def _run(machine: GenericReference, engine: str, preset: str, steps: int, turns: float = 1.0) -> Trajectory:
-    of, (start, revolutions) = engine_named(engine), run_of(machine, steps, turns)
-    trajectory = whole_run(of, machine, of.presets[preset](machine, steps), revolutions, start)
+    of, (start, revolutions) = engine_named(engine), run_extent(machine, steps, turns)
+    trajectory = run_in_one_piece(of, machine, of.presets[preset](machine, steps), revolutions, start)
     assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
     return trajectory
 
@@ -49,7 +49,7 @@ def _run(machine: GenericReference, engine: str, preset: str, steps: int, turns:
 def test_run_that_leaves_the_span_is_refused_with_the_pass_that_fits() -> None:
     machine = driven(swinging_four_bar((-0.4, 0.3)))
     settings = engine_named("mujoco").presets["tuned"](machine, 300)
-    start, revolutions = run_of(machine, 300, 2.0)
+    start, revolutions = run_extent(machine, 300, 2.0)
     assert run(machine, settings, revolutions, start).outcome is Outcome.COMPLETED
     for asked in ((2.0, 0.0), (revolutions, start - 0.1), (revolutions, start + 0.1)):
         with pytest.raises(InvalidInput, match=r"starts at -0.4 rad and takes 0.111408\d* revolutions"):
@@ -81,14 +81,14 @@ def test_pymunk_solves_gears_of_three_turns_for_pairs_or_says_that_they_are_none
 @pytest.mark.parametrize("name", ["planetary-gear", "rack-and-wheel"])
 def test_tendon_of_a_rolling_pair_is_its_equation_whatever_the_pose(name: str) -> None:
     kinematics = catalogue_scene(name).kinematics
-    tree = spanning_tree(kinematics.mechanism, kinematics.start[0])
+    tree = grow_spanning_tree(kinematics.mechanism, kinematics.start[0])
     poses = kinematics.poses(kinematics.angles(5))
     gone = np.random.default_rng(5).normal(size=(5, len(tree.branches)))
     coordinates = tree.coordinates(poses)
-    moved, rates = tree.forward(coordinates, gone)
+    moved, rates = tree.forward_kinematics(coordinates, gone)
     for mesh in kinematics.mechanism.meshes:
         gap = joint_residual(mesh, pose_jets(kinematics.mechanism, [moved, rates]))[0]
-        np.testing.assert_allclose(gone @ mesh_row(tree, mesh), gap.coefficients[1], atol=1e-12)
+        np.testing.assert_allclose(gone @ rolling_coefficients(tree, mesh), gap.coefficients[1], atol=1e-12)
 
 
 # -- defects ---------------------------------------------------------------------------------------------------------

@@ -15,9 +15,9 @@ from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import engine_named
 from conrod.engines.mujoco.dynamics import advance, drive_torque, ended_by_engine, verdict_of
 from conrod.engines.mujoco.model import build
-from conrod.engines.numerics import body_states
+from conrod.engines.numerics import frames_from_centres
 from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, staggered
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
@@ -229,7 +229,7 @@ def test_a_run_of_pymunks_says_what_it_is_of_and_begins_at_zero() -> None:
 def test_links_are_where_their_centres_of_gravity_put_them() -> None:
     for scene in (SAW, PRESS, CAM, LEG):
         _, poses, rates = exact_states(scene, scene.period * np.linspace(0.0, 1.0, 7))
-        back = body_states(scene.kinematics.mechanism, *centred(scene, poses, rates))
+        back = frames_from_centres(scene.kinematics.mechanism, *centred(scene, poses, rates))
         for found, expected in zip(back, (poses, rates), strict=True):
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
@@ -246,7 +246,7 @@ def test_a_pulse_acts_at_its_time_and_not_at_that_time_of_the_run(engine: str, p
         """Poses and rates in a quarter of a turn, under pulses on the rod."""
         loads = tuple(Load(f"pulse-{k}", Turn("ground", "rod"), pulse) for k, pulse in enumerate(pulses))
         machine = GenericReference(replace(scene.mechanism(), loads=loads), scene.speed)
-        bodies = whole_run(made, machine, made.presets[preset](scene, 200), 0.25, start).bodies
+        bodies = run_in_one_piece(made, machine, made.presets[preset](scene, 200), 0.25, start).bodies
         assert bodies is not None
         return np.hstack([bodies.position.poses, bodies.position.rates])
 

@@ -20,7 +20,7 @@ from conrod.engines.mujoco import older
 from conrod.engines.mujoco.dynamics import ended_by_engine
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk import dynamics, stepping
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
 
@@ -62,7 +62,7 @@ def asked(name: str) -> tuple[Any, Any, Any, float]:
 
 @cache
 def whole(name: str) -> Trajectory:
-    return whole_run(*asked(name), START)
+    return run_in_one_piece(*asked(name), START)
 
 
 @cache
@@ -138,7 +138,7 @@ def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypat
     for offset in (stepping.OFFSET - 16, stepping.OFFSET + 8):
         monkeypatch.setattr(stepping, "OFFSET", offset)
         assert not stepping.memory_is_known()
-    assert differing(recorded(whole_run(*asked(f"pymunk: {name}"), START)), expected) == []
+    assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
 
 
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
@@ -146,7 +146,7 @@ def test_blocks_within_a_piece_of_pymunks_change_no_bit(name: str, monkeypatch: 
     expected = recorded(whole(f"pymunk: {name}"))
     monkeypatch.setattr(stepping, "BLOCK", 7)
     monkeypatch.setattr(dynamics, "CHUNK", 11)
-    assert differing(recorded(whole_run(*asked(f"pymunk: {name}"), START)), expected) == []
+    assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
 
 
 # -- time ------------------------------------------------------------------------------------------------------------

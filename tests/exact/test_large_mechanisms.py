@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.running import whole_run
-from conrod.engines.tree import tree_of
+from conrod.engines.run import run_in_one_piece
+from conrod.engines.spanning_tree import machine_tree
 from conrod.exact.elimination import triangular_blocks
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.runs.comparison import compare
@@ -144,7 +144,7 @@ def test_loops_of_a_chain_are_closed_one_at_a_time_and_each_in_the_models(larges
     factors = largest.kinematics._equations.elimination(largest.kinematics.start)
     assert len(factors.order.blocks) == 24
     assert max(len(rows) for rows, _ in factors.order.blocks) == 2
-    assert len(tree_of(largest).cuts) == 24
+    assert len(machine_tree(largest).cuts) == 24
 
 
 def test_what_cannot_be_told_apart_is_one_block() -> None:
@@ -166,7 +166,7 @@ def test_both_engines_place_it_to_rounding_and_see_a_wrong_length(largest: Descr
 @pytest.mark.slow
 def test_hardened_mujoco_runs_it_at_its_accuracy(largest: DescribedScene) -> None:
     engine = engine_named("mujoco")
-    trajectory = whole_run(engine, largest, engine.presets["hardened"](largest, 500), 0.25)
+    trajectory = run_in_one_piece(engine, largest, engine.presets["hardened"](largest, 500), 0.25)
     assert trajectory.outcome is Outcome.COMPLETED
     assert compare(trajectory, largest).worst("position") < 1e-8
     assert compare(trajectory, faulty(largest)).worst("position") > 1e-5

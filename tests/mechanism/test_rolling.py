@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rolling_machines import TOOTH, WHEEL, driven, gear_pair, poses_of, swinging_four_bar, wheel_on_a_track
 
-from conrod.engines.tree import spanning_tree
+from conrod.engines.spanning_tree import grow_spanning_tree
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute, Rolling
 
@@ -67,4 +67,4 @@ def test_slides_alone_cannot_close_a_loop() -> None:
         (),
     )
     with pytest.raises(InvalidInput, match="'wall' closes a loop of slides alone"):
-        spanning_tree(wedge, np.zeros(9))
+        grow_spanning_tree(wedge, np.zeros(9))

@@ -24,7 +24,7 @@ from synthetic import (
 
 from conrod import Comparison, Outcome, compare
 from conrod.engines import engine_named
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import ExactMotions, track_errors
@@ -294,7 +294,7 @@ RUNS = [
 def run(scene: Scene, engine: str, preset: str) -> Any:
     steps = 4000 if isinstance(scene, CamFollower) else 500
     made = engine_named(engine)
-    return whole_run(made, scene, made.presets[preset](scene, steps), 1.0)
+    return run_in_one_piece(made, scene, made.presets[preset](scene, steps), 1.0)
 
 
 def largest_difference(scene: Scene, trajectory: Any, reference: Scene) -> dict[str, float]:

@@ -15,7 +15,7 @@ from catalogue import CAM, SAW
 from conrod import MuJoCoSettings, PymunkSettings, compare
 from conrod.engines import engine_named
 from conrod.engines.engine import Engine
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.runs.comparison import QUANTITIES, Stretch, size_of
 from conrod.runs.plain import plain
 from conrod.runs.run_errors import DrawnCurve, Parts, PointSizes, RunningSize, halves, paired
@@ -58,7 +58,7 @@ def test_a_run_that_ends_early_has_the_size_of_what_there_was() -> None:
 
 
 def test_the_worst_of_a_run_is_that_of_its_comparison() -> None:
-    sizes, whole = PointSizes(), whole_run(engine_named("pymunk"), SAW, RUNS["pymunk"].settings, 0.5)
+    sizes, whole = PointSizes(), run_in_one_piece(engine_named("pymunk"), SAW, RUNS["pymunk"].settings, 0.5)
     assert sizes.worst("position") is None
     sizes.add(Stretch(whole, SAW))
     assert [sizes.worst(quantity) for quantity in QUANTITIES] == [compare(whole, SAW).worst(q) for q in QUANTITIES]
@@ -105,7 +105,7 @@ def test_a_measurement_does_not_depend_on_the_pieces(name: str, monkeypatch: pyt
             found.append(measure(case))
     assert found[0] == found[1] == found[2]
     if found[0].errors is not None:
-        whole = whole_run(engine_named(case.settings.engine), case.scene, case.settings, case.revolutions)
+        whole = run_in_one_piece(engine_named(case.settings.engine), case.scene, case.settings, case.revolutions)
         expected = {n: {f.name: vars(getattr(e, f.name).size) for f in fields(e)} for n, e in
                     compare(whole, case.scene).points.items()}  # fmt: skip
         assert found[0].errors == expected

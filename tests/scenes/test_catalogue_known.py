@@ -11,7 +11,7 @@ import pytest
 from described import CATALOGUE, changed, tables
 
 from conrod.engines import engine_named
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
 from conrod.scenes.described_scene import DescribedScene, scene_of
@@ -124,7 +124,7 @@ def test_mujocos_law_knows_of_the_legs_fast_reactions() -> None:
     """Its foot's reactions peak within a tenth of a radian: what gives way to them moves faster than it opened."""
     of, engine = scene("jansen-leg"), engine_named("mujoco")
     settings = engine.presets["tuned"](of, 1000)
-    found = compare(whole_run(engine, of, settings, 1.0, 0.0), of).worst("velocity")
+    found = compare(run_in_one_piece(engine, of, settings, 1.0, 0.0), of).worst("velocity")
     allowed = engine.expected_error(of, settings).velocity
     assert allowed is not None
     assert found < allowed < 1.1 * found

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
+from conrod.engines.engine import run_extent
 from conrod.engines.pymunk import PymunkSettings
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import catalogue_names, catalogue_scene
@@ -33,8 +33,8 @@ def over_the_law(scene: DescribedScene, engine: Any, settings: Any) -> float | N
     law = engine.expected_error(scene, settings)
     if law.position is None:
         return None
-    start, revolutions = run_of(scene, settings.steps_per_revolution, 2.0)
-    trajectory = whole_run(engine, scene, settings, revolutions, start)
+    start, revolutions = run_extent(scene, settings.steps_per_revolution, 2.0)
+    trajectory = run_in_one_piece(engine, scene, settings, revolutions, start)
     assert trajectory.outcome is Outcome.COMPLETED
     found = compare(trajectory, scene)
     quantities = ("position", "velocity", "acceleration")

@@ -112,7 +112,7 @@ def answer(case: RunCase) -> Measurement:
 
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: PLANTED)
-    monkeypatch.setattr(MuJoCo, "minimal", lambda self, machine, steps: base(machine, steps))
+    monkeypatch.setattr(MuJoCo, "minimal_settings", lambda self, machine, steps: base(machine, steps))
     found = pursued(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), answer)
     verdicts = {one.name: (one.verdict, one.because) for one in found.ingredients}
     assert verdicts == {

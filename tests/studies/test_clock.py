@@ -16,9 +16,9 @@ from catalogue import CAM, SAW
 
 from conrod import MuJoCoSettings, run
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.engine import run_of
+from conrod.engines.engine import run_extent
 from conrod.engines.mujoco.model import build
-from conrod.engines.numerics import body_states
+from conrod.engines.numerics import frames_from_centres
 from conrod.exact.motion import Array
 from conrod.scenes import catalogue_scene
 from conrod.studies.ablate_findings import Effect, Evidence, Verdict, verdict
@@ -39,7 +39,7 @@ class FakeEngine:
         self.costs, self.dearer, self.now = list(costs), dearer, 0
         self.made, self.referred = list[list[int]](), list[int]()  # steps of each call
 
-    def has(self, kind: type[Any]) -> bool:
+    def has_capability(self, kind: type[Any]) -> bool:
         return isinstance(self, kind)
 
     def clock(self) -> int:
@@ -84,7 +84,7 @@ def test_the_least_of_the_repeats_counts_as_a_ratio_to_a_step_of_the_reference_l
 def test_a_cost_is_that_of_steps_within_a_pass(machine: Any, within: bool) -> None:
     engine: Any = FakeEngine(1000)
     time_run(engine, machine, engine_named("pymunk").presets["tuned"](machine, 200), clock=engine.clock)
-    assert (max(map(sum, engine.made)) <= 200 * run_of(machine, 200, 1.0)[1] + 0.5) is within
+    assert (max(map(sum, engine.made)) <= 200 * run_extent(machine, 200, 1.0)[1] + 0.5) is within
 
 
 def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
@@ -155,9 +155,11 @@ def states_of(bodies: Any) -> Array:
 def poses_and_rates(engine: str, machine: Any, settings: Any, advance: Any) -> tuple[Array, Array]:
     """States of the bodies, as a recorded run has them."""
     if engine == "mujoco":
-        return build(machine, settings).forward(advance.data.qpos[None], advance.data.qvel[None])
+        return build(machine, settings).forward_kinematics(advance.data.qpos[None], advance.data.qvel[None])
     told = states_of(advance.made.bodies)
-    return body_states(machine.kinematics.mechanism, told[None, :, :3].reshape(1, -1), told[:, 3:].reshape(1, -1))
+    return frames_from_centres(
+        machine.kinematics.mechanism, told[None, :, :3].reshape(1, -1), told[:, 3:].reshape(1, -1)
+    )
 
 
 # -- the reference loops ---------------------------------------------------------------------------------------------
@@ -208,7 +210,7 @@ def in_a_thread(steps: int) -> None:
 @pytest.mark.parametrize(("clock", "least"), [({}, MILLISECOND), ({"clock": time.thread_time_ns}, 0)])
 def test_what_an_engine_spends_in_threads_of_its_own_is_its_cost(clock: Any, least: int) -> None:
     engine: Any = SimpleNamespace(
-        has=lambda kind: True, stepper=lambda *_: in_a_thread, reference_loop=lambda: in_a_thread
+        has_capability=lambda kind: True, stepper=lambda *_: in_a_thread, reference_loop=lambda: in_a_thread
     )
     found = time_run(engine, SAW, MuJoCoSettings.stock(SAW, 100), **clock)
     spent = 1e9 * found.seconds_per_revolution * found.steps / 100

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.healthy import VariantCase, variant
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
+from conrod.engines.engine import run_extent
 from conrod.engines.mujoco import MuJoCoSettings, dynamics, exchanged_inertia
 from conrod.engines.numerics import phase_bound
 from conrod.scenes import SCENES, scene_named
@@ -103,7 +103,7 @@ def test_the_rate_of_a_flywheel_varies_with_all_that_turns_and_not_with_the_obse
     made, steps, start = variant(scene_named("double-rocker"), 14)
     found = VariantCase("double-rocker", made, "mujoco", "tuned", Plan(steps, 1.0), start).run()
     assert found.passed is True
-    begun_at = run_of(made, steps, 1.0)[0]
+    begun_at = run_extent(made, steps, 1.0)[0]
     points_alone = exchanged_inertia(made) / MuJoCoSettings.tuned(made, steps).armature
     turns = found.revolutions
     assert phase_bound(steps * turns, turns, begun_at, points_alone) < found.phase["max"]

@@ -12,7 +12,7 @@ from cell_tasks import unchecked
 
 from conrod.engines import engine_named
 from conrod.engines.engine import step_length
-from conrod.engines.running import run
+from conrod.engines.run import run
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
 from conrod.studies.execution.local import isolated

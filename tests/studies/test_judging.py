@@ -14,7 +14,7 @@ from synthetic import other_branch
 
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
-from conrod.engines.engine import Machine, run_of
+from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, scene_named
@@ -333,6 +333,6 @@ def test_a_refinement_runs_all_steps_over_one_stretch_and_the_judged_run_not_aga
     # A pass is cut to what the longest steps have room for that make three of it (11 a revolution are two); then the
     # judged run, which was longer, is made once more.
     geneva: Any = scene_named("geneva")
-    start, turns = run_of(geneva, 22, 2.0)
-    assert run_of(geneva, 90, 2.0) != (start, turns)
+    start, turns = run_extent(geneva, 22, 2.0)
+    assert run_extent(geneva, 90, 2.0) != (start, turns)
     assert refined(geneva, 90) == [(n, turns, start) for n in (22, 45, 90)]

@@ -11,10 +11,10 @@ from catalogue import CAM, PRESS, SAW, SCENES
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.engines import engine_named
-from conrod.engines.engine import LATER_FIELDS
+from conrod.engines.engine import FIELDS_ADDED_LATER
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.model import build
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.runs.comparison import compare
 from conrod.scenes import Saw, Scene
 from conrod.studies.frame.case import Measurement
@@ -186,7 +186,9 @@ def test_single_precision_is_seen_in_every_state_and_in_the_error(engine: str, p
     double, single = (run("rounding", case, value).largest("position") for value in (0.0, 1.0))
     assert single > (100.0 if engine == "mujoco" else 1.0) * double
     turns = [
-        whole_run(case.made_by, SAW, AXES["rounding"].case(case, value).settings, 0.1).bodies.position.poses[1:, 2]
+        run_in_one_piece(case.made_by, SAW, AXES["rounding"].case(case, value).settings, 0.1).bodies.position.poses[
+            1:, 2
+        ]
         for value in (0.0, 1.0)
     ]
     assert [np.array_equal(turn, turn.astype(np.float32)) for turn in turns] == [False, True]
@@ -209,7 +211,7 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
     """The tracks of a redeclared machine are its own: seen in the scene's order they are another machine's."""
     case = case_of(SAW, engine, preset)
     cell = AXES["declaration"].case(case, AXES["declaration"].values(case)[-1])
-    trajectory = whole_run(case.made_by, cell.machine, cell.settings, 0.05)
+    trajectory = run_in_one_piece(case.made_by, cell.machine, cell.settings, 0.05)
     start = trajectory.bodies.position.poses[0].reshape(-1, 3)
     np.testing.assert_allclose(start[::-1].ravel(), SAW.kinematics.start[0], atol=1e-12)
     assert compare(trajectory, cell.machine).closure.position < 1e-2
@@ -240,4 +242,6 @@ def test_keys_of_earlier_results_are_what_they_were(engine: str, monkeypatch: py
 
 
 def test_later_fields_have_by_default_what_all_runs_before_had() -> None:
-    assert {field.name: field.default for field in fields(MuJoCoSettings) if field.name in LATER_FIELDS} == LATER_FIELDS
+    assert {
+        field.name: field.default for field in fields(MuJoCoSettings) if field.name in FIELDS_ADDED_LATER
+    } == FIELDS_ADDED_LATER

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from conrod.engines import engine_named
-from conrod.engines.running import run
+from conrod.engines.run import run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import ExactMotions, compare

@@ -17,7 +17,7 @@ from planted_engine import ENGINE as PLANTED
 
 from benchmarks.prior import table_of
 from conrod.engines import engine_named
-from conrod.engines.engine import shortened
+from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame.case import QUANTITIES, Measurement, pursue
@@ -235,7 +235,7 @@ def test_an_answer_says_all_that_it_rests_on() -> None:
     answer = recommended(runs, position=1e-4)
     assert answer.how.startswith("from the shipped sweeps of saw-500rpm, by ")
     assert answer.timing.ratio == answer.choice.steps
-    assert (answer.pasted, answer.rejected) == (shortened(SAW, answer.choice.case.settings), ())
+    assert (answer.pasted, answer.rejected) == (round_settings(SAW, answer.choice.case.settings), ())
     assert f"space.step({answer.pasted.timestep!r})" in answer.paste
     assert [one.what for one in answer.confirmations] == [
         "as pasted", "start at 37 deg", "five revolutions", "speed -10%", "speed +10%",
@@ -354,11 +354,11 @@ def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> N
     for steps in range(76, 100):
         settings = tuned(SAW, steps)
         for machine in (SAW, one_pass):
-            pasted = shortened(machine, settings)
+            pasted = round_settings(machine, settings)
             assert len(f"{pasted.timestep!r}") <= len("0.00123456")
             assert pasted.timestep == pytest.approx(settings.timestep, rel=1e-5)
         assert pasted.timestep <= settings.timestep
-    assert shortened(SAW, tuned(SAW, 100)).timestep == 0.0012
+    assert round_settings(SAW, tuned(SAW, 100)).timestep == 0.0012
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20, None])

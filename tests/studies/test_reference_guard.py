@@ -13,8 +13,8 @@ import pytest
 import table_files
 
 from conrod.engines import engine_named
-from conrod.engines.engine import run_of
-from conrod.engines.running import followed, whole_run
+from conrod.engines.engine import run_extent
+from conrod.engines.run import run_in_one_piece, run_with_recorders
 from conrod.exact import joint_equations, kinematics
 from conrod.exact.branch_continuation import BranchContinuation
 from conrod.exact.equations import Equations
@@ -57,11 +57,11 @@ def judged(scene: Any, engine: str = "mujoco", preset: str = "tuned", steps: int
 @pytest.mark.parametrize("steps", [8, 24, 1000])
 def test_healthy_runs_are_trusted_however_far_off_they_are(name: str, engine: str, preset: str, steps: int) -> None:
     scene, made = scene_named(name), engine_named(engine)
-    start, turns = run_of(scene, steps, 1.0)
+    start, turns = run_extent(scene, steps, 1.0)
     if round(steps * turns) < LEAST_STEPS:
         pytest.skip("the one pass of the machine has no room for so long a step")
     found = Prediction(scene)
-    followed(made, scene, made.presets[preset](scene, steps), turns, start, found)
+    run_with_recorders(made, scene, made.presets[preset](scene, steps), turns, start, found)
     assert contradictions(found.misfit) == {}
 
 
@@ -71,7 +71,7 @@ def test_healthy_cams_are_trusted_where_accelerations_jump(name: str, engine: st
     scene, made = catalogue_scene(name), engine_named(engine)
     found = Prediction(scene)
     # A sample at every degree is a sample at every end of a law's segment.
-    followed(made, scene, made.presets[preset](scene, 3600), 1.0, 0.0, found)
+    run_with_recorders(made, scene, made.presets[preset](scene, 3600), 1.0, 0.0, found)
     assert set(found.misfit) > set(QUANTITIES)
     assert contradictions(found.misfit) == {}
 
@@ -171,7 +171,7 @@ def test_a_wrong_length_in_the_reference_is_not_trusted() -> None:
 def test_gaps_of_another_frame_are_not_trusted(planted: str) -> None:
     """Bodies as another frame has them, beside points in the machine's own: no prediction of these points' errors."""
     engine = engine_named("mujoco")
-    run = whole_run(engine, SAW, engine.presets["hardened"](SAW, 200), 1.0)
+    run = run_in_one_piece(engine, SAW, engine.presets["hardened"](SAW, 200), 1.0)
     right, wrong = Prediction(SAW), Prediction(SAW)
     right.add(Stretch(run, SAW))
     assert contradictions(right.misfit) == {}

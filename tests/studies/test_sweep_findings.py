@@ -10,7 +10,7 @@ from synthetic import completed
 
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk import PymunkSettings
-from conrod.engines.variants import GRIDS, Grid, step_counts
+from conrod.engines.variants import ENGINE_GRIDS, Grid, step_counts
 from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import Measurement
@@ -95,7 +95,7 @@ EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 def test_a_grid_has_every_preset_that_applies_and_no_settings_or_names_twice(scene: str, engine: str) -> None:
     machine, used = SCENES[scene], engine_named(engine)
     applying = {n for n, preset in used.presets.items() if used.refusal(machine, preset(machine, 1000)) is None}
-    for grid in GRIDS:
+    for grid in ENGINE_GRIDS:
         rules = used.grid(machine, grid)
         settings = [rule.settings(machine, 1000) for rule in rules]
         keys = {RunCase(scene, machine, one).key for one in settings}
@@ -104,7 +104,7 @@ def test_a_grid_has_every_preset_that_applies_and_no_settings_or_names_twice(sce
         assert all(used.presets[name](machine, 1000) in settings for name in applying)
 
 
-@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize("grid", ENGINE_GRIDS)
 @pytest.mark.parametrize("contact", [False, True])
 def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: Grid, contact: bool) -> None:
     steps = step_counts(grid, contact=contact)

@@ -20,7 +20,7 @@ from conrod.cli.runner import Runner
 from conrod.engines import engine_named
 from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import build, compiled
-from conrod.engines.releases import numbers_of
+from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, scene_named
 from conrod.studies import releases
@@ -109,13 +109,13 @@ def test_a_case_is_of_its_release_and_keeps_every_bit() -> None:
 def test_known_releases_are_in_order_and_facts_are_of_them(engine: str) -> None:
     made: Any = engine_named(engine)
     known = made.releases.versions
-    assert list(known) == sorted(set(known), key=numbers_of)
+    assert list(known) == sorted(set(known), key=version_numbers)
     assert made.version in known
     assert {fact.version for fact in made.releases.facts} <= set(known)
-    assert made.releases.chosen("7.3.0, 7.0.0") == ("7.0.0", "7.3.0")
+    assert made.releases.select_versions("7.3.0, 7.0.0") == ("7.0.0", "7.3.0")
     for wrong, why in {"3.x": "is no version", "": "is no version", "2.1.0": "is older than"}.items():
         with pytest.raises(InvalidInput, match=why):
-            made.releases.chosen(wrong)
+            made.releases.select_versions(wrong)
 
 
 def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:

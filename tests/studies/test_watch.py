@@ -13,7 +13,7 @@ from catalogue import CAM, PRESS, SAW
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.running import whole_run
+from conrod.engines.run import run_in_one_piece
 from conrod.exact.dynamics.inverse import reactions
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
@@ -92,7 +92,7 @@ def test_a_run_ends_as_the_whole_of_it_is_judged(
 ) -> None:
     saw: Any = SCENES["saw-500rpm"]
     settings = engine_named(engine).presets[preset](saw, steps)
-    whole = whole_run(engine_named(engine), saw, settings, 2.0)
+    whole = run_in_one_piece(engine_named(engine), saw, settings, 2.0)
     assert whole.outcome is not Outcome.COMPLETED
     for length in (3, 5, 1000):
         monkeypatch.setattr(watching, "piece_length", lambda _, length=length: length)

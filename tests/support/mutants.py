@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.engine import run_of
-from conrod.engines.running import run
+from conrod.engines.engine import run_extent
+from conrod.engines.run import run
 from conrod.errors import InvalidInput
 from conrod.mechanism.files import parse
 from conrod.scenes.described_scene import DescribedScene, scene_of
@@ -196,7 +196,7 @@ def stepped(scene: DescribedScene) -> list[str]:
                 settings = engine.presets[preset](scene, STEPS)
                 if engine.refusal(scene, settings):
                     continue
-                start, revolutions = run_of(scene, STEPS, MOST_STEPS / STEPS)
+                start, revolutions = run_extent(scene, STEPS, MOST_STEPS / STEPS)
                 ends.append(run(scene, settings, min(revolutions, MOST_STEPS / STEPS), start).outcome.slug)
             except InvalidInput as error:
                 one_line(error)

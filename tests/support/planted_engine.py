@@ -14,9 +14,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import PIECE, STOCK, Engine, Machine, Preset, step_length
+from conrod.engines.engine import PIECE_STEPS, STOCK, Engine, Machine, Preset, step_length
 from conrod.engines.numerics import largest_derivatives
-from conrod.engines.running import Recorded, pieces, points_of
+from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece
 
@@ -83,18 +83,18 @@ class PlantedEngine(Engine[PlantedSettings]):
         settings: PlantedSettings,
         revolutions: float,
         start_angle: float = 0.0,
-        steps: int = PIECE,
+        steps: int = PIECE_STEPS,
     ) -> Iterator[Piece]:
         kinematics, speed = machine.kinematics, machine.speed * (1.0 + self.step_error)
 
-        def record(_: int, times: Array) -> Recorded:
+        def record(_: int, times: Array) -> RecordedStretch:
             poses, slopes, bends = kinematics.derivatives(speed * times + settings.lead, 2)
             stamps = times + self.late * settings.timestep
             instants = Instants(stamps, speed * times, np.full_like(times, speed), np.zeros_like(times))
             states = BodyStates(instants, poses, speed * slopes, speed**2 * bends)
-            return Recorded(BodyTracks(states, states, states), points_of(kinematics, states), times)
+            return RecordedStretch(BodyTracks(states, states, states), observed_tracks(kinematics, states), times)
 
-        return pieces(machine, settings, self.version, revolutions, start_angle, steps, record)
+        return record_pieces(machine, settings, self.version, revolutions, start_angle, steps, record)
 
 
 class LawfulEngine(PlantedEngine):

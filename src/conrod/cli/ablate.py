@@ -46,7 +46,7 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.capabilities import HasIngredients, Lacking, capability
+    from conrod.engines.capabilities import MissingCapability, ModelIngredients, capability
     from conrod.mechanism.units import check_count
     from conrod.report.ablate import KIND
     from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
@@ -55,8 +55,8 @@ def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.studies.frame.run import REVOLUTIONS
 
     chosen, steps = select_scenes(scenes, asked.assignments), asked.steps_per_rev
-    able = {one: capability(one, HasIngredients) for one in options.chosen_engines(asked.engine)}
-    unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, Lacking)}
+    able = {one: capability(one, ModelIngredients) for one in options.chosen_engines(asked.engine)}
+    unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, MissingCapability)}
     if steps is not None:
         for name in chosen:
             check_table(name, steps, round(REVOLUTIONS))

@@ -86,17 +86,17 @@ def engines() -> None:
     loaded is named with the reason, and keeps nothing else from running.
     """
     import conrod.studies  # noqa: F401  has engines of other packages in processes of their own
-    from conrod.engines import OPTIONAL, loadable_engines
+    from conrod.engines import OPTIONAL_ENGINES, loadable_engines
     from conrod.report.terminal import said, tell
 
-    found, left_out = loadable_engines(OPTIONAL)
+    found, left_out = loadable_engines(OPTIONAL_ENGINES)
     tell([capabilities_table(found), *(said(line, False) for line in left_out)])
 
 
 def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
     """Version, origin and presets of engines, and which capabilities each has."""
     from conrod.engines import origin_of
-    from conrod.engines.capabilities import MEANINGS, Lacking, capability
+    from conrod.engines.capabilities import CAPABILITY_TITLES, MissingCapability, capability
     from conrod.report.table import table
 
     rows = [
@@ -104,7 +104,7 @@ def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
         ("from", *(origin_of(one.name) for one in engines)),
         ("presets", *(", ".join(one.presets) for one in engines)),
     ]
-    for kind, meaning in MEANINGS.items():
-        able = (not isinstance(capability(one, kind), Lacking) for one in engines)
+    for kind, meaning in CAPABILITY_TITLES.items():
+        able = (not isinstance(capability(one, kind), MissingCapability) for one in engines)
         rows.append((meaning, *("yes" if has else "unsupported" for has in able)))
     return table(("", *(one.name for one in engines)), rows)

@@ -93,7 +93,7 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
     """
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
-    from conrod.engines.capabilities import Lacking, ModelFile, capability
+    from conrod.engines.capabilities import MissingCapability, ModelFile, capability
     from conrod.report.recommendation import KIND, advice_of
     from conrod.studies.frame.case import pursue
     from conrod.studies.frame.files import files_to_write
@@ -108,7 +108,7 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
     files = outputs(KIND, [name], asked, wanted)
     able = {one.name: capability(one, ModelFile) for one in engines}
-    writers = {name: made for name, made in able.items() if not isinstance(made, Lacking)}
+    writers = {name: made for name, made in able.items() if not isinstance(made, MissingCapability)}
     if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(able)} has no file of a model")
     plan = plan_sweep(name, chosen, engines, "default")

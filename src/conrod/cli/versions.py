@@ -35,7 +35,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     from conrod.cli.outputs import outputs
     from conrod.cli.runner import Runner
     from conrod.engines import engine_named
-    from conrod.engines.capabilities import Released, required
+    from conrod.engines.capabilities import KnownReleases, require_capability
     from conrod.report.terminal import Part
     from conrod.report.versions import KIND, changes_table, headline, unsupported_lines
     from conrod.studies.frame.resolve_arguments import select_scenes
@@ -44,7 +44,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     if asked.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
     made, typed = engine_named(engine), scenes or DEFAULT_SCENES
-    chosen = required(made, Released).releases.chosen(asked.versions)
+    chosen = require_capability(made, KnownReleases).releases.select_versions(asked.versions)
     cases = plan_cases(select_scenes(typed, asked.assignments), made)
     files = outputs(KIND, [engine], asked)
     with Runner.of(asked) as runner:

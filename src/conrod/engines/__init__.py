@@ -1,4 +1,4 @@
-"""Physics engines behind one small interface: those that ship, and those that other packages bring by an entry point.
+"""The engines that conrod knows: those that ship with it, and plugins of other packages (entry points).
 
 A package adds an engine with an entry point of the group `conrod.engines`, whose value is an `Engine` object::
 
@@ -17,75 +17,82 @@ from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from conrod.engines.engine import OTHER_LINE, LineStyle, Preset
+from conrod.engines.engine import DEFAULT_LINE, LineStyle, Preset
 from conrod.engines.engine import Engine as Engine
 from conrod.errors import InvalidInput, unknown_choice
 
 if TYPE_CHECKING:
-    from conrod.engines.checked_engine import CheckedEngine
+    from conrod.engines.checked_plugin import CheckedPlugin
 
-GROUP = "conrod.engines"
+ENTRY_POINT_GROUP = "conrod.engines"
 
 
 @dataclass(frozen=True)
-class Look:
-    """Title, colour and marker of an engine.
+class EngineStyle:
+    """Title, colour and marker with which reports show an engine, and where its library comes from.
 
     Attributes:
-        title: its name as its makers write it.
-        colour: of all that is drawn of it.
-        dot: marker of its runs where they are nothing in particular, as matplotlib's.
-        module: that the engine's library is imported as; empty where it is the engine's name.
-        distribution: that the library is installed with; empty where it is the engine's name.
-        lacks: a part of the accelerations that it does not compute, for which its law allows; empty for none.
+        title: the engine's name as its makers write it.
+        colour: of its curves and markers.
+        marker: of single runs, in matplotlib's notation.
+        module: name under which the engine's library is imported; empty if it is the engine's name.
+        distribution: name under which the library is installed; empty if it is the engine's name.
+        missing_term: term that the engine leaves out of its accelerations, which its error law allows for; or empty.
     """
 
     title: str
     colour: str
-    dot: str = "s"
+    marker: str = "s"
     module: str = ""
     distribution: str = ""
-    lacks: str = ""
+    missing_term: str = ""
 
 
-# Engines that ship, each in a package of conrod of the name of its distribution: `engine.ENGINE`, importing which loads
-# the engine, and `PRESETS`, reading which does not. Okabe and Ito's colours, distinguishable by colour-blind readers.
-ENGINES: Mapping[str, Look] = {"mujoco": Look("MuJoCo", "#0072B2", "o"), "pymunk": Look("pymunk", "#D55E00", "D")}
-# Engines that ship and are extras to install, laid out alike. They take part where they are asked for by name.
-OPTIONAL: Mapping[str, Look] = {
-    "exudyn": Look("Exudyn", "#009E73", "^"),
-    "box2d": Look("Box2D", "#CC79A7", "v", module="Box2D", distribution="Box2D"),
-    "mjx": Look(
+# Engines that ship, each in the package `conrod.engines.NAME`: importing `engine.NAME_ENGINE` loads the engine, and
+# importing `NAME_PRESETS` does not. Colours are Okabe and Ito's, which colour-blind readers can tell apart.
+ENGINES: Mapping[str, EngineStyle] = {
+    "mujoco": EngineStyle("MuJoCo", "#0072B2", "o"),
+    "pymunk": EngineStyle("pymunk", "#D55E00", "D"),
+}
+# Engines that ship as optional extras, laid out alike. They run only when they are named.
+OPTIONAL_ENGINES: Mapping[str, EngineStyle] = {
+    "exudyn": EngineStyle("Exudyn", "#009E73", "^"),
+    "box2d": EngineStyle("Box2D", "#CC79A7", "v", module="Box2D", distribution="Box2D"),
+    "mjx": EngineStyle(
         "MJX",
         "#56B4E9",
         "P",
         module="mujoco.mjx",
         distribution="mujoco-mjx",
-        lacks="dJ/dt v in the acceleration of its closures",
+        missing_term="dJ/dt v in the acceleration of its closures",
     ),
 }
-OTHER_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+PLUGIN_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of the engines that take part unless others are asked for, those that ship first."""
-    return (*ENGINES, *_brought())
+    """Names of the engines that run by default: those that ship, then installed plugins."""
+    return (*ENGINES, *plugin_entry_points())
 
 
 def engine_packages() -> tuple[str, ...]:
-    """Names of the distributions that the engines come with; of an extra where it was loaded."""
-    brought = [point.dist.name for points in _brought().values() for point in points if point.dist is not None]
-    loaded = [look.distribution or name for name, look in OPTIONAL.items() if (look.module or name) in sys.modules]
+    """Names of the distributions of the default engines, and of the extras that were imported."""
+    brought = [
+        point.dist.name for points in plugin_entry_points().values() for point in points if point.dist is not None
+    ]
+    loaded = [
+        look.distribution or name for name, look in OPTIONAL_ENGINES.items() if (look.module or name) in sys.modules
+    ]
     return tuple(dict.fromkeys([*ENGINES, *loaded, *brought]))
 
 
 def installed_extras() -> tuple[str, ...]:
-    """Names of the extras that are installed."""
-    return tuple(name for name, look in OPTIONAL.items() if find_spec(look.module or name) is not None)
+    """Names of the optional engines whose library is installed."""
+    return tuple(name for name, look in OPTIONAL_ENGINES.items() if find_spec(look.module or name) is not None)
 
 
 def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], list[str]]:
-    """The engines that take part and some extras, and a line on each that is left out, with the reason."""
+    """Load the default engines and the extras named; return them, and one line for each that fails."""
     found, left_out = list[Engine[Any]](), list[str]()
     for name in (*engine_names(), *extras):
         try:
@@ -95,38 +102,39 @@ def loadable_engines(extras: Iterable[str] = ()) -> tuple[list[Engine[Any]], lis
     return found, left_out
 
 
-def is_brought(name: str) -> bool:
-    """True if an engine is another package's."""
-    return name in _brought()
+def is_plugin(name: str) -> bool:
+    """Return True if another package provides the engine."""
+    return name in plugin_entry_points()
 
 
 def origin_of(name: str) -> str:
-    """Origin of an engine: conrod, or the distribution that brings it."""
-    return " and ".join(sorted(map(_distribution, _brought().get(name, [])))) or "conrod"
+    """Name and version of the package that provides an engine; "conrod" for those that ship."""
+    return " and ".join(sorted(map(_distribution_name, plugin_entry_points().get(name, [])))) or "conrod"
 
 
 @cache
 def engine_named(name: str) -> Engine[Any]:
-    """The engine of a name.
+    """Load an engine by its name, once in a process.
 
     Raises:
         InvalidInput: there is none, with the choices; or it cannot be loaded, is no engine, or is an extra that is not
             installed.
     """
-    if name in OPTIONAL and name not in installed_extras():
+    if name in OPTIONAL_ENGINES and name not in installed_extras():
         raise InvalidInput(f"engine {name!r} is an extra that is not installed: pip install 'conrod[{name}]'")
-    if name in ENGINES or name in OPTIONAL:
-        return _shipped(name)
-    if name not in _brought():
-        raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL))
-    if len(points := _brought()[name]) > 1:
-        both = " and ".join(sorted(_distribution(point) for point in points))
+    if name in ENGINES or name in OPTIONAL_ENGINES:
+        return _load_shipped(name)
+    if name not in plugin_entry_points():
+        raise unknown_choice("engine", name, (*engine_names(), *OPTIONAL_ENGINES))
+    if len(points := plugin_entry_points()[name]) > 1:
+        both = " and ".join(sorted(_distribution_name(point) for point in points))
         raise InvalidInput(f"engine {name!r} is brought by {both}: uninstall all but one of them")
-    return load_brought(name)
+    return load_plugin(name)
 
 
-def _shipped(name: str) -> Engine[Any]:
-    point = EntryPoint(name, f"conrod.engines.{name}.engine:ENGINE", GROUP)
+def _load_shipped(name: str) -> Engine[Any]:
+    """Load an engine that ships with conrod."""
+    point = EntryPoint(name, f"conrod.engines.{name}.engine:{name.upper()}_ENGINE", ENTRY_POINT_GROUP)
     if name in ENGINES:
         own: Engine[Any] = point.load()  # that it cannot be, for want of memory, is for the run to say
         return own
@@ -138,23 +146,23 @@ def _shipped(name: str) -> Engine[Any]:
 
 
 @cache
-def loaded_engine(name: str) -> CheckedEngine:
-    """The engine of another package, loaded into this process.
+def load_plugin_here(name: str) -> CheckedPlugin:
+    """Load a plugin's engine into this process, with its results checked.
 
     Raises:
         InvalidInput: it cannot be loaded, or is no engine.
     """
-    from conrod.engines.checked_engine import CheckedEngine, numpy_functions
-    from conrod.engines.door import EngineFault, guarded
+    from conrod.engines.checked_plugin import CheckedPlugin, numpy_functions
+    from conrod.engines.plugin_values import EngineFault, catch_faults
 
     unchanged = numpy_functions()
-    (point,) = _brought()[name]
-    where = f"{point.value} ({_distribution(point)})"
+    (point,) = plugin_entry_points()[name]
+    where = f"{point.value} ({_distribution_name(point)})"
     try:
-        with guarded():
+        with catch_faults():
             engine = point.load()
             right = isinstance(engine, Engine) and engine.name == name
-            found = CheckedEngine(engine, name, unchanged) if right else None
+            found = CheckedPlugin(engine, name, unchanged) if right else None
     except EngineFault as fault:
         raise InvalidInput(f"engine {name!r} cannot be loaded from {where}: {fault}") from None
     if found is None:
@@ -162,19 +170,23 @@ def loaded_engine(name: str) -> CheckedEngine:
     return found
 
 
-# How an engine of another package is had: loaded here, or where a process pursues studies, in one of its own.
-load_brought: Callable[[str], Engine[Any]] = loaded_engine
+# How a plugin's engine is loaded: into this process, or, in a process that runs studies, into a separate one.
+load_plugin: Callable[[str], Engine[Any]] = load_plugin_here
 
 
-def look_of(name: str) -> Look:
-    """The look of an engine, be it installed or not."""
-    return ENGINES.get(name) or OPTIONAL.get(name) or Look(name, OTHER_COLOURS[sum(name.encode()) % len(OTHER_COLOURS)])
+def engine_style(name: str) -> EngineStyle:
+    """Style of an engine in reports, whether it is installed or not."""
+    return (
+        ENGINES.get(name)
+        or OPTIONAL_ENGINES.get(name)
+        or EngineStyle(name, PLUGIN_COLOURS[sum(name.encode()) % len(PLUGIN_COLOURS)])
+    )
 
 
 def presets_of(name: str) -> Mapping[str, Preset[Any]]:
-    """Presets of an engine; none of one that is not installed."""
-    if name in ENGINES or name in OPTIONAL:
-        presets: Mapping[str, Preset[Any]] = import_module(f"conrod.engines.{name}").PRESETS
+    """Presets of an engine by name; empty if the engine is not installed."""
+    if name in ENGINES or name in OPTIONAL_ENGINES:
+        presets: Mapping[str, Preset[Any]] = getattr(import_module(f"conrod.engines.{name}"), f"{name.upper()}_PRESETS")
         return presets
     try:
         return engine_named(name).presets
@@ -183,19 +195,22 @@ def presets_of(name: str) -> Mapping[str, Preset[Any]]:
 
 
 def line_style(engine: str, preset: str | None) -> LineStyle:
-    """The line of a preset's curves; that of others where it is not known."""
+    """Line style of a preset's curves; the default one for an unknown preset."""
     found = presets_of(engine).get(preset or "")
-    return OTHER_LINE if found is None else found.style
+    return DEFAULT_LINE if found is None else found.style
 
 
 @cache
-def _brought() -> dict[str, list[EntryPoint]]:
-    """Entry points by name, one of each distribution; an engine that ships is not replaced."""
+def plugin_entry_points() -> dict[str, list[EntryPoint]]:
+    """Entry points of plugins by engine name, one per distribution; engines that ship are not replaced."""
     found: dict[str, dict[str, EntryPoint]] = {}
-    for point in entry_points(group=GROUP):
-        found.setdefault(point.name, {}).setdefault(_distribution(point), point)
-    return {name: list(points.values()) for name, points in found.items() if name not in {**ENGINES, **OPTIONAL}}
+    for point in entry_points(group=ENTRY_POINT_GROUP):
+        found.setdefault(point.name, {}).setdefault(_distribution_name(point), point)
+    return {
+        name: list(points.values()) for name, points in found.items() if name not in {**ENGINES, **OPTIONAL_ENGINES}
+    }
 
 
-def _distribution(point: EntryPoint) -> str:
+def _distribution_name(point: EntryPoint) -> str:
+    """Name and version of the distribution that declares an entry point."""
     return "conrod" if point.dist is None else f"{point.dist.name} {point.dist.version}"

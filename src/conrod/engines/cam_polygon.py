@@ -1,4 +1,4 @@
-"""A cam profile as the convex polygon that engines collide, with its error; and the cams that engines can have.
+"""Cam profiles as the convex polygons that engines collide, with their errors, and which cams engines accept.
 
 Every facet stands off its arc by about the same sagitta, and every vertex half a sagitta outside, so that the
 polygon straddles the true curve: its normal distance to it is at most half a sagitta either way.
@@ -24,13 +24,13 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic
 
 @dataclass(frozen=True)
 class CamPolygon:
-    """A convex polygon, to be rounded by `radius`.
+    """A convex polygon that approximates a cam profile when it is rounded by `radius`.
 
     Attributes:
         vertices: (N, 2) [m] in the cam's frame, counter-clockwise.
-        radius: what was taken off the profile, to be added again as a rounding [m].
-        facet_turns: for each arc (or segment of a law) of the profile, the largest turn of the normal from facet to
-            facet [rad].
+        radius: inset of the polygon from the profile, to be added again as rounding of its corners [m].
+        facet_turns: largest angle [rad] between the normals of neighbouring facets, for each arc of the profile (or
+            segment of its motion law).
         error: bound on the normal distance between the rounded polygon and the profile [m].
     """
 
@@ -47,15 +47,16 @@ class CamPolygon:
 
 
 def cam_polygon(profile: Profile, vertices: int, radius: float = 0.0) -> CamPolygon:
-    """The polygon of about so many vertices, inset by `radius` [m], less than the profile's least radius."""
+    """Polygon of about `vertices` vertices, inset by `radius` [m], which is below the least radius of curvature."""
     if isinstance(profile, LawProfile):
         return _law_polygon(profile, vertices, radius)
     return _arc_polygon(profile, vertices, radius)
 
 
 def _arc_polygon(profile: CamProfile, vertices: int, radius: float) -> CamPolygon:
-    """Facets per arc are even, so that a vertex stands at the middle of the dwell: the roller then starts in contact,
-    and not on a facet inside the curve with a fall ahead of it.
+    """Polygon of a profile of circular arcs, with equal facets on each arc and an even number of them.
+
+    So a vertex lies at the middle of the dwell: the roller starts in contact, not above a facet inside the curve.
     """
     weights = np.array([math.sqrt(arc.radius - radius) * arc.extent for arc in profile.arcs])
     facets = 2 * np.maximum(1, np.rint(vertices * weights / weights.sum() / 2.0)).astype(int)
@@ -71,21 +72,21 @@ def _arc_polygon(profile: CamProfile, vertices: int, radius: float) -> CamPolygo
     return CamPolygon(np.concatenate(corners), radius, tuple(turns), 0.5 * max(sagittas))
 
 
-# Points of a segment that spacing is worked out with, and halvings that find its depth between two vertices.
-GRID, HALVINGS = 2001, 24
-KEPT = 16
+# Points of a segment at which the spacing of vertices is integrated, and bisection steps for the depth of a facet.
+SEGMENT_POINTS, BISECTIONS = 2001, 24
+CACHED_POLYGONS = 16
 
 
-@lru_cache(KEPT)
+@lru_cache(CACHED_POLYGONS)
 def _law_polygon(profile: LawProfile, vertices: int, radius: float) -> CamPolygon:
-    """Facets of one sagitta: between two vertices, the root of the radius integrated over the normal's turn is equal.
+    """Polygon of a profile from a motion law, with facets of one sagitta and a vertex where segments meet.
 
-    Vertices stand where segments meet.
+    Between two vertices the integral of sqrt(radius of curvature) over the rotation of the normal is equal.
     """
     inset = profile.roller_radius + radius
     grids, sums = [], []
     for i, (begin, part) in enumerate(zip(profile.begins, profile.segments, strict=True)):
-        grid = np.linspace(begin, begin + part.over, GRID)
+        grid = np.linspace(begin, begin + part.over, SEGMENT_POINTS)
         pitch = profile.pitch(grid, np.full(len(grid), i))
         # sqrt(radius) x turn, with the radius 1 / curvature - inset and the turn curvature x rate.
         density = np.sqrt(np.maximum(pitch.curvature * (1.0 - pitch.curvature * inset), 0.0)) * pitch.rate
@@ -107,17 +108,17 @@ def _law_polygon(profile: LawProfile, vertices: int, radius: float) -> CamPolygo
     edges = np.roll(corners, -1, axis=0) - corners
     turns = np.abs(_cross(np.roll(edges, 1, axis=0), edges)) / (np.hypot(*edges.T) * np.hypot(*np.roll(edges, 1, 0).T))
     turn_of = [max(turns[owners == i].max(), turns[np.searchsorted(owners, i)]) for i in range(len(facets))]
-    depth = _depth(profile, np.append(angle, 2.0 * math.pi), owners, corners, inset)
+    depth = _largest_depth(profile, np.append(angle, 2.0 * math.pi), owners, corners, inset)
     in_order = corners[:: -profile.sense]
     return CamPolygon(in_order, radius, tuple(float(turn) for turn in turn_of), max(float(outside.max()), depth))
 
 
-def _depth(profile: LawProfile, angle: Array, owners: NDArray[np.intp], corners: Array, inset: float) -> float:
-    """Largest depth of facets under the curve [m], where the curve has the facet's normal, by bisection."""
+def _largest_depth(profile: LawProfile, angle: Array, owners: NDArray[np.intp], corners: Array, inset: float) -> float:
+    """Largest depth [m] of a facet below the curve, where the normals are parallel, by bisection."""
     edges = np.roll(corners, -1, axis=0) - corners
     across = profile.sense * np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None]
     low, high = angle[:-1].copy(), angle[1:].copy()
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         before = profile.sense * _cross(across, profile.pitch(middle, owners).normals) > 0.0
         low, high = np.where(before, middle, low), np.where(before, high, middle)
@@ -126,26 +127,27 @@ def _depth(profile: LawProfile, angle: Array, owners: NDArray[np.intp], corners:
 
 
 def _cross(first: Array, second: Array) -> Array:
+    """Cross product (N,) of plane vectors (N, 2)."""
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
-WANTED = "contact is derived for one cam, on the crank, and one follower on a slide of the ground"
-CAM_AND_FOLLOWER = 2
+SUPPORTED_LAYOUT = "contact is derived for one cam, on the crank, and one follower on a slide of the ground"
+CAM_AND_FOLLOWER_BODIES = 2
 
 
 def contact_refusal(mechanism: Mechanism) -> str | None:
-    """None, or why a mechanism's cam is solved exactly but given to no engine; None too where there is no cam."""
+    """Return the reason why engines cannot have the mechanism's cam, though it is solved exactly; else None."""
     for contact in mechanism.cam_contacts:
         reason = concave_reason(contact.profile)
-        if reason is None and (otherwise := _otherwise(mechanism, contact)):
-            reason = f"{WANTED}; {otherwise}"
+        if reason is None and (otherwise := _layout_refusal(mechanism, contact)):
+            reason = f"{SUPPORTED_LAYOUT}; {otherwise}"
         if reason:
             return reason
     return None
 
 
-def _otherwise(mechanism: Mechanism, contact: CamContact) -> str | None:
-    """The reason why a cam is another than contact is derived for."""
+def _layout_refusal(mechanism: Mechanism, contact: CamContact) -> str | None:
+    """Return how a cam's machine differs from the one layout for which contact is derived, else None."""
     if contact.a != mechanism.crank:
         return f"the cam of {contact.name} is on {contact.a}"
     slide = mechanism.guide(contact.b)
@@ -153,26 +155,26 @@ def _otherwise(mechanism: Mechanism, contact: CamContact) -> str | None:
         return f"the follower {contact.b} is on no such slide"
     if slide.a != GROUND:
         return f"the guide of {slide.name} is on the follower: name the line on the ground as the guide"
-    if len(mechanism.bodies) != CAM_AND_FOLLOWER:
+    if len(mechanism.bodies) != CAM_AND_FOLLOWER_BODIES:
         return f"here {len(mechanism.bodies)} bodies move"
     return None
 
 
-SAMPLES = 7200
+FOLLOWER_SAMPLES = 7200
 
 
 @dataclass(frozen=True)
 class FollowerMotion:
-    """One turn of a translating follower; arrays are (T,).
+    """Exact motion and contact force of a translating follower over one revolution; arrays are (T,).
 
     Attributes:
         lift: travel of the roller's centre [m].
         distance: of the roller's centre from the shaft [m].
-        acceleration: along the slide [m/s^2], at the machine's speed.
+        acceleration: of the follower along the slide [m/s^2], at the machine's speed.
         cosine: of the pressure angle, between contact normal and slide.
-        force: contact force [N] in the exact motion, positive where it presses.
-        arcs: index of the active arc.
-        start: place of the roller's centre at crank angle 0 (2,) [m], in the cam's frame.
+        force: contact force [N] in the exact motion, positive in compression.
+        arcs: index of the arc (or segment) in contact.
+        start: position of the roller's centre at crank angle 0 (2,) [m], in the cam's frame.
     """
 
     contact: CamContact
@@ -185,11 +187,11 @@ class FollowerMotion:
     start: Array
 
     @classmethod
-    def of(cls, machine: Machine) -> FollowerMotion:
-        """The motion of the machine's first cam contact."""
+    def from_machine(cls, machine: Machine) -> FollowerMotion:
+        """Compute the motion of the machine's first cam contact."""
         kinematics = machine.kinematics
         contact = kinematics.mechanism.cam_contacts[0]
-        angles = np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False)
+        angles = np.linspace(0.0, 2.0 * np.pi, FOLLOWER_SAMPLES, endpoint=False)
         poses, _, second = kinematics.derivatives(angles, 2)
         cam, follower = (3 * kinematics.mechanism.body_index[name] for name in (contact.a, contact.b))
         row = sum(
@@ -213,25 +215,26 @@ class FollowerMotion:
         )
 
     def facet_slope_rms(self, polygon: CamPolygon) -> float:
-        """Root mean square error [m/rad] of the lift's slope on facets instead of arcs.
+        """RMS error [m/rad] of the lift's derivative on flat facets instead of arcs.
 
         A facet's normal is off the arc's by up to half the turn from facet to facet, evenly spread, which the
         follower sees as an error of its pressure angle: distance x off / cos^2.
         """
-        return float(np.sqrt(np.mean(self._corners(polygon) ** 2 / 12.0)))
+        return float(np.sqrt(np.mean(self._slope_jumps(polygon) ** 2 / 12.0)))
 
     def corner_slope_rms(self, polygon: CamPolygon, settling: float) -> float:
-        """Root mean square error [m/rad] of the slope while the follower settles after each corner.
+        """RMS error [m/rad] of the lift's derivative while the follower settles after each corner.
 
         Args:
             settling: crank angle [rad] in which a jump of the slope dies away.
         """
         share = np.minimum(1.0, settling / np.array(polygon.facet_turns))[self.arcs]
-        return float(np.sqrt(np.mean(self._corners(polygon) ** 2 * share)))
+        return float(np.sqrt(np.mean(self._slope_jumps(polygon) ** 2 * share)))
 
-    def largest_corner(self, polygon: CamPolygon) -> float:
-        """Largest jump [m/rad] of the lift's slope from one facet to the next."""
-        return float(self._corners(polygon).max())
+    def largest_slope_jump(self, polygon: CamPolygon) -> float:
+        """Largest jump [m/rad] of the lift's derivative from one facet to the next."""
+        return float(self._slope_jumps(polygon).max())
 
-    def _corners(self, polygon: CamPolygon) -> Array:
+    def _slope_jumps(self, polygon: CamPolygon) -> Array:
+        """Jump (T,) [m/rad] of the lift's derivative at the polygon's corners, from each sample's arc."""
         return np.asarray(self.distance * np.array(polygon.facet_turns)[self.arcs] / self.cosine**2)

@@ -1,4 +1,4 @@
-"""Capabilities of an engine beside running a machine: small protocols, and the one way to ask for them."""
+"""Optional capabilities of engines, as small protocols, and the functions that ask for them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol, TypeVar, cast, runtime_checkable
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.releases import Releases
 from conrod.engines.tracks import ForceTracks, FreeRun, Pace
-from conrod.engines.variants import PRESETS, Grid, Ingredient, Rule
+from conrod.engines.variants import PRESETS_GRID, Grid, Ingredient, SettingsRule
 from conrod.errors import InvalidInput
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
@@ -18,13 +18,13 @@ from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismati
 
 @dataclass(frozen=True)
 class ExpectedError:
-    """Largest errors that the engine's own laws allow, normalised as errors are; None where there is no law.
+    """Bounds on a run's errors by the engine's own error law, normalised as errors are; None without a law.
 
     Attributes:
         position, velocity, acceleration: bounds on the max norm.
-        velocity_rms: bound on the rms norm, where the max norm has none.
-        ripple: largest share by which a turn changes the drive's rate; 0 where the crank's angle is written.
-        law: where the bounds come from, for the report.
+        velocity_rms: bound on the rms norm, if there is none on the max norm.
+        ripple: bound on the relative variation of the crank speed in a revolution; 0 if the crank angle is prescribed.
+        law: source of the bounds, as text for the report.
     """
 
     position: float | None = None
@@ -37,43 +37,44 @@ class ExpectedError:
 
 @dataclass(frozen=True)
 class KinematicResult:
-    """Kinematic mode: the engine's own constraints solved at prescribed crank angles.
+    """Result of kinematic mode: the engine's own constraints solved at prescribed crank angles.
 
     Attributes:
-        poses: of all bodies, stacked as in `Mechanism.bodies`.
-        points: of each observed point position (T, 2) [m] and velocity (T, 2) [m/s], by the engine's account; the
-            velocity is None where the engine has none without stepping in time.
-        shape_error: bound on the position error that the collision shape itself has, None without contact.
+        angle: prescribed crank angles (T,) [rad].
+        poses: of all bodies (T, 3 n) [m, m, rad], in the order of `Mechanism.bodies`.
+        points: position (T, 2) [m] and velocity (T, 2) [m/s] of each observed point, as the engine computes them; the
+            velocity is None if the engine has none without stepping in time.
+        shape_error: bound on the position error of the collision shape itself [m]; None without contact.
     """
 
-    angle: Array  # (T,) [rad]
-    poses: Array  # (T, 3 n)
+    angle: Array
+    poses: Array
     points: Mapping[str, tuple[Array, Array | None]]
-    shape_error: float | None = None  # [m]
+    shape_error: float | None = None
 
 
 @runtime_checkable
 class KinematicMode(Protocol):
-    """The engine's own constraints as a solver at prescribed crank angles (T,) [rad]."""
+    """Solves the engine's own constraints at prescribed crank angles (T,) [rad]."""
 
     def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult: ...
 
 
 @runtime_checkable
 class ErrorLaw(Protocol):
-    """Bounds on the errors of a run, before it is made, from the engine's documented laws and the exact motion.
+    """Bounds the errors of a run before it is made, from the engine's documented scheme and the exact motion.
 
-    The run begins exact, at crank angle 0 where its law takes no `start_angle`, or at the begin of the driver's span.
+    The run starts in the exact state at `start_angle` [rad], 0 if the law takes none, or where the span starts.
     """
 
     def expected_error(self, machine: Machine, settings: Any) -> ExpectedError: ...
 
 
 @runtime_checkable
-class ReportsForces(Protocol):
-    """Drive torque and joint reactions of a run at constant crank speed, by the engine's own account.
+class ForceReport(Protocol):
+    """Reports drive torque and joint reactions of a run at constant crank speed, as the engine computes them.
 
-    What the engine does not report of a machine is `unsupported` in them, with the reason.
+    Quantities that the engine does not report are `unsupported` in the result, with the reason.
     """
 
     def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks: ...
@@ -81,12 +82,12 @@ class ReportsForces(Protocol):
 
 @dataclass(frozen=True)
 class ExpectedForces:
-    """Forces that an engine's own scheme takes, by its laws and the exact motion, before any run.
+    """Forces that an engine's scheme yields by its error law and the exact motion, before any run.
 
     Attributes:
-        tracks: at the instants of a run, or at others of its turns; None where nothing bounds them, nor is judged.
-        share: of their errors, that the law leaves out.
-        law: where they come from, for the report.
+        tracks: at the instants of a run, or at others in its revolutions; None if there is no bound, and no verdict.
+        share: part of the predicted error by which the law itself may be off.
+        law: source of the forces, as text for the report.
     """
 
     tracks: ForceTracks | None
@@ -96,7 +97,7 @@ class ExpectedForces:
 
 @runtime_checkable
 class ForceLaw(Protocol):
-    """Errors of the forces of a run that begins exact, before it is made; None where the engine has no law of them."""
+    """Predicts the forces of a run that starts exact, before it is made; None without such a law."""
 
     def expected_forces(
         self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0
@@ -104,11 +105,11 @@ class ForceLaw(Protocol):
 
 
 @runtime_checkable
-class FreeMotion(Protocol):
-    """A motion without drive, free or under the mechanism's loads, by steps of a length [s].
+class FreeMotionRuns(Protocol):
+    """Simulates motion without a drive, free or under loads, with a given time step [s].
 
-    It begins with exact poses and rates of all bodies, each (3 n,), which the joints allow, and is reported after
-    `every` so many steps. InvalidInput where there is no such preset, or the engine cannot have the mechanism.
+    It starts from exact poses and rates of all bodies (3 n,), which fulfil the joints, and is sampled after each
+    `every` steps. Raises InvalidInput for an unknown preset, or a mechanism that the engine cannot represent.
     """
 
     def free_run(
@@ -118,12 +119,12 @@ class FreeMotion(Protocol):
 
 
 @runtime_checkable
-class Timed(Protocol):
-    """Stepping with nothing recorded, for timings.
+class TimedStepping(Protocol):
+    """Steps a machine with nothing recorded, for timings.
 
-    Each call of a stepper advances a machine from the exact state of its start (`run_of`) by so many steps; an input
-    that makes one pass must not be driven beyond its end. The reference loop is a fixed slider-crank of this engine,
-    which timings are ratios to.
+    Each call of a stepper advances a machine by a number of steps; it starts in the exact state of `run_extent`, and an
+    input that makes one pass must not be driven beyond its end. The reference loop is a fixed slider-crank in this
+    engine; timings are given as ratios to it.
     """
 
     def stepper(self, machine: Machine, settings: Any) -> Callable[[int], None]: ...
@@ -132,54 +133,54 @@ class Timed(Protocol):
 
 
 @runtime_checkable
-class Swept(Protocol):
-    """A grid of settings that a sweep varies, for a machine; the presets first."""
+class SettingsGrid(Protocol):
+    """Lists the settings that a sweep varies on a machine, presets first."""
 
-    def grid(self, machine: Machine, grid: Grid) -> tuple[Rule, ...]: ...
+    def grid(self, machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]: ...
 
 
 @runtime_checkable
-class Varied(Protocol):
-    """Settings varied on purpose, one thing at a time.
+class SettingsVariations(Protocol):
+    """Varies one solver parameter of given settings at a time: time constant, regularisation.
 
-    They have the fields `iterations`, `rounded_state` and `cam_vertices`, and two more things that engines say each in
-    their own way. `stabilised`: with a time constant of so many steps, of what closes the joints or, of a cam, of the
-    contacts; guards of the engine against short ones are off where they would act. `regularised`: with a share in
-    (0, 1] of the regularisation that the engine puts on a joint by itself, of a contact what impedance lacks of 1; None
-    where the engine has none.
+    Settings have the fields `iterations`, `rounded_state` and `cam_vertices`; two more parameters differ from engine to
+    engine. `with_time_constant`: the time constant of joints, or of a cam's contact, in steps; an engine's own guard
+    against short ones is switched off where it would act. `with_regularisation`: a share in (0, 1] of the
+    regularisation that the engine adds to joints, or the distance of a contact's impedance from 1; None if the engine
+    has none.
     """
 
-    def stabilised(self, machine: Machine, settings: Any, steps: float) -> Any: ...
+    def with_time_constant(self, machine: Machine, settings: Any, steps: float) -> Any: ...
 
-    def regularised(self, machine: Machine, settings: Any, share: float) -> Any | None: ...
+    def with_regularisation(self, machine: Machine, settings: Any, share: float) -> Any | None: ...
 
 
 @runtime_checkable
-class HasIngredients(Protocol):
-    """A minimal model, the cheapest that has the observed motion right, and the ingredients that it may carry."""
+class ModelIngredients(Protocol):
+    """Offers a minimal model, the cheapest with the right motion, and the ingredients to add to it or remove."""
 
-    def minimal(self, machine: Machine, steps_per_revolution: int) -> Any: ...
+    def minimal_settings(self, machine: Machine, steps_per_revolution: int) -> Any: ...
 
     def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]: ...
 
 
 @runtime_checkable
-class Pasted(Protocol):
-    """Settings as lines of a user's own model or program."""
+class PastableSettings(Protocol):
+    """Writes settings as lines to paste into a user's own model or program."""
 
     def paste(self, machine: Machine, settings: Any) -> str: ...
 
 
 @runtime_checkable
 class ModelFile(Protocol):
-    """A scene with settings as a file of the engine's own; how to apply what the file cannot say stands in it."""
+    """Writes a scene with settings as a model file of the engine, with notes on what the file cannot express."""
 
     def model(self, name: str, machine: Any, settings: Any) -> str: ...
 
 
 @runtime_checkable
-class Released(Protocol):
-    """Releases that can be installed beside each other, and the settings by which they are told apart, by name."""
+class KnownReleases(Protocol):
+    """Lists the engine's releases, and the settings by name that show differences between them."""
 
     @property
     def releases(self) -> Releases: ...
@@ -187,62 +188,62 @@ class Released(Protocol):
     def probes(self, machine: Machine, steps_per_revolution: int) -> Mapping[str, Any]: ...
 
 
-MEANINGS: Mapping[type, str] = {
+CAPABILITY_TITLES: Mapping[type, str] = {
     KinematicMode: "kinematic mode",
     ErrorLaw: "law of its errors",
-    ReportsForces: "report of forces",
+    ForceReport: "report of forces",
     ForceLaw: "law of its forces' errors",
-    FreeMotion: "motion without a drive",
-    Timed: "stepping with nothing recorded, which timings take",
-    Swept: "grid of settings",
-    Varied: "variations of its settings",
-    HasIngredients: "ingredients",
-    Pasted: "settings to paste",
+    FreeMotionRuns: "motion without a drive",
+    TimedStepping: "stepping with nothing recorded, which timings take",
+    SettingsGrid: "grid of settings",
+    SettingsVariations: "variations of its settings",
+    ModelIngredients: "ingredients",
+    PastableSettings: "settings to paste",
     ModelFile: "file of a model",
-    Released: "list of its releases",
+    KnownReleases: "list of its releases",
 }
 
-Wanted = TypeVar("Wanted")
+Capability = TypeVar("Capability")
 
 
 @dataclass(frozen=True)
-class Lacking:
+class MissingCapability:
     """The reason why an engine cannot take part in a study."""
 
     reason: str
 
 
-def capability(engine: Engine[Any], kind: type[Wanted]) -> Wanted | Lacking:
-    """The engine as one that has a capability, or the reason why it is unsupported where that is needed."""
-    if engine.has(kind):
-        return cast(Wanted, engine)
-    return Lacking(f"{engine.name} has no {MEANINGS[kind]}")
+def capability(engine: Engine[Any], kind: type[Capability]) -> Capability | MissingCapability:
+    """Return the engine if it has a capability, else the reason why a study cannot use it."""
+    if engine.has_capability(kind):
+        return cast(Capability, engine)
+    return MissingCapability(f"{engine.name} has no {CAPABILITY_TITLES[kind]}")
 
 
-def required(engine: Engine[Any], kind: type[Wanted]) -> Wanted:
-    """The engine as one that has a capability; InvalidInput where it has not."""
+def require_capability(engine: Engine[Any], kind: type[Capability]) -> Capability:
+    """Return the engine if it has a capability, else raise InvalidInput."""
     found = capability(engine, kind)
-    if isinstance(found, Lacking):
+    if isinstance(found, MissingCapability):
         raise InvalidInput(found.reason)
     return found
 
 
-def rules_of(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[Rule, ...]:
-    """The settings that a sweep varies: the engine's grid, or its presets where these are asked for or it has none."""
-    swept = capability(engine, Swept)
-    if grid == PRESETS or isinstance(swept, Lacking):
-        return tuple(Rule(name, preset) for name, preset in engine.presets.items())
+def sweep_rules(engine: Engine[Any], machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]:
+    """Rules of settings that a sweep runs: the engine's grid, or its presets if it has no grid."""
+    swept = capability(engine, SettingsGrid)
+    if grid == PRESETS_GRID or isinstance(swept, MissingCapability):
+        return tuple(SettingsRule(name, preset) for name, preset in engine.presets.items())
     return swept.grid(machine, grid)
 
 
 def expected_error(engine: Engine[Any], machine: Machine, settings: Any, **start: float) -> ExpectedError:
-    """Bounds on the errors of a run; none, with the reason in place of the law, of an engine that states no law.
+    """Bounds on the errors of a run; without bounds, and with the reason, if the engine has no error law.
 
     Args:
-        start: `start_angle` [rad], of an engine whose law takes it.
+        start: `start_angle` [rad], if the engine's law takes one.
     """
     law = capability(engine, ErrorLaw)
-    if isinstance(law, Lacking):
+    if isinstance(law, MissingCapability):
         return ExpectedError(law=law.reason)
     return law.expected_error(machine, settings, **start)
 
@@ -250,8 +251,8 @@ def expected_error(engine: Engine[Any], machine: Machine, settings: Any, **start
 # -- the slider-crank that timings are ratios to -----------------------------------------------------------------------
 
 # NEVER CHANGE IT: ratios of any date and machine relate to this very system, run with each engine's defaults at 1000
-# steps a turn. A driven crank of 0.1 m, a rod of 0.3 m and a slider, in line at the start; no gravity.
-SLIDER_CRANK = Mechanism(
+# steps per revolution. A driven crank of 0.1 m, a rod of 0.3 m and a slider, in line at the start; no gravity.
+TIMED_SLIDER_CRANK = Mechanism(
     name="reference loop",
     bodies=(Body("crank", 4.0, 0.02), Body("rod", 1.5, 0.01125), Body("slider", 6.0, 0.06)),
     joints=(
@@ -266,5 +267,5 @@ SLIDER_CRANK = Mechanism(
 )
 
 
-# One turn a second.
-REFERENCE = GenericReference(SLIDER_CRANK, 6.283185307179586)
+# One revolution per second.
+TIMED_REFERENCE = GenericReference(TIMED_SLIDER_CRANK, 6.283185307179586)

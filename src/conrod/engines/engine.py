@@ -1,7 +1,8 @@
-"""An engine: one run of a machine at constant crank speed, by settings that presets make. All else is a capability.
+"""The core that every engine has: settings, presets, and runs at constant crank speed.
 
-A preset's name, its rule, what it is judged by and how its curves are drawn are one `Preset` in its engine's table.
-Nothing else in conrod knows a preset by name, but for the conventions `STOCK` and `CUSTOM`.
+All else that an engine can do is a capability (`conrod.engines.capabilities`). A preset's name, rule, tolerances and
+line style are one `Preset` in the table of its engine; no other part of conrod knows a preset by name, except `STOCK`
+and `CUSTOM`.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from conrod.runs.trajectory import Piece, Settings
 
 
 class Machine(Protocol):
-    """A scene as engines see it: the mechanism with its solver, and the speed it is driven at."""
+    """A scene as engines see it: a mechanism with its exact motion, and its crank speed."""
 
     @property
     def speed(self) -> float:
@@ -34,20 +35,23 @@ class Machine(Protocol):
         ...
 
 
-LINKAGE_STEPS, CONTACT_STEPS = 1000, 62832
-LAW_STEPS = CONTACT_STEPS // 8
+LINKAGE_STEPS_PER_REVOLUTION, CAM_STEPS_PER_REVOLUTION = 1000, 62832
+LAW_CAM_STEPS_PER_REVOLUTION = CAM_STEPS_PER_REVOLUTION // 8
 PASTED_DIGITS = 6
-PIECE = 4096  # steps recorded at a time where a run is streamed
-SINGLE = float(np.finfo(np.float32).eps)  # relative spacing of the numbers that an engine may keep a state in
+PIECE_STEPS = 4096  # steps recorded at a time where a run is streamed
+# Relative difference between a given time step and one revolution over its steps: settings made for another speed are
+# off by more than the six digits that they are pasted with.
+STEP_TOLERANCE = 1e-5
+SINGLE_EPSILON = float(np.finfo(np.float32).eps)  # relative spacing of the numbers that an engine may keep a state in
 
 
 def step_length(machine: Machine, steps_per_revolution: int) -> float:
-    """Time step [s] that divides a revolution into so many."""
+    """Time step [s]: one revolution of the crank over the number of steps."""
     return 2.0 * math.pi / abs(machine.speed) / steps_per_revolution
 
 
-def run_of(machine: Machine, steps_per_revolution: int, revolutions: float) -> tuple[float, float]:
-    """Start angle [rad] and revolutions of a run: those asked for, or the one pass of an input that cannot turn.
+def run_extent(machine: Machine, steps_per_revolution: int, revolutions: float) -> tuple[float, float]:
+    """Start angle [rad] and revolutions of a run; one whole pass if the input cannot turn fully.
 
     A pass takes whole steps, and ends where the last of them fits into the driver's span.
     """
@@ -59,31 +63,31 @@ def run_of(machine: Machine, steps_per_revolution: int, revolutions: float) -> t
 
 
 def default_steps(machine: Machine) -> int:
-    """Steps per revolution where nothing else is said: 1000 for linkages, ten thousand a radian for contact.
+    """Default steps per revolution: 1000 for linkages, 62832 (ten thousand per radian) for cams.
 
     A cam that is made from a motion law has an eighth of that: on the cams of the catalogue contact then sinks by
     2e-5 of the lift, half a micrometre, and a run costs seconds.
     """
     contacts = machine.kinematics.mechanism.cam_contacts
     if any(isinstance(contact.profile, LawProfile) for contact in contacts):
-        return LAW_STEPS
-    return CONTACT_STEPS if contacts else LINKAGE_STEPS
+        return LAW_CAM_STEPS_PER_REVOLUTION
+    return CAM_STEPS_PER_REVOLUTION if contacts else LINKAGE_STEPS_PER_REVOLUTION
 
 
 # -- settings and presets ----------------------------------------------------------------------------------------------
 
-# Fields that settings gained after results had been kept, with the value that all runs before them had. Where a field
-# has it, it is left out: keys of results, and reports, stay what they were.
-LATER_FIELDS: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
+# Fields that settings gained after results had been cached, with the value that all earlier runs had. A field with this
+# value is left out, so that keys of results, and reports, stay the same.
+FIELDS_ADDED_LATER: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
 
 
 @dataclass(frozen=True)
 class EngineSettings(ABC):
-    """Settings that every engine that ships has; SI. InvalidInput names a value out of its range."""
+    """Settings that every engine that ships has, in SI; InvalidInput names a value out of range."""
 
     engine: ClassVar[str]
-    # Fields that settings have lost since results were kept, with the value that they had: keys stay what they were.
-    former: ClassVar[Mapping[str, Any]] = {}
+    # Fields that settings have lost since results were cached, with their value then, so that keys stay the same.
+    former_fields: ClassVar[Mapping[str, Any]] = {}
 
     preset: str
     steps_per_revolution: int
@@ -95,62 +99,65 @@ class EngineSettings(ABC):
 
     @abstractmethod
     def time_constant(self, contact: bool) -> float:
-        """Time [s] in which what closes the joints, or a contact, mends an error; 0 where it does so at once."""
+        """Time constant [s] with which joints or contacts correct a violation; 0 if within one step."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields as values that JSON has, former ones too, and later ones only where they differ from before."""
+        """The fields as JSON values, including dropped ones and, where they differ from their default, added ones."""
         # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
-        return {**self.former} | {
+        return {**self.former_fields} | {
             name: list(value) if type(value) is tuple else value
             for name, value in vars(self).items()
-            if name not in LATER_FIELDS or value != LATER_FIELDS[name]
+            if name not in FIELDS_ADDED_LATER or value != FIELDS_ADDED_LATER[name]
         }
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
-        """The engine as it comes: its defaults."""
+        """Settings of the engine with all its own defaults."""
         return cls(STOCK, steps_per_revolution, step_length(machine, steps_per_revolution))
 
 
 AnySettings = TypeVar("AnySettings", bound=Settings)
-AnyFields = TypeVar("AnyFields", bound=EngineSettings)
+AnyEngineSettings = TypeVar("AnyEngineSettings", bound=EngineSettings)
 
-STOCK = "stock"  # by convention the preset that has an engine as it comes, which studies compare others with
-CUSTOM = "custom"  # the name of settings that are those of no preset
+STOCK = "stock"  # by convention the preset with the engine's defaults, which studies compare others with
+CUSTOM = "custom"  # preset name of settings that belong to no preset
 
 
 def with_fields(settings: AnySettings, **fields: Any) -> AnySettings:
-    """The settings, a dataclass, with these values, which are then those of no preset."""
-    if hasattr(settings, "changed"):  # those of another package's engine, which alone knows how
-        changed: AnySettings = settings.changed(**fields)
+    """Return the settings with some fields replaced, as custom settings of no preset."""
+    if hasattr(settings, "replace_fields"):  # settings of a plugin, which alone can change them
+        changed: AnySettings = settings.replace_fields(**fields)
         return changed
     return replace(settings, preset=CUSTOM, **fields)  # type: ignore[type-var]
 
 
-def shortened(machine: Machine, settings: AnySettings) -> AnySettings:
-    """The settings with numbers of so few digits that people paste them; a step is not longer where a pass ends."""
+def round_settings(machine: Machine, settings: AnySettings) -> AnySettings:
+    """Round settings to six digits for pasting; a step is rounded down where a pass must not overrun."""
 
-    def short(value: Any) -> Any:
+    def round_value(value: Any) -> Any:
         match value:
             case float():
                 return float(f"{value:.{PASTED_DIGITS}g}")
             case tuple():
-                return tuple(map(short, value))
+                return tuple(map(round_value, value))
         return value
 
-    own = settings.as_dict() if hasattr(settings, "changed") else vars(settings)
-    values = {name: short(value) for name, value in own.items()} | {"preset": CUSTOM}
+    own = settings.as_dict() if hasattr(settings, "replace_fields") else vars(settings)
+    values = {name: round_value(value) for name, value in own.items()} | {"preset": CUSTOM}
     if values["timestep"] > settings.timestep and machine.kinematics.mechanism.driver.span is not None:
-        values["timestep"] = short(settings.timestep * (1.0 - 0.5 * 10.0 ** (1 - PASTED_DIGITS)))
-    if hasattr(settings, "changed"):
+        values["timestep"] = round_value(settings.timestep * (1.0 - 0.5 * 10.0 ** (1 - PASTED_DIGITS)))
+    if hasattr(settings, "replace_fields"):
         return with_fields(settings, **{k: v for k, v in values.items() if k != "preset" and v != own[k]})
     return type(settings)(**values)
 
 
-def as_preset(
-    settings: AnyFields, presets: Mapping[str, Preset[AnyFields]], machine: Machine, unused: Iterable[str] = ()
-) -> AnyFields:
-    """The preset that the settings of a machine are, if they are one; fields that the machine makes no use of apart."""
+def recognise_preset(
+    settings: AnyEngineSettings,
+    presets: Mapping[str, Preset[AnyEngineSettings]],
+    machine: Machine,
+    unused: Iterable[str] = (),
+) -> AnyEngineSettings:
+    """Return the preset that equals these settings, else the settings; fields in `unused` are ignored."""
     for name, rule in presets.items():
         preset = rule(machine, settings.steps_per_revolution)
         if replace(settings, preset=name, **{field: getattr(preset, field) for field in unused}) == preset:
@@ -160,14 +167,14 @@ def as_preset(
 
 @dataclass(frozen=True)
 class LineStyle:
-    """A curve's line and markers. Coarse ones are large and beneath, so that a curve on another one is still seen.
+    """Line and markers of a curve; large markers lie beneath small ones, so that equal curves stay visible.
 
     Attributes:
-        line: dashes, as matplotlib's `linestyle`.
-        marker: as matplotlib's.
+        line: matplotlib's `linestyle`.
+        marker: in matplotlib's notation.
         size: of the markers [pt].
-        filled: whether the markers are.
-        above: order of drawing; larger ones come later.
+        filled: whether the markers are filled.
+        above: drawing order; a larger number is drawn later.
     """
 
     line: Any
@@ -180,21 +187,21 @@ class LineStyle:
 DOTTED = LineStyle((0, (1, 1.5)), "o", 7.0, False, 3)
 DASHED = LineStyle((0, (5, 2)), "s", 4.5, False, 4)
 SOLID = LineStyle("-", "^", 3.5, True, 5)
-OTHER_LINE = LineStyle("-.", "D", 4.0, False, 4)
+DEFAULT_LINE = LineStyle("-.", "D", 4.0, False, 4)
 
 
 @dataclass(frozen=True)
 class Preset(Generic[AnySettings]):
-    """A preset of an engine.
+    """A named rule that makes settings for any machine, with its tolerances and line style.
 
     Attributes:
-        rule: what makes its settings, of a machine and steps per revolution; in period and step, for all alike.
-        meaning: what it is for, in a phrase.
-        judged: whether a run at constant speed is judged by the engine's law of errors, or only measured.
-        judged_free: whether a motion without a drive is judged.
-        forces: by group of quantities (torque, reactions, contact), the largest error allowed over the exact peak.
-        forces_order: by which more is allowed at fewer steps than those that this is stated for.
-        order: formal order in the step, by quantity, of the motion of loops; none where an error stays at any step.
+        rule: makes settings from a machine and steps per revolution; in period and step, the same for all machines.
+        meaning: purpose of the preset, in a phrase.
+        judged: whether runs at constant speed are judged by the engine's error law, or only measured.
+        judged_free: whether motion without a drive is judged.
+        forces: largest allowed error over the exact peak, by group of quantities (torque, reactions, contact).
+        forces_order: order in the step by which `forces` grows at fewer steps than `default_steps`.
+        order: formal order of the error of closed loops in the step, by quantity; absent if an error does not converge.
         style: of its curves.
     """
 
@@ -205,10 +212,10 @@ class Preset(Generic[AnySettings]):
     forces: Mapping[str, float] = field(default_factory=dict)
     forces_order: int = 0
     order: Mapping[str, int] = field(default_factory=dict)
-    style: LineStyle = OTHER_LINE
+    style: LineStyle = DEFAULT_LINE
 
     def __call__(self, machine: Machine, steps_per_revolution: int) -> AnySettings:
-        """The settings of a machine at so many steps per revolution."""
+        """Settings for a machine at a number of steps per revolution."""
         return self.rule(machine, steps_per_revolution)
 
 
@@ -216,7 +223,7 @@ class Preset(Generic[AnySettings]):
 
 
 class Engine(ABC, Generic[AnySettings]):
-    """One physics engine.
+    """A physics engine that runs a machine at constant crank speed.
 
     An engine that can do more than run has the methods of a protocol in `conrod.engines.capabilities`; studies ask for
     what they need by `capability`, and an engine without it is `unsupported` there, with the reason.
@@ -231,29 +238,34 @@ class Engine(ABC, Generic[AnySettings]):
     version: str
     presets: Mapping[str, Preset[AnySettings]]
 
-    def has(self, kind: type[Any]) -> bool:
-        """True if the engine has the methods of a protocol in `conrod.engines.capabilities`."""
+    def has_capability(self, kind: type[Any]) -> bool:
+        """Return True if the engine has the methods of a protocol of `conrod.engines.capabilities`."""
         return isinstance(self, kind)
 
     @abstractmethod
     def refusal(self, machine: Machine, settings: AnySettings) -> str | None:
-        """None, or the reason why these settings cannot be used on this machine."""
+        """Return the reason why the settings cannot be used on the machine, or None."""
 
     @abstractmethod
     def run(
-        self, machine: Machine, settings: AnySettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+        self,
+        machine: Machine,
+        settings: AnySettings,
+        revolutions: float,
+        start_angle: float = 0.0,
+        steps: int = PIECE_STEPS,
     ) -> Iterator[Piece]:
-        """Real time stepping at constant crank speed from the exact state at an angle [rad], sampled at every step.
+        """Simulate a machine at constant crank speed from its exact state at a start angle [rad].
 
         Args:
-            steps: in a piece; the first one has the start beside its steps. Samples do not depend on it, bit for bit,
-                and memory does not grow with the revolutions.
+            steps: steps in a piece; the first piece has the start sample too. Samples are the same to the last bit for
+                any value, and memory does not grow with the revolutions.
 
         Returns:
-            Pieces whose trajectories have the outcome of the run so far; a run that fails is data, never an exception.
+            Pieces sampled at every step, with the outcome of the run so far; a failed run is data, never an exception.
         """
 
 
 def judged_preset(engine: Engine[AnySettings]) -> str:
-    """The first of an engine's presets that is judged; the first of all where none is."""
+    """Name of the engine's first preset that is judged, or of its first preset if none is."""
     return next((name for name, preset in engine.presets.items() if preset.judged), next(iter(engine.presets)))

@@ -1,4 +1,4 @@
-"""Numerics of engines: ways between crank angles, roots, derivatives, ranks, centres of gravity and impulses."""
+"""Numerics that engines share: root finding, steps between crank angles, error bounds, centres of gravity."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, turned
 from conrod.mechanism.mechanism import Body, Joint, Mechanism, to_world
 
-SECANT_STEPS = 20
+MAX_SECANT_STEPS = 20
 
 
-def close_gap(gap: Callable[[float], float], start: float, nudge: float, closed: float) -> float:
-    """The argument at which a nearly linear function vanishes, by secant iteration.
+def secant_root(gap: Callable[[float], float], start: float, nudge: float, closed: float) -> float:
+    """Find the root of a nearly linear function by secant iteration.
 
     Args:
-        gap: the function; called last at the result.
+        gap: the function; its last call is at the result.
         start: first guess.
-        nudge: distance of the second guess from it.
-        closed: the iteration ends where |gap| is below this, or changes no more.
+        nudge: distance of the second guess from the first.
+        closed: the iteration ends when |gap| is below this, or changes no more.
     """
     here, there = start, start + nudge
     gap_here, gap_there = gap(here), gap(there)
-    for _ in range(SECANT_STEPS):
+    for _ in range(MAX_SECANT_STEPS):
         if abs(gap_there) < closed or gap_there == gap_here:
             break
         here, there = there, there - gap_there * (there - here) / (gap_there - gap_here)
@@ -33,14 +33,14 @@ def close_gap(gap: Callable[[float], float], start: float, nudge: float, closed:
     return there
 
 
-SAMPLES = 720
-# Why there are no bounds for a linkage with a change point: there is no largest motion of links per gap of a joint.
-UNDETERMINED = "none at a change point: there any give of the joints, however small, leaves the motion open"
+CRANK_SAMPLES = 720
+# Reason why a linkage with a change point has no error bound: the motion of links per unit of joint gap is unbounded.
+NO_BOUND_AT_CHANGE_POINT = "none at a change point: there any give of the joints, however small, leaves the motion open"
 
 
 def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:
-    """Largest k-th derivative by the crank angle of any observed point, over its L; k = 0..order."""
-    points = kinematics.point_derivatives(kinematics.derivatives(kinematics.angles(SAMPLES), order))
+    """Largest k-th derivative of any observed point by the crank angle, over its travel L; k = 0..order."""
+    points = kinematics.point_derivatives(kinematics.derivatives(kinematics.angles(CRANK_SAMPLES), order))
     sizes = [0.0] * (order + 1)
     for name, derivatives in points.items():
         length = kinematics.lengths[name]
@@ -49,56 +49,59 @@ def largest_derivatives(kinematics: Kinematics, order: int) -> list[float]:
     return sizes
 
 
-def rounding(kinematics: Kinematics, steps: int) -> float:
-    """Bound on the position error, over L, that rounding alone can sum up to in so many steps."""
+def rounding_bound(kinematics: Kinematics, steps: int) -> float:
+    """Bound on the position error over L that rounding alone can accumulate in a number of steps."""
     return float(np.finfo(float).eps) * steps * max(1.0, kinematics.size / kinematics.travel)
 
 
 def phase_bound(steps: float, turns: float, start_angle: float = 0.0, ripple: float = 0.0) -> float:
     """Bound on the crank's deviation from its nominal angle [rad], in a run at a prescribed speed.
 
-    A clock and an angle that are summed step by step round by eps of themselves at each; a rate that every turn may
-    change by `ripple` is off by that of each turn before.
+    It is eps steps (|start_angle| + 2 pi turns), as clock and angle are summed step by step, plus 2 pi turns^2 ripple,
+    as each revolution may change the rate by the share `ripple` of it.
 
     Args:
-        steps: of the whole run.
+        steps: number of steps of the whole run.
+        turns: revolutions of the run.
         start_angle: [rad].
     """
     turned = 2.0 * math.pi * turns
     return float(np.finfo(float).eps) * steps * (abs(start_angle) + turned) + ripple * max(turns, 1.0) * turned
 
 
-# A kinematic mode's own angles are a degree apart; an iteration begun farther off may find another assembly.
-LONGEST_STEP = 0.05  # [rad]
-# So near [rad] to a change point, where assemblies meet, joints hardly tell the pose. pymunk solves them one after the
-# other, and takes rounds by the square of this; its 2000 leave 8e-9 of a parallelogram's travel at half a degree, 2e-12
-# at three, and nothing but rounding here.
-MEETING = 0.08
+# Angles of kinematic mode are a degree apart; an iteration started from farther away may find another branch.
+MAX_ANGLE_STEP = 0.05  # [rad]
+# Within this distance [rad] of a change point, where branches meet, joints determine the pose badly. pymunk solves them
+# one after the other, and the iterations it takes grow with the inverse square of the distance: 2000 of them leave 8e-9
+# of a parallelogram's travel at half a degree, 2e-12 at three degrees, and only rounding at this distance.
+NEAR_CHANGE_POINT = 0.08
 
 
-def approached(
+def place_at_angles(
     kinematics: Kinematics, angles: Array, place: Callable[[float, Array | None], Array], always: bool = False
 ) -> Iterator[float]:
-    """Crank angles (T,) [rad], each as soon as an engine is placed there, and at what lies between, from angle 0 on.
+    """Place an engine at each crank angle (T,) [rad] in turn, through intermediate angles, and yield the angle.
 
-    What lies next to a change point is stepped over.
+    Intermediate angles next to a change point are left out.
 
     Args:
-        place: at an angle, begun from a state ahead if there is one, on the line through the last two: an iteration
-            begun there goes through a change point. Returns the state that it found.
-        always: whether it begins there where there is no change point, too.
+        place: places the engine at an angle [rad], starting from a state, or from the present one if it is None, and
+            returns the state found. The state given is extrapolated from the last two, so that iterations started
+            there pass a change point on their own branch.
+        always: whether to extrapolate on machines without change points, too.
     """
     before, found, ahead = 0.0, list[tuple[float, Array]](), always or kinematics.change_angles.size > 0
     for angle in map(float, angles):
-        way = np.linspace(before, angle, max(1, math.ceil(abs(angle - before) / LONGEST_STEP)) + 1)[1:]
-        for theta in (*map(float, way[:-1][~kinematics.near_change(way[:-1], MEETING)]), angle):
-            start = _straight_ahead(theta, *found) if ahead and len(found) == 2 else None
+        way = np.linspace(before, angle, max(1, math.ceil(abs(angle - before) / MAX_ANGLE_STEP)) + 1)[1:]
+        for theta in (*map(float, way[:-1][~kinematics.near_change(way[:-1], NEAR_CHANGE_POINT)]), angle):
+            start = _extrapolate(theta, *found) if ahead and len(found) == 2 else None
             found = [*found[-1:], (theta, place(theta, start).copy())]
         yield angle
         before = angle
 
 
-def _straight_ahead(angle: float, before: tuple[float, Array], last: tuple[float, Array]) -> Array:
+def _extrapolate(angle: float, before: tuple[float, Array], last: tuple[float, Array]) -> Array:
+    """Extrapolate linearly through two states, each with its angle, to a third angle [rad]."""
     (first, start), (second, stop) = before, last
     return np.asarray(stop + (stop - start) * (angle - second) / (second - first))
 
@@ -110,30 +113,40 @@ CentreState = tuple[float, float, float, float, float, float]
 
 
 def centre_state(body: Body, pose: Array, rate: Array) -> CentreState:
-    """Place [m], turn [rad] and their rates of a body's centre of gravity, from the pose (3,) and rates (3,) of it."""
+    """Position [m], angle [rad] and their rates of a body's centre of gravity, from its pose (3,) and rates (3,)."""
     x, y, phi = pose
     vx, vy, spin = rate
     gx, gy = to_world((x, y, phi), body.centre_of_gravity)
     return gx, gy, float(phi), vx - spin * (gy - y), vy + spin * (gx - x), float(spin)
 
 
-def body_states(mechanism: Mechanism, centres: Array, rates: Array, back: float = 1.0) -> tuple[Array, Array]:
-    """Poses and rates of the body frames from those of the centres of gravity; with `back` -1 the other way round."""
-    poses, speeds = centres.copy(), rates.copy()
+def frames_from_centres(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
+    """Poses and rates of the body frames (T, 3 n) from those of the centres of gravity (T, 3 n) [m, m, rad]."""
+    return _shift_reference_points(mechanism, centres, rates, -1.0)
+
+
+def centres_from_frames(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[Array, Array]:
+    """Poses and rates of the centres of gravity (T, 3 n) from those of the body frames (T, 3 n) [m, m, rad]."""
+    return _shift_reference_points(mechanism, poses, rates, 1.0)
+
+
+def _shift_reference_points(mechanism: Mechanism, states: Array, rates: Array, sign: float) -> tuple[Array, Array]:
+    """Move each body's reference point by `sign` times the arm from its frame to its centre of gravity."""
+    poses, speeds = states.copy(), rates.copy()
     for i, body in enumerate(mechanism.bodies):
         if body.centre_of_gravity == (0.0, 0.0):
             continue
-        x, y = turned(body.centre_of_gravity, centres[:, 3 * i + 2])
+        x, y = turned(body.centre_of_gravity, states[:, 3 * i + 2])
         spin = rates[:, 3 * i + 2]
-        poses[:, 3 * i] -= back * x
-        poses[:, 3 * i + 1] -= back * y
-        speeds[:, 3 * i] += back * (spin * y)
-        speeds[:, 3 * i + 1] -= back * (spin * x)
+        poses[:, 3 * i] += sign * x
+        poses[:, 3 * i + 1] += sign * y
+        speeds[:, 3 * i] -= sign * (spin * y)
+        speeds[:, 3 * i + 1] += sign * (spin * x)
     return poses, speeds
 
 
-def by_centres(mechanism: Mechanism, poses: Array) -> Array:
-    """Change of poses (S, 3 n, 3 n) by the coordinates of the centres of gravity and the turns."""
+def poses_by_centres(mechanism: Mechanism, poses: Array) -> Array:
+    """Derivatives (S, 3 n, 3 n) of the poses by positions of the centres of gravity and body angles."""
     found = np.tile(np.eye(poses.shape[1]), (len(poses), 1, 1))
     for i, body in enumerate(mechanism.bodies):
         (x, y), turn = body.centre_of_gravity, poses[:, 3 * i + 2]
@@ -142,22 +155,22 @@ def by_centres(mechanism: Mechanism, poses: Array) -> Array:
     return found
 
 
-def inverse_masses(mechanism: Mechanism, straight: Container[str] = ()) -> Array:
-    """By the coordinates of all centres of gravity and turns (3 n,), 0 of what cannot be moved: the crank.
+def inverse_masses(mechanism: Mechanism, translating: Container[str] = ()) -> Array:
+    """Inverse masses and inertias of all bodies (3 n,) [1/kg, 1/kg, 1/(kg m^2)]; 0 for the driven crank.
 
     Args:
-        straight: names of bodies that cannot turn.
+        translating: names of the bodies that a slide keeps from rotating.
     """
     found = []
     for body in mechanism.bodies:
-        turning = 0.0 if body.name in straight else 1.0 / body.inertia
+        turning = 0.0 if body.name in translating else 1.0 / body.inertia
         moves = body.name != mechanism.crank
         found += [1.0 / body.mass, 1.0 / body.mass, turning] if moves else [0.0, 0.0, 0.0]
     return np.array(found)
 
 
-def equations(kinematics: Kinematics) -> Iterator[tuple[Joint, slice]]:
-    """Each joint but the driven one, with its rows among all joint equations."""
+def joint_rows(kinematics: Kinematics) -> Iterator[tuple[Joint, slice]]:
+    """Yield each joint except the driven one, with the slice of its rows among all joint equations."""
     first = 0
     for joint in kinematics.mechanism.joints:
         rows = slice(first, first + kinematics.equations_of(joint))
@@ -166,13 +179,15 @@ def equations(kinematics: Kinematics) -> Iterator[tuple[Joint, slice]]:
             yield joint, rows
 
 
-def one_iteration(jacobian: Array, inverse: Array, constraints: Iterable[slice]) -> Array:
-    """Product T (S, n, n) of the projections by which one iteration of sequential impulses changes velocities.
+def iteration_matrix(jacobian: Array, inverse: Array, constraints: Iterable[slice]) -> Array:
+    """Matrices T (S, n, n) by which one iteration of sequential impulses multiplies a velocity error.
+
+    T is the product over joints i, in order, of the projections I - M^-1 J_i' (J_i M^-1 J_i')^-1 J_i.
 
     Args:
-        jacobian: of all joint equations by the free coordinates of the centres of gravity (S, m, n).
-        inverse: masses and inertias by these coordinates (n,).
-        constraints: equations that are solved together, in the order in which they are.
+        jacobian: J, derivatives of all joint equations by the free coordinates of the centres of gravity (S, m, n).
+        inverse: diagonal of M^-1 in these coordinates (n,).
+        constraints: rows of J that are solved together, in the order in which the engine solves them.
     """
     product = np.broadcast_to(np.eye(len(inverse)), (len(jacobian), len(inverse), len(inverse)))
     for rows in constraints:

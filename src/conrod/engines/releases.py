@@ -1,4 +1,4 @@
-"""Releases of an engine: their versions, how each is installed, and what its own changelog says of them."""
+"""Releases of an engine: versions, how to install each, and the relevant entries of its changelog."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from conrod.engines.engine import Machine
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Settings
 
-VERSION = re.compile(r"\d+(\.\d+)+((a|b|rc|\.post|\.dev)\d+)?")
+VERSION_PATTERN = re.compile(r"\d+(\.\d+)+((a|b|rc|\.post|\.dev)\d+)?")
 
 
-def numbers_of(version: str) -> tuple[int, ...]:
-    """The numbers of a version, by which versions are ordered."""
+def version_numbers(version: str) -> tuple[int, ...]:
+    """The numbers of a version, as a key to sort versions by."""
     return tuple(int(digits) for digits in re.findall(r"\d+", version))
 
 
 @dataclass(frozen=True)
-class Fact:
-    """A statement of an engine's own changelog on a release, in our words.
+class ChangelogEntry:
+    """A statement of the engine's changelog on one release, in conrod's words.
 
     Attributes:
         version: the release.
-        words: what it changed.
-        settings: fields of settings with the values for which it matters; all settings where it is empty.
-        contact: whether it is of machines with a cam (True) or without one (False); None of both.
-        rounding: whether it can change last bits alone.
+        words: what the release changed.
+        settings: values of settings' fields for which the entry matters; empty if it matters for all.
+        contact: whether the entry concerns machines with a cam (True) or without one (False); None if both.
+        rounding: whether the change can affect only last bits.
     """
 
     version: str
@@ -42,8 +42,8 @@ class Fact:
     contact: bool | None = None
     rounding: bool = False
 
-    def touches(self, machine: Machine, settings: Settings) -> bool:
-        """True if it matters to a run of a machine with some settings."""
+    def can_affect(self, machine: Machine, settings: Settings) -> bool:
+        """Return True if the entry can matter to a run of a machine with these settings."""
         contact, given = bool(machine.kinematics.mechanism.cam_contacts), settings.as_dict()
         fields = all(
             not set(values).isdisjoint(one if isinstance(one := given.get(name), list) else [one])
@@ -54,27 +54,27 @@ class Fact:
 
 @dataclass(frozen=True)
 class Releases:
-    """Releases of an engine that conrod works with.
+    """The releases of an engine that conrod works with.
 
     Attributes:
-        source: where the engine's own changelog is.
-        distributions: what is installed, by the first version of which that holds.
-        versions: that are known, the oldest first; later ones may be there.
-        facts: of the changelog, as far as they can matter to a machine that conrod runs.
+        source: address of the engine's own changelog.
+        distributions: name of the distribution to install, by the first version under that name.
+        versions: known versions, the oldest first; later ones may exist.
+        facts: entries of the changelog that can matter to a machine that conrod runs.
     """
 
     source: str
     distributions: Mapping[str, str]
     versions: tuple[str, ...]
-    facts: tuple[Fact, ...] = ()
+    facts: tuple[ChangelogEntry, ...] = ()
 
     def requirement(self, version: str) -> str:
-        """Requirement, as pip has it, for a version."""
-        names = [d for first, d in self.distributions.items() if numbers_of(first) <= numbers_of(version)]
+        """The pip requirement that installs a version."""
+        names = [d for first, d in self.distributions.items() if version_numbers(first) <= version_numbers(version)]
         return f"{names[-1]}=={version}"
 
-    def chosen(self, text: str | None) -> tuple[str, ...]:
-        """Versions of a list with commas, all that are known where there is none; the oldest first.
+    def select_versions(self, text: str | None) -> tuple[str, ...]:
+        """Parse a comma-separated list of versions; all known versions without one. Oldest first.
 
         Raises:
             InvalidInput: what is no version, or older than all that conrod works with.
@@ -83,23 +83,23 @@ class Releases:
             return self.versions
         named = [word.strip() for word in text.split(",")]
         for word in named:
-            if not VERSION.fullmatch(word):
+            if not VERSION_PATTERN.fullmatch(word):
                 raise InvalidInput(f"--versions: {word!r} is no version; give some with commas, such as 3.6.0,3.7.0")
-            if numbers_of(word) < numbers_of(self.versions[0]):
+            if version_numbers(word) < version_numbers(self.versions[0]):
                 raise InvalidInput(f"--versions: {word} is older than {self.versions[0]}, the first that conrod runs")
-        return tuple(sorted(dict.fromkeys(named), key=numbers_of))
+        return tuple(sorted(dict.fromkeys(named), key=version_numbers))
 
-    def named(self, version: str, machine: Machine, settings: Settings, rounding: bool) -> tuple[str, ...]:
-        """Changelog entries of a release that can have changed a run, by last bits alone or by more."""
+    def matching_entries(self, version: str, machine: Machine, settings: Settings, rounding: bool) -> tuple[str, ...]:
+        """Changelog entries of a version that can affect a run; without `rounding`, only by more than last digits."""
         return tuple(
             fact.words
             for fact in self.facts
-            if fact.version == version and (rounding or not fact.rounding) and fact.touches(machine, settings)
+            if fact.version == version and (rounding or not fact.rounding) and fact.can_affect(machine, settings)
         )
 
 
 @cache
 def read_releases(package: str) -> Releases:
-    """The releases that stand in the file `releases.toml` of an engine's package."""
+    """Read the releases from the file `releases.toml` of an engine's package."""
     text = files(package).joinpath("releases.toml").read_text(encoding="utf-8")
     return msgspec.convert(tomllib.loads(text), Releases)

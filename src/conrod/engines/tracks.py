@@ -1,4 +1,4 @@
-"""Results of engines beside the motion at constant speed: forces, and a motion that nothing prescribes."""
+"""Time histories besides driven motion that engines report: forces, and motion without a drive."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import OPEN_GAP, OUT_OF_REACH, Verdict, joint_gaps
 from conrod.runs.trajectory import Instants, Outcome
 
-DRIVE = "drive torque"
-EDITED = "what the model carries beside its joints takes a part of the load"
+DRIVE_TORQUE = "drive torque"
+EDITED_MODEL_REASON = "what the model carries beside its joints takes a part of the load"
 SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
 
 
 @dataclass(frozen=True)
 class ForceTracks:
-    """Drive torque and joint reactions of a run, with the instants that they belong to.
+    """Drive torque and joint reactions of a run, with the instants they belong to.
 
     Attributes:
         instants: (T,), of all values.
-        drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None where it is not reported.
+        drive_torque: (T,) [N m] on the crank, in the sense of the crank angle; None if it is not reported.
         joints: by joint name, then by component, (T,) each; names, signs and units as in
             `conrod.exact.dynamics.inverse.JointForces`.
-        unsupported: by quantity ("drive torque", or a joint's name), why it is not reported.
-        outcome: of the run; of one that did not come to its end nothing is reported.
+        unsupported: reason why a quantity ("drive torque", or a joint's name) is not reported, by its name.
+        outcome: of the run; no forces are reported of a run that failed.
     """
 
     instants: Instants
@@ -41,17 +41,19 @@ class ForceTracks:
     outcome: Outcome = Outcome.COMPLETED
 
 
-def no_forces(mechanism: Mechanism, why: str | Verdict) -> ForceTracks:
-    """The result of a run that reports no force, for one reason, or as it came to no end."""
+def unreported_forces(mechanism: Mechanism, why: str | Verdict) -> ForceTracks:
+    """The result of a run that reports no forces, with the reason, or the verdict that ended the run."""
     none, outcome = np.zeros(0), Outcome.UNSUPPORTED
     if isinstance(why, Verdict):
         outcome, why = why.outcome, f"the run ended as {why.outcome.slug}: {why.reason}"
-    unreported = {DRIVE: why} | {joint.name: why for joint in mechanism.joints}
+    unreported = {DRIVE_TORQUE: why} | {joint.name: why for joint in mechanism.joints}
     return ForceTracks(Instants(none, none, none, none), None, {}, unreported, outcome)
 
 
 def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
-    """Force and moment on each body (T, n, 3) [N, N, N m], in the document's frame, about its centre of gravity.
+    """Force and moment of loads and constant forces on each body (T, n, 3) [N, N, N m], in the document's frame.
+
+    Moments are about the centres of gravity.
 
     Args:
         poses, rates: of all bodies (T, 3 n).
@@ -73,7 +75,7 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
 
 
 def load_work(kinematics: Kinematics, speed: float) -> float:
-    """Energy [J] that loads give and take in a turn, or over the driver's span, at a crank speed [rad/s]."""
+    """Energy [J] that loads exchange per revolution, or over the driver's span, at a crank speed [rad/s]."""
     mechanism = kinematics.mechanism
     angles, (first, last) = kinematics.angles(SAMPLES), kinematics.span
     poses, slopes = kinematics.derivatives(angles, 1)
@@ -87,26 +89,27 @@ def load_work(kinematics: Kinematics, speed: float) -> float:
 
 @dataclass(frozen=True)
 class Pace:
-    """Pace of a motion, in place of the period that a machine with a drive has.
+    """Fastest time scale of a motion without a drive, where a driven machine has its period.
 
     Attributes:
-        turn: the fastest [s].
-        crosses: whether it passes configurations where branches cross.
+        revolution: duration of the fastest revolution of a link [s].
+        crosses_branches: whether the motion passes configurations in which two assembly branches meet.
     """
 
-    turn: float
-    crosses: bool = False
+    revolution: float
+    crosses_branches: bool = False
 
 
 @dataclass(frozen=True)
 class FreeRun:
-    """A free or torque-driven run, sampled at every so-many-th step from its start on.
+    """A run without a drive, sampled at equal numbers of steps from its start on.
 
     Attributes:
-        times: (T,) [s], from 0, counted in steps.
+        times: (T,) [s], step index times step, from 0.
         poses, rates: of all bodies in the order of `Mechanism.bodies` (T, 3 n) [m, m, rad], both at `times`.
-        energy: kinetic, of weight and constant forces, and stored in loads that are potentials, (T,) [J].
-        outcome: how the run ended; reason: its details, empty when completed.
+        energy: kinetic, and potential of weight, constant forces and conservative loads, (T,) [J].
+        outcome: how the run ended.
+        reason: details of the outcome; empty if the run completed.
     """
 
     times: Array
@@ -117,15 +120,15 @@ class FreeRun:
     reason: str
 
     @classmethod
-    def judged(cls, mechanism: Mechanism, times: Array, states: tuple[Array, Array]) -> FreeRun:
-        """A run with its energy and its outcome, from poses and rates (T, 3 n)."""
+    def from_states(cls, mechanism: Mechanism, times: Array, states: tuple[Array, Array]) -> FreeRun:
+        """Make a run from its poses and rates (T, 3 n), with energy and outcome computed from them."""
         with np.errstate(all="ignore"):
-            verdict, energy = _verdict(mechanism, times, *states), _energy(mechanism, *states)
+            verdict, energy = _judge_free_run(mechanism, times, *states), _mechanical_energy(mechanism, *states)
         return cls(times, *states, energy, verdict.outcome, verdict.reason)
 
 
-def _energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
-    """Kinetic energy and that of weight, constant forces and loads that are potentials (T,) [J], of states (T, 3 n)."""
+def _mechanical_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
+    """Kinetic and potential energy (T,) [J] of states (T, 3 n): weight, constant forces, conservative loads."""
     bodies = pose_jets(mechanism, [poses, rates])
     total = np.zeros(len(poses))
     for body in mechanism.bodies:
@@ -140,8 +143,8 @@ def _energy(mechanism: Mechanism, poses: Array, rates: Array) -> Array:
     return total
 
 
-def _verdict(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
-    """Verdict on a free run from its motion (T, 3 n) alone; another branch is seen only beside the exact motion."""
+def _judge_free_run(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
+    """Judge a free run by its own motion (T, 3 n); a branch change needs the exact motion to be noticed."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():
         return Verdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")

@@ -1,4 +1,4 @@
-"""Settings that studies vary: rules of a sweep, and ingredients, one thing each, added to settings or taken away."""
+"""Settings that studies vary: rules of a sweep's grid, and ingredients of a minimal model."""
 
 from __future__ import annotations
 
@@ -9,31 +9,31 @@ from functools import partial
 from itertools import product
 from typing import Any, Generic, Literal, TypeAlias
 
-from conrod.engines.engine import AnyFields, Machine, with_fields
+from conrod.engines.engine import AnyEngineSettings, Machine, with_fields
 from conrod.errors import unknown_choice
 from conrod.runs.trajectory import Settings
 
 Grid = Literal["coarse", "default", "presets"]
-GRIDS: tuple[Grid, ...] = ("coarse", "default")  # that engines have
-PRESETS: Grid = "presets"  # of every engine, and nothing else
+ENGINE_GRIDS: tuple[Grid, ...] = ("coarse", "default")  # of engines with the capability `SettingsGrid`
+PRESETS_GRID: Grid = "presets"  # of every engine: its presets alone
 
-# Multiples of 20, so that all have samples at the same twenty angles of a turn.
-STEPS: Mapping[Grid, tuple[int, ...]] = {
+# Multiples of 20, so that all runs have samples at the same twenty crank angles.
+GRID_STEPS: Mapping[Grid, tuple[int, ...]] = {
     "coarse": (20, 200, 2000, 20000),
     "default": (20, 40, 100, 200, 400, 1000, 2000, 4000, 10000, 20000),
-    PRESETS: (20, 40, 60, 100, 140, 200, 300, 400, 640, 1000, 1400, 2000, 3000, 4000, 6400, 10000, 14000, 20000),
+    PRESETS_GRID: (20, 40, 60, 100, 140, 200, 300, 400, 640, 1000, 1400, 2000, 3000, 4000, 6400, 10000, 14000, 20000),
 }
-# A contact that is soft by a few steps needs more of them than a closed loop.
-CONTACT_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), PRESETS: (30000, 50000)}
+# A contact whose time constant is a few steps needs shorter steps than a closed loop.
+GRID_CAM_STEPS: Mapping[Grid, tuple[int, ...]] = {"coarse": (), "default": (50000,), PRESETS_GRID: (30000, 50000)}
 
 
 @dataclass(frozen=True)
-class Rule:
-    """One point of a grid, the step apart.
+class SettingsRule:
+    """A rule of a sweep: settings for any machine and number of steps per revolution.
 
     Attributes:
-        name: all that a reader needs to tell it from other rules of its engine.
-        settings: of a machine and a number of steps per revolution; their preset is named where they are those of one.
+        name: distinguishes the rule from all others of its engine.
+        settings: makes settings from a machine and steps per revolution; settings that equal a preset carry its name.
     """
 
     name: str
@@ -41,27 +41,27 @@ class Rule:
 
 
 def step_counts(grid: Grid, *, contact: bool) -> tuple[int, ...]:
-    """Steps per revolution of a grid."""
-    return STEPS[grid] + (CONTACT_STEPS[grid] if contact else ())
+    """Steps per revolution that a sweep runs on a grid."""
+    return GRID_STEPS[grid] + (GRID_CAM_STEPS[grid] if contact else ())
 
 
 def grid_named(name: str) -> Grid:
-    """The grid of a name.
+    """Return the grid of a name.
 
     Raises:
         InvalidInput: there is none; names the choices.
     """
-    for grid in (grids := (*GRIDS, PRESETS)):
+    for grid in (grids := (*ENGINE_GRIDS, PRESETS_GRID)):
         if grid == name:
             return grid
     raise unknown_choice("grid", name, grids)
 
 
-Knobs: TypeAlias = Mapping[str, Any]  # by name where each stands, values or words free of dimension
+Knobs: TypeAlias = Mapping[str, Any]  # adjustable parameters by name, as dimensionless values or words
 
 
-def all_of(**values: Iterable[Any]) -> tuple[Knobs, ...]:
-    """Every combination of some values of knobs."""
+def knob_combinations(**values: Iterable[Any]) -> tuple[Knobs, ...]:
+    """All combinations of the values given for each knob."""
     return tuple(dict(zip(values, combined, strict=True)) for combined in product(*values.values()))
 
 
@@ -70,23 +70,24 @@ def knob_rules(
     turned: Iterable[Knobs],
     name: Callable[[Knobs, Knobs], str],
     settings: Callable[[Knobs, Machine, int], Settings],
-) -> tuple[Rule, ...]:
-    """A rule for each point of a grid, without repetition.
+) -> tuple[SettingsRule, ...]:
+    """Rules for all points of a grid of knobs, without duplicates.
 
     Args:
-        usual: all knobs where they stand unless they are turned.
-        turned: knobs that stand elsewhere, of each point.
-        name: of a rule, from its knobs and the usual ones.
+        usual: usual values of all knobs.
+        turned: for each point, the knobs with other values.
+        name: makes a rule's name from its knobs and the usual ones.
+        settings: makes settings from knobs, a machine and steps per revolution.
     """
     points = {tuple(knobs.items()): knobs for knobs in ({**usual, **some} for some in turned)}
-    return tuple(Rule(name(knobs, usual), partial(settings, knobs)) for knobs in points.values())
+    return tuple(SettingsRule(name(knobs, usual), partial(settings, knobs)) for knobs in points.values())
 
 
-Change: TypeAlias = Callable[[AnyFields], AnyFields]
+SettingsChange: TypeAlias = Callable[[AnyEngineSettings], AnyEngineSettings]
 
 
 class Quantity(Enum):
-    """Quantities beside the observed motion that studies look at; the members' texts are for people."""
+    """Quantities besides motion for which a model may be used; the values are the texts in reports."""
 
     DRIVE_TORQUE = "drive torque"
     REACTIONS = "joint reactions"
@@ -95,43 +96,45 @@ class Quantity(Enum):
 
 
 @dataclass(frozen=True)
-class Ingredient(Generic[AnyFields]):
-    """Something that the minimal model lacks, or that it consists of.
+class Ingredient(Generic[AnyEngineSettings]):
+    """A part or setting that a minimal model lacks, or that it consists of.
 
     Attributes:
         name: short, for the command line and for results: "sensors-64".
-        meaning: what is added to the model, or taken from it, in a sentence.
-        added, removed: settings with it, and without it.
-        needed_by: quantities that need it although the motion does not.
-        minimal: whether the minimal model has it; it is then only taken away.
+        meaning: what is added to the model, or removed from it, in a sentence.
+        added, removed: return settings with the ingredient, and without it.
+        needed_by: quantities that need the ingredient although the motion does not.
+        minimal: whether the minimal model has the ingredient; it is then only removed.
     """
 
     name: str
     meaning: str
-    added: Change[AnyFields]
-    removed: Change[AnyFields]
+    added: SettingsChange[AnyEngineSettings]
+    removed: SettingsChange[AnyEngineSettings]
     needed_by: tuple[Quantity, ...] = ()
     minimal: bool = False
 
 
-def edit(name: str, meaning: str, *needed_by: Quantity, absence: str = "", minimal: bool = False) -> Ingredient[Any]:
-    """An ingredient that is an edit of the model, of the same name, or whose absence is an edit."""
+def model_edit_ingredient(
+    name: str, meaning: str, *needed_by: Quantity, absence: str = "", minimal: bool = False
+) -> Ingredient[Any]:
+    """Ingredient that is one of the engine's model edits, or whose absence is one."""
     one = absence or name
 
-    def edited(settings: Any) -> Any:
+    def add_edit(settings: Any) -> Any:
         return with_fields(settings, dressing=(*settings.dressing, one))
 
-    def unedited(settings: Any) -> Any:
+    def remove_edit(settings: Any) -> Any:
         return with_fields(settings, dressing=tuple(other for other in settings.dressing if other != one))
 
-    added, removed = (unedited, edited) if absence else (edited, unedited)
+    added, removed = (remove_edit, add_edit) if absence else (add_edit, remove_edit)
     return Ingredient(name, meaning, added, removed, needed_by, minimal)
 
 
-def fields(
+def field_ingredient(
     model: Any, name: str, meaning: str, *needed_by: Quantity, minimal: bool = False, **values: Any
 ) -> Ingredient[Any]:
-    """Values of the settings' fields instead of those of the minimal model; of a part of that, values without it."""
+    """Ingredient that sets fields of the settings; with `minimal`, removing it sets them."""
     own = {name: getattr(model, name) for name in values}
     added, removed = (own, values) if minimal else (values, own)
     return Ingredient(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from conrod.engines import look_of
+from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
 from conrod.runs.trajectory import Outcome
@@ -24,7 +24,7 @@ R = TypeVar("R", bound=Result)
 
 def name_of(result: Result) -> tuple[str, str]:
     """The first two cells of a row: engine and preset."""
-    return look_of(result.engine).title, result.preset or KINEMATIC
+    return engine_style(result.engine).title, result.preset or KINEMATIC
 
 
 def verdict_words(result: Result) -> str:
@@ -43,13 +43,13 @@ def verdict_words(result: Result) -> str:
 
 def lacking_words(result: Result) -> str:
     """What of accelerations the engine lacks, and its law allows for, with their error; empty where it matters not."""
-    look = look_of(result.engine)
-    if not look.lacks or not isinstance(result, ValidationResult):
+    look = engine_style(result.engine)
+    if not look.missing_term or not isinstance(result, ValidationResult):
         return ""
     off = result.largest("acceleration")
     if off is None or not off > LACKING:
         return ""
-    return f", though {look.title} lacks {look.lacks}: accelerations are off by {numbers.measured(off)}"
+    return f", though {look.title} lacks {look.missing_term}: accelerations are off by {numbers.measured(off)}"
 
 
 def exceeded_words(
@@ -92,7 +92,7 @@ def summary_words(results: Iterable[Result]) -> str:
 
 def versions_words(results: Iterable[Result]) -> str:
     """Engines and their versions."""
-    return ", ".join(dict.fromkeys(f"{look_of(r.engine).title} {r.engine_version}" for r in results))
+    return ", ".join(dict.fromkeys(f"{engine_style(r.engine).title} {r.engine_version}" for r in results))
 
 
 def results_table(

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 
-from conrod.engines import look_of
+from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report import sweep_tables as tables
 from conrod.report.charts.canvas import (
@@ -140,14 +140,19 @@ def _errors(points: Sequence[SweptPoint], quantity: str) -> Any:
 
 def _dot_style(engine: str) -> dict[str, Any]:
     """Arguments of `Axes.plot` for runs that are nothing in particular."""
-    dots = {"linestyle": "none", "marker": look_of(engine).dot, "markersize": 2.6, "markeredgewidth": 0.0}
+    dots = {"linestyle": "none", "marker": engine_style(engine).marker, "markersize": 2.6, "markeredgewidth": 0.0}
     return {**dots, "color": colour(engine), "alpha": 0.35, "zorder": 2}
 
 
 def _front_style(engine: str) -> dict[str, Any]:
     """Arguments of `Axes.plot` for the front of an engine."""
     line = {"color": colour(engine), "linewidth": 2.2, "alpha": 0.9, "zorder": 6, "linestyle": "-"}
-    dots = {"marker": look_of(engine).dot, "markersize": 4.0, "markeredgecolor": "white", "markeredgewidth": 0.5}
+    dots = {
+        "marker": engine_style(engine).marker,
+        "markersize": 4.0,
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.5,
+    }
     return {**line, **dots}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from conrod.engines import look_of
+from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.results import name_of, results_table
@@ -50,7 +50,7 @@ def added_words(study: SceneStudy) -> list[str]:
     """Additions of the stock preset to the engine as it comes, and what drives the engine without it."""
     found = []
     for run in study.results:
-        settings, engine = run.settings or {}, look_of(run.engine).title
+        settings, engine = run.settings or {}, engine_style(run.engine).title
         if run.preset == STOCK and (flywheel := settings.get("armature")):
             found.append(
                 f"{engine} stock is {engine} as it comes, and a drive: a flywheel of {numbers.quantity(flywheel)} "
@@ -156,5 +156,7 @@ def settings_tables(study: SceneStudy) -> list[Table]:
         names = [name for name in next(iter(runs.values()), {}) if name not in left_out]
         rows = [(f"`{name}`", *(numbers.setting(settings.get(name)) for settings in runs.values())) for name in names]
         if rows:
-            found.append(table([f"{look_of(engine).title} setting", *runs], rows, title=look_of(engine).title))
+            found.append(
+                table([f"{engine_style(engine).title} setting", *runs], rows, title=engine_style(engine).title)
+            )
     return found

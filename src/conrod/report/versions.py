@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib.figure
 from matplotlib.patches import Patch, Rectangle
 
-from conrod.engines import look_of
+from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report.charts.canvas import legend_above
 from conrod.report.figure import Figure
@@ -59,7 +59,7 @@ def changes_table(study: VersionStudy) -> Table:
             why: Cell = " ".join(change.explained) if change.explained else Toned("unexplained", "odd")
             errors = map(numbers.measured, change.errors)
             rows.append((version, one.scene, one.settings, size_words(change), *errors, why))
-    title = f"{look_of(study.engine).title}: what changed from the release before, over L, ω L, ω² L"
+    title = f"{engine_style(study.engine).title}: what changed from the release before, over L, ω L, ω² L"
     headings = ("release", "scene", "settings", "motion changed by", "position error before", "after", "its changelog")
     return table(headings, rows, title=title, names=3)
 
@@ -112,7 +112,7 @@ def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
 
 def figure(study: VersionStudy) -> Figure:
     """What changed with each release."""
-    alt = f"Which runs changed with each release of {look_of(study.engine).title}, and by how much"
+    alt = f"Which runs changed with each release of {engine_style(study.engine).title}, and by how much"
     return Figure(study.engine, alt, partial(releases_figure, study))
 
 
@@ -123,7 +123,7 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
 KIND = Kind(
     name="versions",
     findings=VersionStudy,
-    title=lambda study: look_of(study.engine).title,
+    title=lambda study: engine_style(study.engine).title,
     summary=_summary,
     digits=4,
 )

@@ -12,4 +12,4 @@ def _hosted(name: str) -> Any:
 
 
 # A process that pursues studies has engines of other packages in processes of their own; a worker takes that back.
-engines.load_brought = _hosted
+engines.load_plugin = _hosted

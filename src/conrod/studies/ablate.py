@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import HasIngredients, required
+from conrod.engines.capabilities import ModelIngredients, require_capability
 from conrod.engines.engine import default_steps
 from conrod.engines.variants import Ingredient
 from conrod.runs.plain import plain, restore
@@ -84,8 +84,8 @@ def ablate_engine(
     Raises:
         InvalidInput: the engine has no ingredients.
     """
-    models, cases = required(engine, HasIngredients), Cases(name, scene, rounds)
-    minimal = models.minimal(scene, steps or default_steps(scene))
+    models, cases = require_capability(engine, ModelIngredients), Cases(name, scene, rounds)
+    minimal = models.minimal_settings(scene, steps or default_steps(scene))
     ingredients = models.ingredients(scene, minimal)
     variants = single_variants(minimal, ingredients)
     runs = yield [cases.run(one.settings) for one in variants]

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Released, required
-from conrod.engines.engine import run_of
+from conrod.engines.capabilities import KnownReleases, require_capability
+from conrod.engines.engine import run_extent
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -97,11 +97,11 @@ def plan_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[s
     Raises:
         InvalidInput: the engine has no list of its releases.
     """
-    made = required(engine, Released)
+    made = require_capability(engine, KnownReleases)
     found = {}
     for name, scene in scenes.items():
         steps = CONTACT_STEPS if scene.kinematics.mechanism.cam_contacts else LINKAGE_STEPS
-        start, turns = run_of(scene, steps, REVOLUTIONS)
+        start, turns = run_extent(scene, steps, REVOLUTIONS)
         for label, settings in made.probes(scene, steps).items():
             found[name, label] = VersionCase(name, scene, settings, turns, start, version="")
     return found
@@ -122,7 +122,11 @@ def versions_study(
     Raises:
         InvalidInput: none of them can be had; says why of the last.
     """
-    releases, runs, unsupported = required(engine, Released).releases, dict[str, Runs](), dict[str, str]()
+    releases, runs, unsupported = (
+        require_capability(engine, KnownReleases).releases,
+        dict[str, Runs](),
+        dict[str, str](),
+    )
     for version in versions:
         try:
             asked = [replace(case, version=version) for case in cases.values()]
@@ -136,7 +140,7 @@ def versions_study(
             scene=scene,
             settings=settings,
             steps_per_revolution=case.settings.steps_per_revolution,
-            changes=tuple(_changes(case, runs, releases.named)),
+            changes=tuple(_changes(case, runs, releases.matching_entries)),
         )
         for (scene, settings), case in cases.items()
     )

@@ -10,8 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from conrod.engines.engine import DASHED, DOTTED, SINGLE, STOCK, EngineSettings, Machine, Preset, step_length
-from conrod.engines.numerics import MEETING, by_centres, equations, inverse_masses, one_iteration
+from conrod.engines.engine import DASHED, DOTTED, SINGLE_EPSILON, STOCK, EngineSettings, Machine, Preset, step_length
+from conrod.engines.numerics import NEAR_CHANGE_POINT, inverse_masses, iteration_matrix, joint_rows, poses_by_centres
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.units import check_count, check_number
 
@@ -76,7 +76,7 @@ def iterations_needed(kinematics: Kinematics, steps: int) -> int:
 
     An iteration leaves T of an error, and N of them T^N: no more than that power of the largest eigenvalue, in the end.
     """
-    share = min(SINGLE * steps / (2.0 * math.pi), 0.5)
+    share = min(SINGLE_EPSILON * steps / (2.0 * math.pi), 0.5)
     return min(MOST, max(LEAST, math.ceil(math.log(share) / math.log(slowest_decay(kinematics)))))
 
 
@@ -87,18 +87,20 @@ def slowest_decay(kinematics: Kinematics) -> float:
     Velocities and positions are solved for alike, a pin's or a slide's two equations together.
     """
     angle = kinematics.angles(POSITIONS)
-    clear = ~kinematics.near_change(angle, MEETING)
+    clear = ~kinematics.near_change(angle, NEAR_CHANGE_POINT)
     poses = kinematics.poses(angle[clear] if clear.any() else angle)
     inverse = inverse_masses(kinematics.mechanism)
     free = np.flatnonzero(inverse)
-    jacobian = kinematics.jacobian(poses) @ by_centres(kinematics.mechanism, poses)[:, :, free]
-    once = one_iteration(jacobian, inverse[free], [rows for _, rows in equations(kinematics)])
+    jacobian = kinematics.jacobian(poses) @ poses_by_centres(kinematics.mechanism, poses)[:, :, free]
+    once = iteration_matrix(jacobian, inverse[free], [rows for _, rows in joint_rows(kinematics)])
     largest = float(np.abs(np.linalg.eigvals(once)).max())
-    return min(max(largest, OVERLAP_LEFT if kinematics.mechanism.cam_contacts else SINGLE), 1.0 - SINGLE)
+    return min(
+        max(largest, OVERLAP_LEFT if kinematics.mechanism.cam_contacts else SINGLE_EPSILON), 1.0 - SINGLE_EPSILON
+    )
 
 
 # Its manual states no size of its errors: they are measured, and not judged.
-PRESETS: Mapping[str, Preset[Box2DSettings]] = {
+BOX2D_PRESETS: Mapping[str, Preset[Box2DSettings]] = {
     STOCK: Preset(Box2DSettings.stock, "Box2D as it comes", judged=False, style=DOTTED),
     "tuned": Preset(
         Box2DSettings.tuned, "joints closed to rounding, lengths in units of its own", judged=False, style=DASHED

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines.box2d import PRESETS, Box2DSettings
+from conrod.engines.box2d import BOX2D_PRESETS, Box2DSettings
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
-from conrod.engines.capabilities import REFERENCE
-from conrod.engines.engine import PIECE, Engine, Machine, run_of
-from conrod.engines.numerics import body_states, centre_state
-from conrod.engines.running import Recorded, crank_states, pieces
+from conrod.engines.capabilities import TIMED_REFERENCE
+from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
+from conrod.engines.numerics import centre_state, frames_from_centres
+from conrod.engines.run import RecordedStretch, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Prismatic, Revolute
 from conrod.runs.trajectory import BodyTracks, Piece, PointTracks, Track
@@ -181,7 +181,7 @@ class Stepper:
     """
 
     def __init__(self, machine: Machine, settings: Box2DSettings, angle: float | None = None) -> None:
-        angle = run_of(machine, 1, 1.0)[0] if angle is None else angle
+        angle = run_extent(machine, 1, 1.0)[0] if angle is None else angle
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
         self.made = build(machine.kinematics.mechanism, settings, poses[0], slopes[0] * machine.speed)
         mechanism = self.made.mechanism
@@ -225,7 +225,9 @@ class Stepper:
         return np.array([found[:, :3].ravel(), found[:, 3:].ravel()])
 
 
-def tracks(machine: Machine, mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array) -> Recorded:
+def tracks(
+    machine: Machine, mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array
+) -> RecordedStretch:
     """States of the bodies and motion of the observed points, each at the instants that it belongs to.
 
     A step makes the velocities fit the joints where the bodies are, and then moves these: v_n fits x_(n-1), and belongs
@@ -237,14 +239,14 @@ def tracks(machine: Machine, mechanism: Mechanism, h: float, times: Array, centr
         times: (T,) [s], of the samples.
         centres, rates: as read at the samples (T, 3 n).
     """
-    poses, speeds = body_states(mechanism, centres[:-1], rates[1:])  # at one instant each
+    poses, speeds = frames_from_centres(mechanism, centres[:-1], rates[1:])  # at one instant each
     bends = np.diff(speeds, axis=0) / h
     middle = 0.5 * (times[:-2] + times[1:-1]), 0.5 * (poses[:-1] + poses[1:]), 0.5 * (speeds[:-1] + speeds[1:])
-    here = body_states(mechanism, centres, rates)
+    here = frames_from_centres(mechanism, centres, rates)
     bodies = BodyTracks(
-        crank_states(mechanism, times, *here, np.zeros_like(here[0])),
-        crank_states(mechanism, times[:-1], poses, speeds, np.zeros_like(poses)),
-        crank_states(mechanism, *middle, bends),
+        stamped_states(mechanism, times, *here, np.zeros_like(here[0])),
+        stamped_states(mechanism, times[:-1], poses, speeds, np.zeros_like(poses)),
+        stamped_states(mechanism, *middle, bends),
     )
     places = machine.kinematics.point_derivatives([here[0]])
     velocities = machine.kinematics.point_derivatives([poses, speeds])
@@ -256,23 +258,23 @@ def tracks(machine: Machine, mechanism: Mechanism, h: float, times: Array, centr
         )
         for name, (place,) in places.items()
     }
-    return Recorded(bodies, points)
+    return RecordedStretch(bodies, points)
 
 
 def run(
-    machine: Machine, settings: Box2DSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+    machine: Machine, settings: Box2DSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps."""
     stepper, known = Stepper(machine, settings, start_angle), list[Array]()
     states = stepper.states()
 
-    def record(_: int, times: Array) -> Recorded:
+    def record(_: int, times: Array) -> RecordedStretch:
         known[:] = known[-KEPT:]
         known.extend(islice(states, len(times) - len(known)))
         read = np.array(known).swapaxes(0, 1)
         return tracks(machine, stepper.made.mechanism, settings.timestep, times, *read)
 
-    return pieces(machine, settings, LIBRARY_VERSION, revolutions, start_angle, steps, record, KEPT)
+    return record_pieces(machine, settings, LIBRARY_VERSION, revolutions, start_angle, steps, record, KEPT)
 
 
 class Box2DEngine(Engine[Box2DSettings]):
@@ -280,14 +282,14 @@ class Box2DEngine(Engine[Box2DSettings]):
 
     name = "box2d"
     version = LIBRARY_VERSION
-    presets = PRESETS
+    presets = BOX2D_PRESETS
     refusal = staticmethod(refusal)
     run = staticmethod(run)
     stepper = Stepper
 
     def reference_loop(self) -> Stepper:
         """The slider-crank at its start, 1000 steps a turn."""
-        return Stepper(REFERENCE, Box2DSettings.stock(REFERENCE, 1000))
+        return Stepper(TIMED_REFERENCE, Box2DSettings.stock(TIMED_REFERENCE, 1000))
 
 
-ENGINE = Box2DEngine()
+BOX2D_ENGINE = Box2DEngine()

@@ -49,7 +49,7 @@ class ExudynSettings(EngineSettings):
 
 
 # Exudyn's documentation states no size of their errors: they are measured, and not judged.
-PRESETS: Mapping[str, Preset[ExudynSettings]] = {
+EXUDYN_PRESETS: Mapping[str, Preset[ExudynSettings]] = {
     STOCK: Preset(ExudynSettings.stock, "Exudyn's defaults: generalised alpha, index 3", judged=False, style=DOTTED),
     "tuned": Preset(ExudynSettings.tuned, "trapezoidal rule, index 2", judged=False, style=DASHED),
 }

@@ -26,11 +26,11 @@ from exudyn.itemInterface import (
     ObjectRigidBody2D,
 )
 
-from conrod.engines.capabilities import REFERENCE, KinematicResult
-from conrod.engines.engine import PIECE, Engine, Machine, run_of
-from conrod.engines.exudyn import PRESETS, TRAPEZOIDAL, ExudynSettings
-from conrod.engines.numerics import approached
-from conrod.engines.running import Recorded, crank_states, pieces, points_of
+from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
+from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
+from conrod.engines.exudyn import EXUDYN_PRESETS, TRAPEZOIDAL, ExudynSettings
+from conrod.engines.numerics import place_at_angles
+from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
 from conrod.runs.outcome import Verdict
@@ -155,7 +155,7 @@ class Stepper:
     """
 
     def __init__(self, machine: Machine, settings: ExudynSettings, angle: float | None = None) -> None:
-        angle = run_of(machine, 1, 1.0)[0] if angle is None else angle
+        angle = run_extent(machine, 1, 1.0)[0] if angle is None else angle
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
         mechanism, speed = machine.kinematics.mechanism, machine.speed
         self.failure, self._step = "", settings.timestep
@@ -243,7 +243,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
         found: Array = data.GetODE2Coordinates()
         return found
 
-    for _ in approached(machine.kinematics, angle, place, always=True):
+    for _ in place_at_angles(machine.kinematics, angle, place, always=True):
         solver.ComputeNewtonJacobian(made.system, settings)
         poses.append(data.GetODE2Coordinates())
         rates.append(closing_rates(solver.GetSystemJacobian(), mechanism, machine.speed))
@@ -265,7 +265,7 @@ def closing_rates(jacobian: Array, mechanism: Mechanism, speed: float) -> Array:
 
 
 def run(
-    machine: Machine, settings: ExudynSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+    machine: Machine, settings: ExudynSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps."""
     kinematics, stepper = machine.kinematics, Stepper(machine, settings, start_angle)
@@ -275,15 +275,15 @@ def run(
         failed = judged.outcome is Outcome.DIVERGED and stepper.failure
         return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
 
-    def record(first: int, times: Array) -> Recorded:
+    def record(first: int, times: Array) -> RecordedStretch:
         read = np.array(list(islice(states, len(times)))).swapaxes(0, 1)
-        bodies = crank_states(kinematics.mechanism, times, *read)
+        bodies = stamped_states(kinematics.mechanism, times, *read)
         # Exudyn too has it from the step index.
         clock = settings.timestep * np.arange(first, first + len(times), dtype=float)
         tracks = BodyTracks(bodies, bodies, bodies)
-        return Recorded(tracks, points_of(kinematics, bodies), clock, ended=ended)
+        return RecordedStretch(tracks, observed_tracks(kinematics, bodies), clock, finish_verdict=ended)
 
-    return pieces(machine, settings, exudyn.__version__, revolutions, start_angle, steps, record)
+    return record_pieces(machine, settings, exudyn.__version__, revolutions, start_angle, steps, record)
 
 
 class Exudyn(Engine[ExudynSettings]):
@@ -291,7 +291,7 @@ class Exudyn(Engine[ExudynSettings]):
 
     name = "exudyn"
     version = exudyn.__version__
-    presets = PRESETS
+    presets = EXUDYN_PRESETS
     refusal = staticmethod(refusal)
     solve_kinematics = staticmethod(solve_kinematics)
     run = staticmethod(run)
@@ -299,7 +299,7 @@ class Exudyn(Engine[ExudynSettings]):
 
     def reference_loop(self) -> Stepper:
         """The slider-crank at its start, 1000 steps a turn."""
-        return Stepper(REFERENCE, ExudynSettings.stock(REFERENCE, 1000))
+        return Stepper(TIMED_REFERENCE, ExudynSettings.stock(TIMED_REFERENCE, 1000))
 
 
-ENGINE = Exudyn()
+EXUDYN_ENGINE = Exudyn()

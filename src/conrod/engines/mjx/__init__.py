@@ -54,7 +54,7 @@ class MJXSettings(MuJoCoSettings):
 
 
 # What is rounded to single precision at every step is measured, and not judged.
-PRESETS: Mapping[str, Preset[MJXSettings]] = {
+MJX_PRESETS: Mapping[str, Preset[MJXSettings]] = {
     STOCK: Preset(MJXSettings.stock, "MuJoCo's defaults, in single precision", judged=False, style=DOTTED),
     "tuned": Preset(MJXSettings.tuned, "stiffest closures, in double precision", style=DASHED),
     "tuned-single": Preset(

@@ -23,13 +23,13 @@ import mujoco
 import numpy as np
 
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import PIECE, Engine, Machine, run_of
-from conrod.engines.mjx import PRESETS, MJXSettings
+from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
+from conrod.engines.mjx import MJX_PRESETS, MJXSettings
 from conrod.engines.mujoco import LEAST_STEPS, dynamics
-from conrod.engines.mujoco.engine import ENGINE as MUJOCO
+from conrod.engines.mujoco.engine import MUJOCO_ENGINE as MUJOCO
 from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, Course, followed, largest_point_errors, ripple, yielding
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.numerics import UNDETERMINED, largest_derivatives
+from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT, largest_derivatives
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
 
@@ -117,7 +117,7 @@ def stepper(machine: Machine, settings: MJXSettings) -> Callable[[int], None]:
     """A machine in the exact state of its start, with nothing recorded."""
     made = build(machine, settings, sensors=False)
     double = settings.precision == "double"
-    return _compiled(*put(made, *made.start_state(machine, run_of(machine, 1, 1.0)[0]), double), double)
+    return _compiled(*put(made, *made.start_state(machine, run_extent(machine, 1, 1.0)[0]), double), double)
 
 
 def reference_loop() -> Callable[[int], None]:
@@ -153,7 +153,7 @@ LAW = (
 def expected_error(machine: Machine, settings: MJXSettings, start_angle: float = 0.0) -> ExpectedError:
     """Bounds for Euler in double precision with a constant impedance, for links as bodies that have their weight."""
     if machine.kinematics.change_angles.size:
-        return ExpectedError(law=UNDETERMINED)
+        return ExpectedError(law=NO_BOUND_AT_CHANGE_POINT)
     if settings.dressing or not settings.gravity or settings.precision == "single":
         return ExpectedError()
     if settings.integrator not in ("Euler", "implicitfast") or settings.solref[0] < LEAST_STEPS * settings.timestep:
@@ -162,7 +162,7 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
         return ExpectedError()
     made, step = build(machine, settings), 2.0 * math.pi / settings.steps_per_revolution
     constant = abs(machine.speed) * settings.solref[0]
-    course = Course.of(machine, start_angle, step, constant)
+    course = Course.from_machine(machine, start_angle, step, constant)
     lacking, giving = missing(made, course), yielding(machine, settings, made, course)
     still = np.zeros_like(giving)
     (position, *_), (_, velocity, acceleration) = (
@@ -180,7 +180,7 @@ def missing(made: Build, course: Course) -> Array:
     """dJ/dt v of all joints (T, 3 n), by the way: how their gaps would accelerate if no joint coordinate did."""
     poses, speeds, _ = course.states
     q, v = made.tree.coordinates(poses), made.tree.rates(poses, speeds)
-    before, after = (made.tree.forward(q + side * DIFFERENCE * v, v)[1] for side in (-1.0, 1.0))
+    before, after = (made.tree.forward_kinematics(q + side * DIFFERENCE * v, v)[1] for side in (-1.0, 1.0))
     return course.opening([poses, speeds, (after - before) / (2.0 * DIFFERENCE)])
 
 
@@ -189,7 +189,7 @@ class MJX(Engine[MJXSettings]):
 
     name = "mjx"
     version = version("mujoco-mjx")
-    presets = PRESETS
+    presets = MJX_PRESETS
     expected_error = staticmethod(expected_error)
     stepper = staticmethod(stepper)
     reference_loop = staticmethod(reference_loop)
@@ -209,11 +209,16 @@ class MJX(Engine[MJXSettings]):
         return None
 
     def run(
-        self, machine: Machine, settings: MJXSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+        self,
+        machine: Machine,
+        settings: MJXSettings,
+        revolutions: float,
+        start_angle: float = 0.0,
+        steps: int = PIECE_STEPS,
     ) -> Iterator[Piece]:
         made = build(machine, settings)
         recorder = Recorder(made, settings, *made.start_state(machine, start_angle))
         yield from dynamics.recorded(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
 
 
-ENGINE = MJX()
+MJX_ENGINE = MJX()

@@ -37,7 +37,7 @@ class MuJoCoSettings(EngineSettings):
     """Settings of a MuJoCo run; the names are MuJoCo's own where it has one. SI."""
 
     engine: ClassVar[str] = "mujoco"
-    former: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
+    former_fields: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
 
     integrator: str = "Euler"
     solver: str = "Newton"
@@ -146,7 +146,7 @@ def exchanged_inertia(machine: Machine) -> float:
     return kinetic + (weight * kinematics.travel + work) / machine.speed**2
 
 
-PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
+MUJOCO_PRESETS: Mapping[str, Preset[MuJoCoSettings]] = {
     STOCK: Preset(MuJoCoSettings.stock, "MuJoCo as it comes, with the drive added", judged=False, style=DOTTED),
     "tuned": Preset(
         MuJoCoSettings.tuned,

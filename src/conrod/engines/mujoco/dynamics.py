@@ -10,10 +10,10 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from conrod.engines.engine import PIECE, Machine
+from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import Build, build, laws_acting
-from conrod.engines.running import Recorded, pieces
+from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.exact.motion import Array
 from conrod.runs.outcome import Verdict
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
@@ -141,7 +141,7 @@ def warnings_kept_quiet() -> Iterator[None]:
 
 
 def run(
-    machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+    machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = build(machine, settings)
@@ -163,7 +163,7 @@ def recorded(
     """The run of a recorder that has just been started; it may be another engine's, of some version."""
     clock, end = -settings.timestep, None  # up to the sample before
 
-    def record(first: int, times: Array) -> Recorded:
+    def record(first: int, times: Array) -> RecordedStretch:
         nonlocal clock, end
         states, sensors = recorder.next(len(times))
         instants = instants_of(made, times, states, sensors)
@@ -171,12 +171,12 @@ def recorded(
         points = point_tracks(made, instants, sensors)
         end = end or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
         clock = float(states[-1, 0])
-        return Recorded(
+        return RecordedStretch(
             BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings,
             drive_torque(settings, instants), partial(verdict_of, ended=end),
         )  # fmt: skip
 
-    return pieces(machine, settings, version, revolutions, start_angle, steps, record)
+    return record_pieces(machine, settings, version, revolutions, start_angle, steps, record)
 
 
 def advance(
@@ -234,7 +234,7 @@ def _acceleration(made: Build, sensors: Array, name: str) -> Array:
 def body_states(made: Build, instants: Instants, states: Array, sensors: Array) -> BodyStates:
     """States of all links."""
     nq, nv = made.model.nq, made.model.nv
-    poses, speeds = made.forward(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
+    poses, speeds = made.forward_kinematics(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
     read = [
         column
         for body in made.tree.mechanism.bodies

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.cam_polygon import contact_refusal
-from conrod.engines.capabilities import REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, Engine, Machine, Preset, run_of, with_fields
-from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings, dynamics, law, older, standalone
+from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
+from conrod.engines.engine import STOCK, Engine, Machine, Preset, run_extent, with_fields
+from conrod.engines.mujoco import MUJOCO_PRESETS, STOCK_TOLERANCE, MuJoCoSettings, dynamics, law, older, standalone
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.engines.mujoco.forces import expected_forces, forces
 from conrod.engines.mujoco.free_run import free_run
@@ -20,11 +20,11 @@ from conrod.engines.mujoco.law import shape_error
 from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
-from conrod.engines.mujoco.variants import ingredients, minimal, regularised, rules, stabilised
-from conrod.engines.numerics import approached, close_gap
+from conrod.engines.mujoco.variants import ingredients, minimal_settings, rules, with_regularisation, with_time_constant
+from conrod.engines.numerics import place_at_angles, secant_root
 from conrod.engines.releases import Releases, read_releases
-from conrod.engines.tracks import ForceTracks, no_forces
-from conrod.engines.tree import tree_of, tree_refusal
+from conrod.engines.spanning_tree import machine_tree, tree_refusal
+from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
 
@@ -51,7 +51,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
             _close_loops(made, data)
         return np.asarray(data.qpos)
 
-    for _ in approached(machine.kinematics, angle, place):
+    for _ in place_at_angles(machine.kinematics, angle, place):
         mujoco.mj_forward(made.model, data)
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed
@@ -62,7 +62,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
             mujoco.mj_forward(made.model, data)
             rows[-1] = (data.qpos.copy(), data.qvel.copy(), data.sensordata.copy())
     coordinates, rates, sensors = (np.array(column) for column in zip(*rows, strict=True))
-    poses, _ = made.forward(coordinates, rates)
+    poses, _ = made.forward_kinematics(coordinates, rates)
     points = {
         p.name: (
             made.sensor(sensors, f"{p.name}.position")[:, :2],
@@ -100,7 +100,7 @@ def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> No
         return float(mujoco.mj_geomDistance(made.model, data, cam, roller, 1.0, None))
 
     # Single-precision vertices make the distance rough below this.
-    close_gap(gap, float(data.qpos[slide]), 1e-4 * contact.roller_radius, 1e-13)
+    secant_root(gap, float(data.qpos[slide]), 1e-4 * contact.roller_radius, 1e-13)
 
 
 # -- steps with nothing recorded, which is what MuJoCo itself costs ----------------------------------------------------
@@ -112,7 +112,7 @@ class BareRun:
     def __init__(self, machine: Machine, settings: MuJoCoSettings) -> None:
         self._made = build(machine, settings, sensors=False)
         self.model, self.data = self._made.model, mujoco.MjData(self._made.model)
-        self.data.qpos[:], self.data.qvel[:] = self._made.start_state(machine, run_of(machine, 1, 1.0)[0])
+        self.data.qpos[:], self.data.qvel[:] = self._made.start_state(machine, run_extent(machine, 1, 1.0)[0])
 
     def __call__(self, steps: int) -> None:
         with warnings_kept_quiet(), laws_acting(self.model, self._made.tree):
@@ -121,7 +121,7 @@ class BareRun:
 
 def reference_loop() -> BareRun:
     """The slider-crank that timings are ratios to, with a flywheel of 10 kg m^2 and MuJoCo's own solver tolerance."""
-    return BareRun(REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
+    return BareRun(TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -137,7 +137,11 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     name = "mujoco"
     version = str(mujoco.__version__)
-    presets = PRESETS if older.closures_are_bounded() else {name: unjudged(one) for name, one in PRESETS.items()}
+    presets = (
+        MUJOCO_PRESETS
+        if older.closures_are_bounded()
+        else {name: unjudged(one) for name, one in MUJOCO_PRESETS.items()}
+    )
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(law.expected_error)
@@ -147,9 +151,9 @@ class MuJoCo(Engine[MuJoCoSettings]):
     grid = staticmethod(rules)
     free_run = staticmethod(free_run)
     paste = staticmethod(standalone.paste)
-    stabilised = staticmethod(stabilised)
-    regularised = staticmethod(regularised)
-    minimal = staticmethod(minimal)
+    with_time_constant = staticmethod(with_time_constant)
+    with_regularisation = staticmethod(with_regularisation)
+    minimal_settings = staticmethod(minimal_settings)
     ingredients = staticmethod(ingredients)
 
     @property
@@ -161,7 +165,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, MuJoCoSettings]:
         """The presets that apply to a machine, and parts of the solver that they do not use."""
-        found = {name: preset(machine, steps_per_revolution) for name, preset in PRESETS.items()}
+        found = {name: preset(machine, steps_per_revolution) for name, preset in MUJOCO_PRESETS.items()}
         if machine.kinematics.mechanism.cam_contacts:
             del found["hardened"]
         others: dict[str, dict[str, Any]] = {
@@ -179,14 +183,14 @@ class MuJoCo(Engine[MuJoCoSettings]):
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
         reason = older.lacking(settings) or edit_refusal(mechanism, settings)
-        return reason or tree_refusal(tree_of(machine))
+        return reason or tree_refusal(machine_tree(machine))
 
     def forces(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
     ) -> ForceTracks:
         if reason := self.refusal(machine, settings):
-            return no_forces(machine.kinematics.mechanism, reason)
+            return unreported_forces(machine.kinematics.mechanism, reason)
         return forces(machine, settings, revolutions, start_angle)
 
 
-ENGINE = MuJoCo()
+MUJOCO_ENGINE = MuJoCo()

@@ -26,9 +26,9 @@ from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.dynamics import advance
 from conrod.engines.mujoco.law import LEFT_OUT, has_law, moved_states, predicted_gaps
 from conrod.engines.mujoco.model import Build, build, laws_acting
-from conrod.engines.numerics import UNDETERMINED
-from conrod.engines.tracks import EDITED, ForceTracks, applied_forces, no_forces
-from conrod.engines.tree import Branch
+from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT
+from conrod.engines.spanning_tree import Branch
+from conrod.engines.tracks import EDITED_MODEL_REASON, ForceTracks, applied_forces, unreported_forces
 from conrod.exact.dynamics.inverse import component_names, joint_forces_in
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
@@ -74,10 +74,10 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     """Drive torque and reactions of a run at constant crank speed, at every step."""
     mechanism = machine.kinematics.mechanism
     for reason, holds in (
-        (NO_DRIVE, settings.armature == 0.0), (EDITED, settings.dressing), (ROLLING, mechanism.meshes)
+        (NO_DRIVE, settings.armature == 0.0), (EDITED_MODEL_REASON, settings.dressing), (ROLLING, mechanism.meshes)
     ):  # fmt: skip
         if holds:
-            return no_forces(mechanism, reason)
+            return unreported_forces(mechanism, reason)
     used, looks = force_settings(settings), np.linspace(*machine.kinematics.span, LOOKS)
     if machine.kinematics.near_change(looks, math.tau / LOOKS).any():
         # There softer closures do not bring a run past: with 1e-6 a parallelogram's crank is lost.
@@ -88,12 +88,12 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     nq, nv = made.model.nq, made.model.nv
     coordinates, speeds = states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv]
     with np.errstate(all="ignore"):
-        poses, rates = made.forward(coordinates, speeds)
+        poses, rates = made.forward_kinematics(coordinates, speeds)
         where = Instants(times, coordinates[:, made.crank_coordinate], speeds[:, made.crank_dof], np.zeros(len(times)))
         kept = BodyStates(where, poses, rates, np.zeros_like(poses))
         verdict = judge(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        return no_forces(mechanism, verdict)
+        return unreported_forces(mechanism, verdict)
     with laws_acting(made.model, made.tree):
         acceleration, components = _Reading(made).read(times, coordinates, speeds, poses, rates)
     drive = -used.armature * acceleration
@@ -116,7 +116,7 @@ def expected_forces(
     if mechanism.cam_contacts or mechanism.meshes or settings.armature == 0.0:
         return None
     if kinematics.change_angles.size:
-        return ExpectedForces(None, 0.0, UNDETERMINED)
+        return ExpectedForces(None, 0.0, NO_BOUND_AT_CHANGE_POINT)
     used = force_settings(settings)
     if not has_law(used):
         return None

@@ -9,14 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from conrod.engines.engine import PIECE, STOCK
-from conrod.engines.mujoco import PRESETS, STOCK_TOLERANCE, MuJoCoSettings
+from conrod.engines.engine import PIECE_STEPS, STOCK
+from conrod.engines.mujoco import MUJOCO_PRESETS, STOCK_TOLERANCE, MuJoCoSettings
 from conrod.engines.mujoco.compiled_edits import harden
 from conrod.engines.mujoco.dynamics import Recorder
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
+from conrod.engines.spanning_tree import grow_spanning_tree, tree_refusal
 from conrod.engines.tracks import FreeRun, Pace
-from conrod.engines.tree import spanning_tree, tree_refusal
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
@@ -41,8 +41,8 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float, pace: Pace
     Raises:
         InvalidInput: there is no such preset, or it does not apply, or a value is out of range.
     """
-    if preset not in PRESETS:
-        raise unknown_choice("preset", preset, PRESETS)
+    if preset not in MUJOCO_PRESETS:
+        raise unknown_choice("preset", preset, MUJOCO_PRESETS)
     # There is no turn that steps are counted by: the field has the least that it may have.
     stock = MuJoCoSettings(STOCK, 2, timestep, armature=0.0, tolerance=STOCK_TOLERANCE)
     if preset == STOCK:
@@ -57,7 +57,7 @@ def free_settings(mechanism: Mechanism, preset: str, timestep: float, pace: Pace
     return replace(
         tuned,
         preset="hardened",
-        solref=(pace.turn / (SETTLING_AT_CROSSINGS if pace.crosses else SETTLING), 1.0),
+        solref=(pace.revolution / (SETTLING_AT_CROSSINGS if pace.crosses_branches else SETTLING), 1.0),
         hardening=FREE_HARDENING,
         tolerance=0.0,
         iterations=HARDENED_ITERATIONS,
@@ -74,7 +74,7 @@ def free_run(
         InvalidInput: there is no such preset, or MuJoCo cannot have the mechanism as a tree with closures; says why.
     """
     settings = free_settings(mechanism, preset, timestep, pace)
-    tree = spanning_tree(mechanism, poses)
+    tree = grow_spanning_tree(mechanism, poses)
     if reason := tree_refusal(tree):
         raise InvalidInput(f"{mechanism.name}: {reason}")
     model = compiled(mjcf(tree, settings, f"conrod-{mechanism.name}", sensors=False))
@@ -83,7 +83,7 @@ def free_run(
     made = Build(tree, model)
     recorder = Recorder(made, made.coordinates(poses[None])[0], made.rates(poses[None], rates[None])[0])
     kept, clock = list[Array](), -settings.timestep
-    length = max(1, PIECE // every) * every
+    length = max(1, PIECE_STEPS // every) * every
     for first in range(0, steps + 1, length):
         states = recorder.next(min(length, steps + 1 - first))[0]
         # After a warning the clock stands, and the states are not the machine's any more.
@@ -92,6 +92,6 @@ def free_run(
         kept.append(states[::every])
     found, nq = np.vstack(kept), model.nq
     with np.errstate(all="ignore"):
-        reported = made.forward(found[:, 1 : 1 + nq], found[:, 1 + nq : 1 + nq + model.nv])
+        reported = made.forward_kinematics(found[:, 1 : 1 + nq], found[:, 1 + nq : 1 + nq + model.nv])
     times = np.asarray(settings.timestep * every * np.arange(len(found)), dtype=float)
-    return FreeRun.judged(mechanism, times, reported)
+    return FreeRun.from_states(mechanism, times, reported)

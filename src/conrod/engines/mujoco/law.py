@@ -22,8 +22,8 @@ from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine
 from conrod.engines.mujoco import LEAST_STEPS, MuJoCoSettings, exchanged_inertia, older
 from conrod.engines.mujoco.model import Build, build
-from conrod.engines.numerics import SAMPLES, UNDETERMINED, rounding
-from conrod.engines.tree import Tree
+from conrod.engines.numerics import CRANK_SAMPLES, NO_BOUND_AT_CHANGE_POINT, rounding_bound
+from conrod.engines.spanning_tree import SpanningTree
 from conrod.exact.dynamics.inverse import reactions
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
@@ -59,7 +59,7 @@ class Course:
         return np.abs(np.diff(self.angles))
 
     @classmethod
-    def of(cls, machine: Machine, start_angle: float, step: float, constant: float) -> Course:
+    def from_machine(cls, machine: Machine, start_angle: float, step: float, constant: float) -> Course:
         """From an angle, or the begin of the driver's span, until it repeats itself."""
         kinematics, sense = machine.kinematics, math.copysign(1.0, machine.speed)
         spacing, way, span = max(step, FINEST), 2.0 * math.pi, kinematics.mechanism.driver.span
@@ -83,7 +83,7 @@ class Course:
         return self.kinematics.residual(states, crank[len(states) - 1])
 
 
-def local_errors(tree: Tree, course: Course, constant: float, step: float) -> tuple[Array, Array]:
+def local_errors(tree: SpanningTree, course: Course, constant: float, step: float) -> tuple[Array, Array]:
     """Gaps and their rates that RK4 leaves in steps from exact states, over the step; (T, 3 n) each.
 
     Args:
@@ -94,7 +94,7 @@ def local_errors(tree: Tree, course: Course, constant: float, step: float) -> tu
     h = max(step, min(FINEST, constant / OF_CONSTANT))
 
     def acceleration(q: Array, rate: Array, ahead: float) -> Array:
-        poses, speeds = tree.forward(q, rate)
+        poses, speeds = tree.forward_kinematics(q, rate)
         pull = course.opening([poses, speeds, np.zeros_like(poses)], ahead)
         pull += 2.0 / constant * course.opening([poses, speeds], ahead)
         pull += course.opening([poses], ahead) / constant**2
@@ -109,7 +109,9 @@ def local_errors(tree: Tree, course: Course, constant: float, step: float) -> tu
     a3 = acceleration(q + 0.5 * h * v2, v3, 0.5 * h)
     v4 = v1 + h * a3
     a4 = acceleration(q + h * v3, v4, h)
-    poses, speeds = tree.forward(q + h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4), v1 + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4))
+    poses, speeds = tree.forward_kinematics(
+        q + h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4), v1 + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
+    )
     over = (step / h) ** 4 / h
     return over * course.opening([poses], h), over * course.opening([poses, speeds], h)
 
@@ -157,7 +159,7 @@ def predicted_gaps(
 ) -> tuple[Course, Array, tuple[Array, Array, Array]]:
     """The exact states of a run, what pushes its gaps open (T, 3 n), and the gaps with two derivatives by the way."""
     constant, step = abs(machine.speed) * settings.solref[0], 2.0 * math.pi / settings.steps_per_revolution
-    course = Course.of(machine, start_angle, step, constant)
+    course = Course.from_machine(machine, start_angle, step, constant)
     left = local_errors(made.tree, course, constant, step)
     pushed = yielding(machine, settings, made, course)
     return course, pushed, followed(course.steps, left, pushed, constant)
@@ -173,7 +175,7 @@ def closure_errors(machine: Machine, settings: MuJoCoSettings, made: Build, star
     c = abs(machine.speed) * settings.solref[0]
     turn = max(float(np.abs(course.states[0][:, 2::3]).max()) / (4.0 * math.pi), 1.0)
     answers = np.array([2.0 * c + c**2, 1.0 + 2.0 / math.e * c, 2.0 / (math.e * c) + 1.0 + 2.0 / math.e**2])
-    rounded = rounding(machine.kinematics, 2 * settings.steps_per_revolution) * turn * np.maximum(answers, 1.0)
+    rounded = rounding_bound(machine.kinematics, 2 * settings.steps_per_revolution) * turn * np.maximum(answers, 1.0)
     return largest_point_errors(course, gaps), rounded * _largest_gain(course, np.flatnonzero(pushed.any(axis=0)))
 
 
@@ -249,8 +251,8 @@ def ripple(machine: Machine, armature: float) -> float:
 def _varying_inertia(machine: Machine) -> float:
     """By how much the inertia of all bodies, as the crank feels it, varies in a turn [kg m^2]."""
     kinematics = machine.kinematics
-    bodies = pose_jets(kinematics.mechanism, kinematics.derivatives(kinematics.angles(SAMPLES), 1))
-    felt = np.zeros(SAMPLES)
+    bodies = pose_jets(kinematics.mechanism, kinematics.derivatives(kinematics.angles(CRANK_SAMPLES), 1))
+    felt = np.zeros(CRANK_SAMPLES)
     for body in kinematics.mechanism.bodies:
         x, y = (jet.coefficients[1] for jet in bodies[body.name].point(body.centre_of_gravity))
         felt += body.mass * (x**2 + y**2) + body.inertia * bodies[body.name].phi.coefficients[1] ** 2
@@ -272,7 +274,7 @@ def _bounds(machine: Machine, settings: MuJoCoSettings, start_angle: float) -> E
     if machine.kinematics.mechanism.cam_contacts:
         return none if settings.dressing else _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
-        return replace(none, law=UNDETERMINED)
+        return replace(none, law=NO_BOUND_AT_CHANGE_POINT)
     if not has_law(settings):
         return none
     errors, rounded = closure_errors(machine, settings, build(machine, settings), start_angle)
@@ -285,7 +287,7 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     impedance, stiffest = settings.contact_solimp[:2]
     if impedance != stiffest or settings.integrator != "Euler" or settings.contact_solref[1] != 1.0:
         return ExpectedError()
-    follower = FollowerMotion.of(machine)
+    follower = FollowerMotion.from_machine(machine)
     h, constant = settings.timestep, settings.contact_solref[0]
     mass = machine.kinematics.mechanism.body(follower.contact.b).mass
     # The contact has no term for the cam's curvature, so it lags by s''; the force it carries is mass (s'' + g).
@@ -300,7 +302,7 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     fall = falls * h**2 * abs(float(follower.force[0] * follower.cosine[0])) / mass
     # At a corner of the polygon the follower's speed jumps; a critically damped contact gives v tc / e to that. A step
     # may take in two corners.
-    corner = 2.0 * abs(machine.speed) * follower.largest_corner(polygon) * impedance * constant / math.e
+    corner = 2.0 * abs(machine.speed) * follower.largest_slope_jump(polygon) * impedance * constant / math.e
     # Semi-implicit Euler's velocity is the difference of the last two positions, half a step old.
     stale = h * float(np.abs(follower.acceleration).max()) / abs(machine.speed)
     settling = follower.corner_slope_rms(polygon, abs(machine.speed) * constant / 2.0)
@@ -314,7 +316,7 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
 
 def shape_error(machine: Machine, settings: MuJoCoSettings) -> float:
     """Largest error of the lift [m] that the collision mesh has, held still: facets, and single precision."""
-    follower = FollowerMotion.of(machine)
+    follower = FollowerMotion.from_machine(machine)
     polygon = cam_polygon(follower.contact.profile, settings.cam_vertices)
     single = float(np.finfo(np.float32).eps) * float(np.abs(polygon.vertices).max())
     return (polygon.error + single) / float(follower.cosine.min())

@@ -16,7 +16,7 @@ import math
 import xml.etree.ElementTree as ET
 
 from conrod.engines.mujoco import MuJoCoSettings
-from conrod.engines.tree import Branch, Tree, mesh_row, turn_row
+from conrod.engines.spanning_tree import Branch, SpanningTree, rolling_coefficients, rotation_coefficients
 from conrod.mechanism.loads import (
     Displacement,
     Distance,
@@ -66,7 +66,7 @@ def short(value: float) -> str:
     return f"{clean(value):.4g}"
 
 
-def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def add_closures(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Equalities of all loops, with the tendons that they hold."""
     meshes = tree.mechanism.meshes
     if not tree.cuts and not meshes:
@@ -75,7 +75,7 @@ def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None
         tendons = add(root, "tendon")
         for mesh in meshes:
             tendon = add(tendons, "fixed", name=mesh.name)
-            for branch, coefficient in zip(tree.branches, mesh_row(tree, mesh), strict=True):
+            for branch, coefficient in zip(tree.branches, rolling_coefficients(tree, mesh), strict=True):
                 if coefficient != 0.0:
                     add(tendon, "joint", joint=joint_name(tree, branch), coef=number(coefficient))
     equality = add(root, "equality")
@@ -87,12 +87,12 @@ def add_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None
         add(equality, "tendon", name=mesh.name, tendon1=mesh.name, **stiffness)
 
 
-def joint_name(tree: Tree, branch: Branch) -> str:
+def joint_name(tree: SpanningTree, branch: Branch) -> str:
     """Name of a branch's joint in the model: the driven one is the crank."""
     return "crank" if branch.joint.name == tree.mechanism.driver.joint else branch.joint.name
 
 
-def closure_points(body: str, tree: Tree) -> list[tuple[str, Point]]:
+def closure_points(body: str, tree: SpanningTree) -> list[tuple[str, Point]]:
     """Names and places of the sites of a body that closures hold."""
     points = []
     for joint in tree.cuts:
@@ -117,7 +117,7 @@ def by_program(mechanism: Mechanism) -> tuple[Load, ...]:
     return tuple(load for load in mechanism.loads if isinstance(load.law, BY_PROGRAM))
 
 
-def origin_of(load: Load, tree: Tree) -> float:
+def origin_of(load: Load, tree: SpanningTree) -> float:
     """Difference between a load's coordinate and the length that the engine has of it [m or rad].
 
     Joint coordinates count from the start poses; distances and places are what they are.
@@ -127,7 +127,7 @@ def origin_of(load: Load, tree: Tree) -> float:
     return float(tree.start_pose(load.along.b)[2] - tree.start_pose(load.along.a)[2])
 
 
-def moves_nothing(load: Load, tree: Tree) -> bool:
+def moves_nothing(load: Load, tree: SpanningTree) -> bool:
     """True for a torque on a body that slides hold: it does no work, and changes reactions alone."""
     return isinstance(load.along, Turn) and not _turn_row(load.along, tree)
 
@@ -135,7 +135,7 @@ def moves_nothing(load: Load, tree: Tree) -> bool:
 # -- sites ------------------------------------------------------------------------------------------------------------
 
 
-def load_points(body: str, tree: Tree) -> list[tuple[str, Point]]:
+def load_points(body: str, tree: SpanningTree) -> list[tuple[str, Point]]:
     """Names and places of the sites of a body that forces and loads need."""
     mechanism, points = tree.mechanism, dict[str, Point]()
     if body == GROUND and (mechanism.forces or any(isinstance(load.along, Displacement) for load in mechanism.loads)):
@@ -160,7 +160,7 @@ def _site_name(load: Load, body: str) -> str:
 # -- tendons ----------------------------------------------------------------------------------------------------------
 
 
-def add_load_tendons(root: ET.Element, tree: Tree) -> None:
+def add_load_tendons(root: ET.Element, tree: SpanningTree) -> None:
     """A tendon for each load along a distance or a turn, with its spring or damper."""
     every = tree.mechanism.loads
     loads = [load for load in every if not isinstance(load.along, Displacement) and not moves_nothing(load, tree)]
@@ -181,7 +181,7 @@ def add_load_tendons(root: ET.Element, tree: Tree) -> None:
         tendon.attrib.update(_tendons_own(load, tree))
 
 
-def _tendons_own(load: Load, tree: Tree) -> dict[str, str]:
+def _tendons_own(load: Load, tree: SpanningTree) -> dict[str, str]:
     """Spring or damper of a load's tendon; none where an actuator has to give the force."""
     match load.law:
         case _ if isinstance(load.along, Displacement):
@@ -195,16 +195,16 @@ def _tendons_own(load: Load, tree: Tree) -> dict[str, str]:
             return {}
 
 
-def _turn_row(along: Turn, tree: Tree) -> list[tuple[Branch, float]]:
+def _turn_row(along: Turn, tree: SpanningTree) -> list[tuple[Branch, float]]:
     """Joints whose coordinates, times these numbers, give the turn from the start poses on."""
-    row = turn_row(tree, along.b) - turn_row(tree, along.a)
+    row = rotation_coefficients(tree, along.b) - rotation_coefficients(tree, along.a)
     return [(branch, float(share)) for branch, share in zip(tree.branches, row, strict=True) if share != 0.0]
 
 
 # -- actuators --------------------------------------------------------------------------------------------------------
 
 
-def add_forces(root: ET.Element, tree: Tree, with_program: bool) -> None:
+def add_forces(root: ET.Element, tree: SpanningTree, with_program: bool) -> None:
     """Constant forces, and the loads that are no springs or dampers of tendons, as actuators without an input.
 
     Args:

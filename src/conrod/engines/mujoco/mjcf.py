@@ -25,7 +25,7 @@ from conrod.engines.mujoco.loads import (
     section,
 )
 from conrod.engines.mujoco.model_edits import add_camera, add_link_geoms, add_looks, dress_up
-from conrod.engines.tree import Branch, Tree
+from conrod.engines.spanning_tree import Branch, SpanningTree
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Prismatic, Revolute
 
 
@@ -38,7 +38,7 @@ class Dress:
 
 
 def mjcf(
-    tree: Tree, settings: MuJoCoSettings, model_name: str, dress: Dress | None = None, sensors: bool = True
+    tree: SpanningTree, settings: MuJoCoSettings, model_name: str, dress: Dress | None = None, sensors: bool = True
 ) -> str:
     """MJCF text of a mechanism.
 
@@ -95,7 +95,7 @@ def _add_option(root: ET.Element, mechanism: Mechanism, settings: MuJoCoSettings
     add(option, "flag", **{name: "disable" for name, on in kept.items() if not on})
 
 
-def _depth_first(tree: Tree, body: str) -> list[Branch]:
+def _depth_first(tree: SpanningTree, body: str) -> list[Branch]:
     """Branches in the order of MuJoCo's joints: that of the text."""
     branches = []
     for branch in tree.branches:
@@ -107,7 +107,7 @@ def _depth_first(tree: Tree, body: str) -> list[Branch]:
 # -- bodies and joints -----------------------------------------------------------------------------------------------
 
 
-def _add_children(element: ET.Element, body: str, tree: Tree, settings: MuJoCoSettings, dressed: bool) -> None:
+def _add_children(element: ET.Element, body: str, tree: SpanningTree, settings: MuJoCoSettings, dressed: bool) -> None:
     """Sites and looks of a body, then its children."""
     sites = [(observed.name, observed.point) for observed in tree.mechanism.observed if observed.body == body]
     for name, point in (*sites, *load_points(body, tree), *closure_points(body, tree)):
@@ -121,7 +121,7 @@ def _add_children(element: ET.Element, body: str, tree: Tree, settings: MuJoCoSe
             _add_children(child, branch.child, tree, settings, dressed)
 
 
-def _add_body(element: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoSettings) -> ET.Element:
+def _add_body(element: ET.Element, branch: Branch, tree: SpanningTree, settings: MuJoCoSettings) -> ET.Element:
     parent, child = tree.start_pose(branch.parent), tree.start_pose(branch.child)
     c, s = math.cos(parent[2]), math.sin(parent[2])
     dx, dy = child[0] - parent[0], child[1] - parent[1]
@@ -141,7 +141,7 @@ def _add_body(element: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoS
     return body
 
 
-def _add_joint(body: ET.Element, branch: Branch, tree: Tree, settings: MuJoCoSettings) -> None:
+def _add_joint(body: ET.Element, branch: Branch, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     match branch.joint:
         case Revolute():
             driven = branch.joint.name == tree.mechanism.driver.joint
@@ -172,7 +172,7 @@ def _add_cam_mesh(root: ET.Element, contact: CamContact, settings: MuJoCoSetting
     add(section(root, "asset"), "mesh", name=contact.a, vertex="  ".join(lines))
 
 
-def _add_contact_geoms(element: ET.Element, body: str, tree: Tree, dressed: bool) -> None:
+def _add_contact_geoms(element: ET.Element, body: str, tree: SpanningTree, dressed: bool) -> None:
     """Cam and roller, the only shapes that collide, and with each other alone."""
     for contact in tree.mechanism.cam_contacts:
         looks = {"rgba": "0.75 0.6 0.35 1"} if dressed else {}

@@ -28,7 +28,7 @@ from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.compiled_edits import harden
 from conrod.engines.mujoco.loads import by_program, joint_name, moves_nothing, origin_of
 from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.tree import Tree, tree_of
+from conrod.engines.spanning_tree import SpanningTree, machine_tree
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
 
@@ -54,7 +54,7 @@ def compiled(text: str) -> mujoco.MjModel:
 
 
 @contextmanager
-def laws_acting(model: mujoco.MjModel, tree: Tree, begin: float = 0.0) -> Iterator[None]:
+def laws_acting(model: mujoco.MjModel, tree: SpanningTree, begin: float = 0.0) -> Iterator[None]:
     """Give the laws of a machine's loads to MuJoCo, which steps it in this thread alone.
 
     Args:
@@ -86,7 +86,7 @@ def laws_acting(model: mujoco.MjModel, tree: Tree, begin: float = 0.0) -> Iterat
 class Build:
     """A compiled model with the tree that its coordinates belong to; states are those of all links."""
 
-    tree: Tree
+    tree: SpanningTree
     model: mujoco.MjModel
 
     @property
@@ -116,10 +116,10 @@ class Build:
         found[:, [rate for _, rate in self._joints]] = self.tree.rates(poses, rates)
         return found
 
-    def forward(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
+    def forward_kinematics(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
         """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv)."""
         places, rate_places = [place for place, _ in self._joints], [rate for _, rate in self._joints]
-        return self.tree.forward(coordinates[:, places], rates[:, rate_places])
+        return self.tree.forward_kinematics(coordinates[:, places], rates[:, rate_places])
 
     @cached_property
     def _joints(self) -> list[tuple[int, int]]:
@@ -147,7 +147,7 @@ class Build:
 def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> Build:
     """Translate and compile; hardened where the settings say so."""
     kinematics = machine.kinematics
-    tree = tree_of(machine)
+    tree = machine_tree(machine)
     model = compiled(mjcf(tree, settings, f"conrod-{kinematics.mechanism.name}", sensors=sensors))
     if settings.hardening is not None:
         harden(model, settings.hardening)

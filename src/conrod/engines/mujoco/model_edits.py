@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import add, numbers, section, short
-from conrod.engines.tree import Tree
+from conrod.engines.spanning_tree import SpanningTree
 from conrod.errors import unknown_choice
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Revolute, Rolling, pins_of
 
@@ -24,7 +24,7 @@ LEAST_BAR = 1e-3  # of its width
 SEEN_ONLY = {"contype": "0", "conaffinity": "0", "mass": "0", "group": "1"}
 
 
-def _extent(tree: Tree) -> tuple[float, float, float]:
+def _extent(tree: SpanningTree) -> tuple[float, float, float]:
     """Middle and size of the machine in its start pose, with room for the turning crank."""
     points = [tree.start_pose(body.name)[:2] for body in tree.mechanism.bodies]
     for branch in tree.branches:
@@ -35,12 +35,12 @@ def _extent(tree: Tree) -> tuple[float, float, float]:
     return float(middle[0]), float(middle[1]), float(max(np.max(high - low), 0.15))
 
 
-def link_width(tree: Tree) -> float:
+def link_width(tree: SpanningTree) -> float:
     """Radius of the bars that links are drawn with [m]."""
     return 0.03 * _extent(tree)[2]
 
 
-def add_looks(root: ET.Element, tree: Tree) -> None:
+def add_looks(root: ET.Element, tree: SpanningTree) -> None:
     """Sky, lighting and the part of space that viewers start from."""
     x, y, size = _extent(tree)
     add(root, "statistic", center=numbers([x, y, 0.0]), extent=short(size))
@@ -51,7 +51,7 @@ def add_looks(root: ET.Element, tree: Tree) -> None:
     add(asset, "texture", type="skybox", builtin="gradient", rgb1="1 1 1", rgb2="0.8 0.85 0.9", width="64", height="64")
 
 
-def add_camera(world: ET.Element, tree: Tree) -> None:
+def add_camera(world: ET.Element, tree: SpanningTree) -> None:
     """A camera that sees the plane of motion, and a light."""
     x, y, size = _extent(tree)
     place = " ".join(short(v) for v in (x, y, 2.2 * size))
@@ -59,7 +59,7 @@ def add_camera(world: ET.Element, tree: Tree) -> None:
     add(world, "light", pos=place, dir="0.3 -0.3 -1", directional="true", diffuse="0.4 0.4 0.4", castshadow="false")
 
 
-def add_link_geoms(element: ET.Element, body: str, tree: Tree) -> None:
+def add_link_geoms(element: ET.Element, body: str, tree: SpanningTree) -> None:
     """A bar between the joints of a link, a disc at every pin, a block for a slider. None of them can collide."""
     width = link_width(tree)
     pins = pins_of(tree.mechanism, body)
@@ -97,7 +97,7 @@ def _add_wheel_geoms(element: ET.Element, body: str, mesh: Mesh, width: float) -
                 add(element, "geom", type="cylinder", pos=at, size=sizes, rgba="0.75 0.6 0.35 1", **SEEN_ONLY)
 
 
-def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: Tree) -> None:
+def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: SpanningTree) -> None:
     """A block; for a follower a stem, away from the cam."""
     grey = "0.6 0.6 0.6 1"
     if not any(contact.b == joint.b for contact in tree.mechanism.cam_contacts):
@@ -112,7 +112,7 @@ def _add_slider_geom(element: ET.Element, joint: Prismatic, width: float, tree: 
 # -- edits of the element tree -----------------------------------------------------------------------------------------
 
 
-Edit: TypeAlias = Callable[[ET.Element, Tree, MuJoCoSettings], None]
+Edit: TypeAlias = Callable[[ET.Element, SpanningTree, MuJoCoSettings], None]
 
 
 def body_element(root: ET.Element, name: str) -> ET.Element:
@@ -123,7 +123,7 @@ def body_element(root: ET.Element, name: str) -> ET.Element:
     return found
 
 
-def open_loops(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def open_loops(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Without what closes the loops."""
     equality = section(root, "equality")
     closures = [joint.name for joint in tree.cuts]
@@ -133,7 +133,7 @@ def open_loops(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
             equality.remove(element)
 
 
-def redundant_closures(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def redundant_closures(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Every closure once more, of the same sites."""
     equality = section(root, "equality")
     for element in list(equality):
@@ -153,13 +153,13 @@ def attribute(place: str, name: str, value: str, root: ET.Element, *_: object) -
 LAYER = 4.0
 
 
-def visual_geoms(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def visual_geoms(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Bars, pins and blocks as the exported files have them; they cannot collide."""
     for link in tree.mechanism.bodies:
         add_link_geoms(body_element(root, link.name), link.name, tree)
 
 
-def colliding(layer: float, root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def colliding(layer: float, root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """The same shapes, able to collide, each link in a layer of its own, so many widths of a link from the next."""
     # Linkages are run with collisions off.
     section(section(root, "option"), "flag").attrib.pop("contact", None)
@@ -194,7 +194,7 @@ SENSOR_KINDS = (
 )
 
 
-def sensors(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def sensors(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Sensors that nobody reads, of all kinds that tell a site's motion."""
     points = tree.mechanism.observed
     for i in range(SENSORS):
@@ -204,7 +204,7 @@ def sensors(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
         add(section(root, "sensor"), kind, name=f"unread-{i + 1}", **of)
 
 
-def no_contact(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def no_contact(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Cam and roller pass through each other."""
     contacts = section(root, "contact")
     for pair in list(contacts.iter("pair")):
@@ -243,7 +243,7 @@ OF_LOOPS = ("open-loops", "redundant-closures", "touching-geoms")
 OF_CONTACT = ("no-contact", "condim-3")
 
 
-def dress_up(root: ET.Element, tree: Tree, settings: MuJoCoSettings) -> None:
+def dress_up(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
     """Edit a complete model as its settings say.
 
     Raises:

@@ -11,11 +11,11 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from conrod.engines.engine import CUSTOM, Machine, default_steps, run_of
+from conrod.engines.engine import CUSTOM, Machine, default_steps, run_extent
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import by_program, moves_nothing
 from conrod.engines.mujoco.mjcf import Dress, mjcf
-from conrod.engines.tree import Tree, spanning_tree, tree_of
+from conrod.engines.spanning_tree import SpanningTree, grow_spanning_tree, machine_tree
 
 
 class DescribedMachine(Machine, Protocol):
@@ -49,16 +49,16 @@ def standalone_mjcf(
     if settings is None:
         settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     kinematics = machine.kinematics
-    poses, slopes = kinematics.derivatives(np.array([run_of(machine, 1, 1.0)[0]]), 1)
+    poses, slopes = kinematics.derivatives(np.array([run_extent(machine, 1, 1.0)[0]]), 1)
     # Coordinates count from the poses that the model begins in: an input that makes one pass begins where that does.
     turns = kinematics.mechanism.driver.span is None
-    tree = spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
+    tree = grow_spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
     rates = tree.rates(poses, slopes * machine.speed)[0]
     dress = Dress(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
     return mjcf(tree, settings, f"conrod-{name}", dress)
 
 
-def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: Tree) -> str:
+def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: SpanningTree) -> str:
     points = " and ".join(point.name for point in tree.mechanism.observed)
     values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
     paragraphs = [
@@ -95,7 +95,7 @@ def _settings(settings: MuJoCoSettings) -> list[str]:
     ]
 
 
-def _loads(tree: Tree) -> list[str]:
+def _loads(tree: SpanningTree) -> list[str]:
     """Paragraphs on the loads that the model has and has not; none of a machine without them."""
     loads = tree.mechanism.loads
     left_out = [load for load in loads if load in by_program(tree.mechanism) or moves_nothing(load, tree)]
@@ -141,7 +141,7 @@ PARTS = ("option", "tendon", "equality", "contact")
 
 def paste(machine: Machine, settings: MuJoCoSettings) -> str:
     """Options, closures or contacts and the drive as MJCF; what MJCF cannot say (hardening, rounding) as Python."""
-    model = ET.fromstring(mjcf(tree_of(machine), settings, "model"))
+    model = ET.fromstring(mjcf(machine_tree(machine), settings, "model"))
     parts = [
         element for name in PARTS if (element := model.find(name)) is not None and len(element.attrib) + len(element)
     ]

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from conrod.engines.engine import Machine, as_preset, step_length, with_fields
+from conrod.engines.engine import Machine, recognise_preset, step_length, with_fields
 from conrod.engines.mujoco import (
     CONTACT_SOLIMP,
     LEAST_STEPS,
-    PRESETS,
+    MUJOCO_PRESETS,
     STIFF_SOLIMP,
     STOCK_ITERATIONS,
     STOCK_SOLIMP,
@@ -25,7 +25,17 @@ from conrod.engines.mujoco.model_edits import (
     PASSIVE_DAMPING,
     edit_refusal,
 )
-from conrod.engines.variants import Grid, Ingredient, Knobs, Quantity, Rule, all_of, edit, fields, knob_rules
+from conrod.engines.variants import (
+    Grid,
+    Ingredient,
+    Knobs,
+    Quantity,
+    SettingsRule,
+    field_ingredient,
+    knob_combinations,
+    knob_rules,
+    model_edit_ingredient,
+)
 
 # Where a time constant stands: in seconds, in steps, or in shares of the period.
 STOCK_CONSTANT = "0.02 s"
@@ -57,7 +67,7 @@ LOOP_BASES: tuple[Knobs, ...] = (
 
 def loop_grid() -> Iterator[Knobs]:
     """What else is swept of a machine whose loops are closed by joints."""
-    yield from all_of(
+    yield from knob_combinations(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"),
         regularisation=("stock", "stiff", "hardened 1e-9"),
@@ -82,7 +92,7 @@ CONTACT_BASES: tuple[Knobs, ...] = (
 
 def contact_grid() -> Iterator[Knobs]:
     """What else is swept of a machine with a cam."""
-    yield from all_of(
+    yield from knob_combinations(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "4 h", "T/1000"),
         impedance=CONTACT_IMPEDANCES,
@@ -91,7 +101,7 @@ def contact_grid() -> Iterator[Knobs]:
     yield {"tolerance": STOCK_TOLERANCE}
 
 
-def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+def rules(machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]:
     """All rules of a grid, without repetition."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     usual, bases, others = (CONTACT, CONTACT_BASES, contact_grid) if contact else (LOOP, LOOP_BASES, loop_grid)
@@ -116,7 +126,7 @@ def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> MuJo
         kind, *factor = knobs["regularisation"].split()
         own |= {"solref": (constant, 1.0), "solimp": STOCK_SOLIMP if kind == "stock" else STIFF_SOLIMP}
         own["hardening"] = float(factor[0]) if factor else None
-    return as_preset(with_fields(stock, **own), PRESETS, machine, unused)
+    return recognise_preset(with_fields(stock, **own), MUJOCO_PRESETS, machine, unused)
 
 
 WORDS = {"vertices": "{} vertices", "solver": "{}", "iterations": "{} iterations", "tolerance": "tolerance {:g}"}
@@ -134,14 +144,14 @@ def _name(knobs: Knobs, usual: Knobs) -> str:
 # -- one thing at a time -----------------------------------------------------------------------------------------------
 
 
-def stabilised(machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
+def with_time_constant(machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
     """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
     field = "contact_solref" if machine.kinematics.mechanism.cam_contacts else "solref"
     solref = (steps * settings.timestep, getattr(settings, field)[1])
     return with_fields(settings, refsafe=settings.refsafe and steps >= LEAST_STEPS, **{field: solref})
 
 
-def regularised(machine: Machine, settings: MuJoCoSettings, share: float) -> MuJoCoSettings:
+def with_regularisation(machine: Machine, settings: MuJoCoSettings, share: float) -> MuJoCoSettings:
     """Loops by hardening; contacts, which it is not for, by an impedance that does not change with the overlap."""
     if machine.kinematics.mechanism.cam_contacts:
         impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
@@ -158,7 +168,7 @@ FINER = 4  # times the vertices of the minimal model's cam
 Found: TypeAlias = tuple[Ingredient[MuJoCoSettings], ...]
 
 
-def minimal(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+def minimal_settings(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
     """The cheapest settings that have the observed motion right.
 
     Those of the best preset without what the motion does not need: no gravity, a single iteration of Newton's method
@@ -189,69 +199,73 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Found:
 
 def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
     """Optional ingredients: what the machine could carry, what could be read of it, what the solver could do."""
-    yield edit("visual-geoms", "bars, pins and blocks to be seen, which cannot collide")
+    yield model_edit_ingredient("visual-geoms", "bars, pins and blocks to be seen, which cannot collide")
     overlap = "bars, pins and blocks able to collide, all in the plane of motion: links overlap where pins join them"
-    yield edit("touching-geoms", overlap, IMPACT)
+    yield model_edit_ingredient("touching-geoms", overlap, IMPACT)
     layers = "the same shapes able to collide, each link in a layer of its own: looked at in each step, never touching"
-    yield edit("colliding-geoms", layers, IMPACT)
+    yield model_edit_ingredient("colliding-geoms", layers, IMPACT)
     if heavy:
-        yield fields(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
+        yield field_ingredient(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
     damping = f"{PASSIVE_DAMPING:g} N m s/rad on every hinge, {PASSIVE_DAMPING:g} N s/m on every slide, but the crank"
-    yield edit("passive-damping", damping, TORQUE, REACTIONS)
+    yield model_edit_ingredient("passive-damping", damping, TORQUE, REACTIONS)
     armature = f"{PASSIVE_ARMATURE:g} kg m² on every hinge, {PASSIVE_ARMATURE:g} kg on every slide, but the crank"
-    yield edit("passive-armature", armature, TORQUE, REACTIONS)
-    yield edit("redundant-closures", "every connect a second time")
-    yield edit(
+    yield model_edit_ingredient("passive-armature", armature, TORQUE, REACTIONS)
+    yield model_edit_ingredient("redundant-closures", "every connect a second time")
+    yield model_edit_ingredient(
         "condim-3", "sliding friction of the roller on the cam, with MuJoCo's coefficients", TORQUE, REACTIONS, WEAR
     )
-    yield edit("sensors-64", "of the motion of the observed points, read by nobody")
-    yield edit("energy", "potential and kinetic energy are computed in each step")
-    yield edit("fwdinv", "each step is checked against the inverse dynamics")
+    yield model_edit_ingredient("sensors-64", "of the motion of the observed points, read by nobody")
+    yield model_edit_ingredient("energy", "potential and kinetic energy are computed in each step")
+    yield model_edit_ingredient("fwdinv", "each step is checked against the inverse dynamics")
     iterations = "iterations of the solver, MuJoCo's default, of which it takes what it likes"
-    yield fields(minimal, "iterations-100", iterations, iterations=STOCK_ITERATIONS)
+    yield field_ingredient(minimal, "iterations-100", iterations, iterations=STOCK_ITERATIONS)
     search = (
         f"MuJoCo's default: up to 50 evaluations along a direction of the solver instead of {LINE_SEARCH}; a tolerance "
         "of 0 takes them all"
     )
-    yield edit("line-search", search, absence="short-line-search")
-    yield edit("sparse-jacobian", "constraints kept for large models")
+    yield model_edit_ingredient("line-search", search, absence="short-line-search")
+    yield model_edit_ingredient("sparse-jacobian", "constraints kept for large models")
     islands = "MuJoCo's default in 4.0: groups of bodies that constraints join are found in each step and solved apart"
-    yield edit("islands", islands, absence="no-islands")
+    yield model_edit_ingredient("islands", islands, absence="no-islands")
     passes = (
         f"{NOSLIP_ITERATIONS} passes of the solver that mends friction; it computes all accelerations anew from the "
         "forces, of which hard closures have lost digits"
     )
-    yield edit("noslip", passes, WEAR)
+    yield model_edit_ingredient("noslip", passes, WEAR)
     several = "MuJoCo's default in 4.0: several contact points for each pair of flat shapes"
-    yield edit("multiccd", several, absence="no-multiccd")
+    yield model_edit_ingredient("multiccd", several, absence="no-multiccd")
     if contact:
-        yield fields(minimal, "rk4", "four evaluations a step instead of one", integrator="RK4")
+        yield field_ingredient(minimal, "rk4", "four evaluations a step instead of one", integrator="RK4")
         vertices = FINER * minimal.cam_vertices
         meaning = f"a cam of {vertices} vertices instead of {minimal.cam_vertices}"
-        yield fields(minimal, "fine-cam", meaning, IMPACT, WEAR, cam_vertices=vertices)
+        yield field_ingredient(minimal, "fine-cam", meaning, IMPACT, WEAR, cam_vertices=vertices)
 
 
 def _required(minimal: MuJoCoSettings, contact: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
     """Ingredients of the minimal model: the closure first, then what makes it exact, the drive, the solver."""
     if contact:
         pair = "the pair of cam and roller; without it the roller falls through"
-        yield edit("contact", pair, TORQUE, REACTIONS, minimal=True, absence="no-contact")
+        yield model_edit_ingredient("contact", pair, TORQUE, REACTIONS, minimal=True, absence="no-contact")
         stiff = "a time constant of two steps and an impedance of 0.9; without it MuJoCo's defaults"
         soft: dict[str, Any] = {"contact_solref": STOCK_SOLREF, "contact_solimp": STOCK_SOLIMP}
-        yield fields(minimal, "stiff-contact", stiff, IMPACT, **soft, minimal=True)
+        yield field_ingredient(minimal, "stiff-contact", stiff, IMPACT, **soft, minimal=True)
     else:
         connects = "a connect for each loop; without it the links swing freely"
-        yield edit("closure", connects, TORQUE, REACTIONS, minimal=True, absence="open-loops")
+        yield model_edit_ingredient("closure", connects, TORQUE, REACTIONS, minimal=True, absence="open-loops")
         hard = "the regularisation of constraints taken away after compiling; without it, as MJCF can say it"
-        yield fields(minimal, "hardening", hard, TORQUE, REACTIONS, hardening=None, minimal=True)
+        yield field_ingredient(minimal, "hardening", hard, TORQUE, REACTIONS, hardening=None, minimal=True)
         slow = f"a time constant of a tenth of the period; without it MuJoCo's default, {STOCK_SOLREF[0]:g} s"
-        yield fields(minimal, "slow-closure", slow, solref=STOCK_SOLREF, minimal=True)
-        yield fields(minimal, "rk4", "four evaluations a step; without it Euler", integrator="Euler", minimal=True)
+        yield field_ingredient(minimal, "slow-closure", slow, solref=STOCK_SOLREF, minimal=True)
+        yield field_ingredient(
+            minimal, "rk4", "four evaluations a step; without it Euler", integrator="Euler", minimal=True
+        )
     armature = "an armature that keeps the crank at its speed; without it the crank is only set in motion"
-    yield fields(minimal, "flywheel", armature, TORQUE, armature=0.0, minimal=True)
-    yield fields(minimal, "iteration", "one iteration of Newton's method; without it none", iterations=0, minimal=True)
+    yield field_ingredient(minimal, "flywheel", armature, TORQUE, armature=0.0, minimal=True)
+    yield field_ingredient(
+        minimal, "iteration", "one iteration of Newton's method; without it none", iterations=0, minimal=True
+    )
     tolerance = (
         f"a tolerance of 0 of the solver; without it MuJoCo's default, {STOCK_TOLERANCE:g}, scaled by a mean inertia "
         "that has the flywheel in it"
     )
-    yield fields(minimal, "tolerance-0", tolerance, tolerance=STOCK_TOLERANCE, minimal=True)
+    yield field_ingredient(minimal, "tolerance-0", tolerance, tolerance=STOCK_TOLERANCE, minimal=True)

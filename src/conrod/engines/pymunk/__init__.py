@@ -26,7 +26,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset
-from conrod.engines.numerics import MEETING, by_centres, equations, inverse_masses, one_iteration
+from conrod.engines.numerics import NEAR_CHANGE_POINT, inverse_masses, iteration_matrix, joint_rows, poses_by_centres
 from conrod.errors import unknown_choice
 from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import inertia_forces, mass_ratio
@@ -49,7 +49,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     Change points are left out: the closer to one, the more it takes, without end.
     """
     mechanism, angle = kinematics.mechanism, kinematics.angles(SAMPLES)
-    clear = ~kinematics.near_change(angle, MEETING)
+    clear = ~kinematics.near_change(angle, NEAR_CHANGE_POINT)
     angle = angle[clear] if clear.any() else angle
     derivatives = kinematics.derivatives(angle, 4)
     poses, rates = derivatives[0], derivatives[1] * speed
@@ -58,7 +58,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
         forces -= load_forces(mechanism, poses, rates, angle / speed)
     inverse = inverse_masses(mechanism, straight(mechanism))
     free = np.flatnonzero(inverse)
-    of_centres = by_centres(mechanism, poses)[:, :, free]
+    of_centres = poses_by_centres(mechanism, poses)[:, :, free]
     begun = 1.5 * inverse[free] * (np.swapaxes(of_centres, 1, 2) @ forces[:, :, None])[:, :, 0]
 
     def size(of: list[Array], order: int) -> float:
@@ -74,7 +74,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     step = 2.0 * np.pi / FINEST
     allowed = SHARE * 5.0 / 12.0 * step**2 * size(derivatives, 4) * speed**2
     jacobian = kinematics.jacobian(poses) @ of_centres
-    return _iterations(one_iteration(jacobian, inverse[free], _constraints(kinematics)), begun, left, allowed)
+    return _iterations(iteration_matrix(jacobian, inverse[free], _constraints(kinematics)), begun, left, allowed)
 
 
 def _iterations(once: Array, begun: Array, left: Callable[[Array], float], allowed: float) -> int:
@@ -97,7 +97,7 @@ def straight(mechanism: Mechanism) -> set[str]:
 def _constraints(kinematics: Kinematics) -> Iterator[slice]:
     """Equations that pymunk solves together, in its order: pins and slides, then gears."""
     last: list[slice] = []
-    for joint, rows in equations(kinematics):
+    for joint, rows in joint_rows(kinematics):
         if isinstance(joint, Mesh):
             last.append(rows)
         elif isinstance(joint, Prismatic):
@@ -122,7 +122,7 @@ class PymunkSettings(EngineSettings):
     """Settings of a pymunk run; the names are pymunk's own where it has one. SI."""
 
     engine: ClassVar[str] = "pymunk"
-    former: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
+    former_fields: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
 
     iterations: int = 10
     error_bias: float = STOCK_BIAS  # of the joints: share of an error left after a second
@@ -166,8 +166,8 @@ class PymunkSettings(EngineSettings):
         Raises:
             InvalidInput: there is no such preset, or a value is out of range.
         """
-        if preset not in PRESETS:
-            raise unknown_choice("preset", preset, PRESETS)
+        if preset not in PYMUNK_PRESETS:
+            raise unknown_choice("preset", preset, PYMUNK_PRESETS)
         # There is no turn that steps are counted by: the field has the least that it may have.
         stock = cls(STOCK, 2, timestep)
         return stock if preset == STOCK else _tuned(stock, mechanism, iterations_by_masses(mechanism))
@@ -203,7 +203,7 @@ def follower_fall(mechanism: Mechanism) -> float:
     return max(falls)
 
 
-PRESETS: Mapping[str, Preset[PymunkSettings]] = {
+PYMUNK_PRESETS: Mapping[str, Preset[PymunkSettings]] = {
     STOCK: Preset(PymunkSettings.stock, "pymunk as it comes", judged=False, style=DOTTED),
     "tuned": Preset(
         PymunkSettings.tuned,

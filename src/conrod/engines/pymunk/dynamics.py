@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.engines.engine import PIECE, Machine
-from conrod.engines.numerics import body_states
+from conrod.engines.engine import PIECE_STEPS, Machine
+from conrod.engines.numerics import frames_from_centres
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import Pushes, pushes_of
 from conrod.engines.pymunk.space import VERSION, Build, build, build_free
 from conrod.engines.pymunk.stepping import advance, state
-from conrod.engines.running import Recorded, pieces
+from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, cache_blocks, turned
@@ -126,13 +126,13 @@ KEPT = 3  # samples before a stretch of a run from which its velocities, acceler
 
 
 def run(
-    machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE
+    machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
     """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
     made = started(machine, settings, start_angle)
     pushes, known = pushes_of(made, settings), state(made)
 
-    def record(_: int, times: Array) -> Recorded:
+    def record(_: int, times: Array) -> RecordedStretch:
         nonlocal known
         # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
         # of a whole turn, put right at once, would be seen in the acceleration.
@@ -142,9 +142,9 @@ def run(
         found = advance(made, settings.timestep, turns, known, loading, settings.rounded_state)
         known = found[0][-KEPT:], found[1][-KEPT:]
         at = staggered(made.mechanism, settings.timestep, times, *found)
-        return Recorded(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
+        return RecordedStretch(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
 
-    return pieces(machine, settings, VERSION, revolutions, start_angle, steps, record, KEPT)
+    return record_pieces(machine, settings, VERSION, revolutions, start_angle, steps, record, KEPT)
 
 
 def turns_at(machine: Machine, times: Array) -> Array:
@@ -163,9 +163,9 @@ def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> B
 
 def body_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Array) -> BodyTracks:
     """States of all links at the instants that positions, velocities and accelerations belong to."""
-    here = body_states(mechanism, centres, rates)
-    middle = body_states(mechanism, centres[1:] + at.ahead * rates[1:], rates[1:])
-    between = body_states(mechanism, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
+    here = frames_from_centres(mechanism, centres, rates)
+    middle = frames_from_centres(mechanism, centres[1:] + at.ahead * rates[1:], rates[1:])
+    between = frames_from_centres(mechanism, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
     rest = np.zeros_like
     return BodyTracks(
         BodyStates(at.position, *here, rest(here[0])),
@@ -197,7 +197,7 @@ def free_run(
         _half_step(made, h, pushes)
     known = state(made)
     places, speeds = ([values] for values in known)
-    length = max(1, PIECE // every) * every
+    length = max(1, PIECE_STEPS // every) * every
     for done in range(0, steps, length):
         begins = np.asarray(h * np.arange(done, min(done + length, steps)), dtype=float)
         centres, rates_at = advance(made, h, begins, known, (pushes.give, begins) if pushes else None)
@@ -207,10 +207,10 @@ def free_run(
         means = 0.5 * (rates_at[:-1] + rates_at[1:]) if in_step else rates_at[1:]
         speeds.append(means[every - 1 :: every])
     with np.errstate(all="ignore"):
-        reported_poses, reported_rates = body_states(mechanism, np.vstack(places), np.vstack(speeds))
+        reported_poses, reported_rates = frames_from_centres(mechanism, np.vstack(places), np.vstack(speeds))
         reported_poses[0], reported_rates[0] = poses, rates
     times = np.asarray(h * (every * np.arange(len(reported_poses))), dtype=float)
-    return FreeRun.judged(mechanism, times, (reported_poses, reported_rates))
+    return FreeRun.from_states(mechanism, times, (reported_poses, reported_rates))
 
 
 def _half_step(made: Build, h: float, pushes: Pushes | None) -> None:

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pymunk
 
-from conrod.engines.capabilities import REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, Engine, Machine, run_of
-from conrod.engines.numerics import approached, body_states, close_gap
-from conrod.engines.pymunk import PRESETS, PymunkSettings, dynamics, forces, grid, law, space
+from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
+from conrod.engines.engine import STOCK, Engine, Machine, run_extent
+from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
+from conrod.engines.pymunk import PYMUNK_PRESETS, PymunkSettings, dynamics, forces, grid, law, space
 from conrod.engines.pymunk.dynamics import started as start_of
 from conrod.engines.pymunk.dynamics import turns_at
 from conrod.engines.pymunk.law import shape_error
@@ -51,14 +51,14 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
             _close_joints(made, made.mechanism.crank_turn(theta))
         return _centres(made)
 
-    for theta in approached(machine.kinematics, angle, place):
+    for theta in place_at_angles(machine.kinematics, angle, place):
         turn = made.mechanism.crank_turn(theta)
         if contacts:
             rows.append(_place_follower(made, contacts[0], turn))
         else:
             rows.append((_centres(made), _closing_rates(made, machine, turn)))
     centres, rates = (np.array(column) for column in zip(*rows, strict=True))
-    poses, speeds = body_states(made.mechanism, centres, rates)
+    poses, speeds = frames_from_centres(made.mechanism, centres, rates)
     observed = machine.kinematics.point_derivatives([poses, speeds])
     points = {name: (place, None if contacts else rate) for name, (place, rate) in observed.items()}
     error = shape_error(machine, settings) if contacts else None
@@ -118,7 +118,7 @@ def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
         made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
         made.space.step(STEP)
         rates = np.asarray(state(made)[1][0])
-        poses, speeds = body_states(made.mechanism, centres[None], rates[None])
+        poses, speeds = frames_from_centres(made.mechanism, centres[None], rates[None])
         left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[0, :-1, 0]
         if np.abs(left).max() <= RATE_DONE * abs(spin) * machine.kinematics.size:
             break
@@ -153,7 +153,7 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
         centre = start + along * way
         return min(shape.point_query(centre).distance for shape in made.crank.shapes) - contact.roller_radius
 
-    way = close_gap(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
+    way = secant_root(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
     follower.position = start + along * way
     return _centres(made), np.zeros(3 * len(made.bodies))
 
@@ -165,7 +165,7 @@ class BareRun:
     """A machine in the exact state of its start; calling it advances it by so many steps, counted as in a run."""
 
     def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
-        angle, _ = run_of(machine, 1, 1.0)
+        angle, _ = run_extent(machine, 1, 1.0)
         self.made, self._begin, self._steps = start_of(machine, settings, angle), angle / machine.speed, 0
         self._machine, self._timestep, self._pushes = machine, settings.timestep, pushes_of(self.made, settings)
 
@@ -178,7 +178,7 @@ class BareRun:
 
 def reference_loop() -> BareRun:
     """The slider-crank that timings are ratios to, with pymunk's defaults."""
-    return BareRun(REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
+    return BareRun(TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -189,7 +189,7 @@ class Pymunk(Engine[PymunkSettings]):
 
     name = "pymunk"
     version = space.VERSION
-    presets = PRESETS
+    presets = PYMUNK_PRESETS
     refusal = staticmethod(space.refusal)
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
@@ -200,8 +200,8 @@ class Pymunk(Engine[PymunkSettings]):
     stepper = BareRun
     reference_loop = staticmethod(reference_loop)
     paste = staticmethod(grid.paste)
-    stabilised = staticmethod(grid.stabilised)
-    regularised = staticmethod(grid.regularised)
+    with_time_constant = staticmethod(grid.with_time_constant)
+    with_regularisation = staticmethod(grid.with_regularisation)
     grid = staticmethod(grid.rules)
 
     @property
@@ -212,4 +212,4 @@ class Pymunk(Engine[PymunkSettings]):
         return {name: preset(machine, steps_per_revolution) for name, preset in self.presets.items()}
 
 
-ENGINE = Pymunk()
+PYMUNK_ENGINE = Pymunk()

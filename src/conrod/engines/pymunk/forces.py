@@ -23,14 +23,14 @@ import numpy as np
 
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
-from conrod.engines.numerics import body_states
+from conrod.engines.numerics import centres_from_frames, frames_from_centres
 from conrod.engines.pymunk import SHARE, PymunkSettings
 from conrod.engines.pymunk.dynamics import Staggered, body_tracks, staggered, started, turns_at
 from conrod.engines.pymunk.law import settled_states
 from conrod.engines.pymunk.loads import pushes_of
 from conrod.engines.pymunk.space import refusal, shaft_centred
 from conrod.engines.pymunk.stepping import advance
-from conrod.engines.tracks import ForceTracks, no_forces
+from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, turned
@@ -48,7 +48,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
     mechanism = machine.kinematics.mechanism
     reason = refusal(machine, settings)
     if reason:
-        return no_forces(mechanism, reason)
+        return unreported_forces(mechanism, reason)
     made = started(machine, settings, start_angle)
     steps, h = round(settings.steps_per_revolution * revolutions), settings.timestep
     times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
@@ -65,8 +65,8 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         at = staggered(made.mechanism, h, times, centres, rates)
         verdict = judge(machine.kinematics, body_tracks(made.mechanism, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
-        return no_forces(mechanism, verdict)
-    poses, _ = body_states(made.mechanism, centres, rates)
+        return unreported_forces(mechanism, verdict)
+    poses, _ = frames_from_centres(made.mechanism, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], given[FIRST:]
     right = _carried(mechanism, settings, at, run)
     return _tracks(machine, at.acceleration, poses[FIRST:], right)
@@ -89,14 +89,14 @@ def expected_forces(
     centred, h = shaft_centred(mechanism), settings.timestep
     steps = round(settings.steps_per_revolution * revolutions)
     poses, speeds = settled_states(machine, h, start_angle, steps)
-    centres, rates = body_states(centred, poses, speeds, -1.0)
+    centres, rates = centres_from_frames(centred, poses, speeds)
     times = np.asarray(start_angle / machine.speed + h * np.arange(steps + 1), dtype=float)
     at = staggered(centred, h, times, centres, rates)
     run = centres[FIRST:], np.diff(rates, axis=0)[FIRST - 1 :], np.zeros_like(centres[FIRST:])
     right = _carried(mechanism, settings, at, run)
     if mechanism.loads:
         ahead = 1.5 * rates[FIRST - 1 : -1] - 0.5 * rates[FIRST - 2 : -2]
-        right -= load_forces(mechanism, *body_states(centred, centres[FIRST:], ahead), times[FIRST:])
+        right -= load_forces(mechanism, *frames_from_centres(centred, centres[FIRST:], ahead), times[FIRST:])
     return ExpectedForces(_tracks(machine, at.acceleration, poses[FIRST:], right), SHARE, FORCE_LAW)
 
 

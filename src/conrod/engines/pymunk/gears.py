@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.engines.tree import carrier_of
+from conrod.engines.spanning_tree import carrier_body
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack
 
@@ -69,7 +69,7 @@ def _weights(mechanism: Mechanism, mesh: Mesh) -> Weights:
     """Of those bodies that turn."""
     if isinstance(mesh, Rack):
         raise InvalidInput(f"{mesh.name}: {RACK_REFUSAL}")
-    carrier = carrier_of(mechanism, mesh)
+    carrier = carrier_body(mechanism, mesh)
     if carrier is None:
         raise InvalidInput(
             f"{mesh.name}: no one body carries the pins of both {mesh.a} and {mesh.b}, so that turns do not tell "

@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from conrod.engines.engine import Machine, as_preset, with_fields
-from conrod.engines.pymunk import PRESETS, STOCK_BIAS, PymunkSettings
-from conrod.engines.variants import Grid, Knobs, Rule, all_of, knob_rules
+from conrod.engines.engine import Machine, recognise_preset, with_fields
+from conrod.engines.pymunk import PYMUNK_PRESETS, STOCK_BIAS, PymunkSettings
+from conrod.engines.variants import Grid, Knobs, SettingsRule, knob_combinations, knob_rules
 
 # Share of an error that is left after a second: Chipmunk's default, the same for a machine ten times as fast, none.
 BIASES = {"stock": STOCK_BIAS, "stock^10": STOCK_BIAS**10, "0": 0.0}
@@ -31,11 +31,11 @@ CONTACT_GRID: Knobs = {"slop": ("stock", "0", AS_TUNED), "bias": ("stock", "0"),
 SLOPS = {AS_TUNED: "slop half a fall a step", "stock": "slop 0.1 m", "0": "slop 0"}
 
 
-def rules(machine: Machine, grid: Grid) -> tuple[Rule, ...]:
+def rules(machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]:
     """All rules of a grid, without repetition."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     usual, bases, others = (CONTACT, CONTACT_BASES, CONTACT_GRID) if contact else (JOINT, JOINT_BASES, JOINT_GRID)
-    return knob_rules(usual, bases if grid == "coarse" else (*bases, *all_of(**others)), _name, _settings)
+    return knob_rules(usual, bases if grid == "coarse" else (*bases, *knob_combinations(**others)), _name, _settings)
 
 
 def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
@@ -52,7 +52,7 @@ def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> Pymu
     # What concerns contact has no part in a machine without one, and must not keep it from being a preset.
     if knobs.get("error_bias") == "0":
         own |= {"collision_bias": 0.0, "collision_slop": tuned.collision_slop}
-    return as_preset(replace(stock, preset="custom", **own), PRESETS, machine)
+    return recognise_preset(replace(stock, preset="custom", **own), PYMUNK_PRESETS, machine)
 
 
 def _name(knobs: Knobs, usual: Knobs) -> str:
@@ -63,7 +63,7 @@ def _name(knobs: Knobs, usual: Knobs) -> str:
     return ", ".join(words + ([f"{knobs['vertices']} vertices"] if knobs["vertices"] != usual["vertices"] else []))
 
 
-def stabilised(machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
+def with_time_constant(machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
     """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
 
     That one is no number any more where the second has very many time constants (745): it becomes zero, and a step
@@ -75,7 +75,7 @@ def stabilised(machine: Machine, settings: PymunkSettings, steps: float) -> Pymu
     return with_fields(settings, error_bias=bias)
 
 
-def regularised(machine: Machine, settings: PymunkSettings, share: float) -> None:
+def with_regularisation(machine: Machine, settings: PymunkSettings, share: float) -> None:
     """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
     return
 

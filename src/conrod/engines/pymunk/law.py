@@ -31,8 +31,15 @@ import numpy as np
 
 from conrod.engines.cam_polygon import CamPolygon, FollowerMotion
 from conrod.engines.capabilities import ExpectedError
-from conrod.engines.engine import Machine, run_of, step_length
-from conrod.engines.numerics import SAMPLES, UNDETERMINED, body_states, largest_derivatives, rounding
+from conrod.engines.engine import Machine, run_extent, step_length
+from conrod.engines.numerics import (
+    CRANK_SAMPLES,
+    NO_BOUND_AT_CHANGE_POINT,
+    centres_from_frames,
+    frames_from_centres,
+    largest_derivatives,
+    rounding_bound,
+)
 from conrod.engines.pymunk import SHARE, PymunkSettings, follower_fall
 from conrod.engines.pymunk.dynamics import point_tracks, staggered
 from conrod.engines.pymunk.space import rounded_polygon, shaft_centred, wedges
@@ -49,7 +56,7 @@ def largest_lags(machine: Machine) -> tuple[float, float, float]:
     """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle."""
     kinematics = machine.kinematics
     mechanism = shaft_centred(kinematics.mechanism)
-    derivatives = kinematics.derivatives(kinematics.angles(SAMPLES), ORDER)
+    derivatives = kinematics.derivatives(kinematics.angles(CRANK_SAMPLES), ORDER)
     # The lag belongs to the sense of the motion: seen backwards, odd derivatives change their sign.
     sense = math.copysign(1.0, machine.speed)
     derivatives = [sense**k * d for k, d in enumerate(derivatives)]
@@ -72,19 +79,19 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
     Args:
         start: crank angle [rad] at which it begins exactly; one pass has its own.
     """
-    kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_of(machine, steps, 1.0)
+    kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_extent(machine, steps, 1.0)
     start = start if kinematics.mechanism.driver.span is None else begin
     # Velocities belong to half a step later, where one pass may have ended.
     count = max(1, min(FIRST_STEPS, round(turns * steps)))
     mechanism, h = shaft_centred(kinematics.mechanism), step_length(machine, steps)
     poses, slopes = kinematics.derivatives(np.array([start]), 1)
-    states = [body_states(mechanism, poses, speed * slopes, -1.0)]
+    states = [centres_from_frames(mechanism, poses, speed * slopes)]
     for n in range(1, count):
         place, rate = states[-1]
-        poses = body_states(mechanism, place + h * rate, rate)[0]
+        poses = frames_from_centres(mechanism, place + h * rate, rate)[0]
         gaps = kinematics.residual([poses], np.array([start + n * h * speed]))
         at_rest = kinematics.residual([poses, np.zeros_like(poses)], np.array([speed]))
-        states.append(body_states(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest), -1.0))
+        states.append(centres_from_frames(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest)))
     centres, rates = (np.vstack(some) for some in zip(*states, strict=True))
     times = np.asarray(start / speed + h * np.arange(count), dtype=float)
     at = staggered(mechanism, h, times, centres, rates)
@@ -121,8 +128,8 @@ def settled_states(machine: Machine, h: float, start: float, steps: int) -> tupl
     for _ in range(MAX_SWEEPS):
         gaps = kinematics.residual([poses], angles)
         rates = kinematics.solve(poses, -gaps / h - kinematics.residual([poses, np.zeros_like(poses)], crank))
-        centres, speeds = body_states(mechanism, poses, rates, -1.0)
-        following = body_states(mechanism, centres + h * speeds, speeds)[0][:-1]
+        centres, speeds = centres_from_frames(mechanism, poses, rates)
+        following = frames_from_centres(mechanism, centres + h * speeds, speeds)[0][:-1]
         change = float(np.abs(following - poses[1:]).max(initial=0.0))
         poses[1:] = following
         if change <= SETTLED * max(kinematics.size, 1.0):
@@ -161,7 +168,7 @@ def weight_rounding(machine: Machine, h: float) -> list[float]:
     equations together, each off by one, move an observed point.
     """
     kinematics, speed = machine.kinematics, abs(machine.speed)
-    mechanism, angles = kinematics.mechanism, kinematics.angles(SAMPLES)
+    mechanism, angles = kinematics.mechanism, kinematics.angles(CRANK_SAMPLES)
     poses, slopes = kinematics.derivatives(angles, 1)
     forces = applied_forces(mechanism, poses, machine.speed * slopes, angles / machine.speed)[:, :, :2]
     masses = np.array([body.mass for body in mechanism.bodies])
@@ -190,10 +197,10 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     if machine.kinematics.mechanism.cam_contacts:
         return _contact_error(machine, settings)
     if machine.kinematics.change_angles.size:
-        return ExpectedError(law=UNDETERMINED)
+        return ExpectedError(law=NO_BOUND_AT_CHANGE_POINT)
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
-    floor = rounding(machine.kinematics, settings.steps_per_revolution)
+    floor = rounding_bound(machine.kinematics, settings.steps_per_revolution)
     behind, first = largest_lags(machine), first_errors(machine, settings.steps_per_revolution, start_angle)
     lags = [step**2 * (behind[k] + lag * step * sizes[k + 3]) for k, lag in enumerate(NEXT_LAGS)]
     bounds = [max(lags[k], (1.0 + SHARE) * first[k]) + floor / step**k for k in range(3)]
@@ -203,7 +210,7 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
-    follower = FollowerMotion.of(machine)
+    follower = FollowerMotion.from_machine(machine)
     mechanism, h = machine.kinematics.mechanism, settings.timestep
     # Released, the follower falls by what presses it: weight alone, or what of the exact motion's force is not its own.
     falls: Array = np.full(1, follower_fall(mechanism))
@@ -211,7 +218,7 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
         falls = follower.force * follower.cosine / mechanism.body(follower.contact.b).mass - follower.acceleration
     fall = float(falls.max())
     polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
-    corner = abs(machine.speed) * follower.largest_corner(polygon)  # speed that a corner adds
+    corner = abs(machine.speed) * follower.largest_slope_jump(polygon)  # speed that a corner adds
     drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2 + corner * h
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
     share = float(_free_share(follower, falls).mean()) + _other_free(follower, polygon) / settings.steps_per_revolution
@@ -243,6 +250,6 @@ def _other_free(follower: FollowerMotion, polygon: CamPolygon) -> int:
 
 def shape_error(machine: Machine, settings: PymunkSettings) -> float:
     """Largest error of the lift [m] that the collision shape has, held still."""
-    follower = FollowerMotion.of(machine)
+    follower = FollowerMotion.from_machine(machine)
     polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
     return polygon.error / float(follower.cosine.min())

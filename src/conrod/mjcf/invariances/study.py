@@ -12,11 +12,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.engine import default_steps, run_of
+from conrod.engines.engine import default_steps, run_extent
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.mjcf import mjcf
 from conrod.engines.mujoco.model import Build, compiled
-from conrod.engines.tree import spanning_tree, tree_refusal
+from conrod.engines.spanning_tree import grow_spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.invariances import changes
@@ -125,7 +125,7 @@ def _benches(scene: Scene) -> Iterator[tuple[str, changes.Bench]]:
     """Models of different text, with states on the exact motion at constant crank speed."""
     kinematics, mechanism = scene.kinematics, scene.kinematics.mechanism
     settings = MuJoCoSettings.tuned(scene, default_steps(scene))
-    begin, turns = run_of(scene, default_steps(scene), 1.0)
+    begin, turns = run_extent(scene, default_steps(scene), 1.0)
     angles = begin + math.copysign(2.0 * math.pi * turns, scene.speed) * np.arange(ANGLES) / ANGLES
     poses, by_angle = kinematics.derivatives(angles, 1)
     random, seen = np.random.default_rng(1), set[str]()
@@ -135,7 +135,7 @@ def _benches(scene: Scene) -> Iterator[tuple[str, changes.Bench]]:
             random.shuffle(joints)
         declared = replace(mechanism, joints=tuple(joints))
         try:
-            tree = spanning_tree(declared, kinematics.start[0])
+            tree = grow_spanning_tree(declared, kinematics.start[0])
         except InvalidInput:
             continue  # an order in which the tree of these joints does not grow from the ground is no model
         text = mjcf(tree, settings, mechanism.name, sensors=False)

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.numerics import close_gap
+from conrod.engines.numerics import secant_root
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialJoint, moved
@@ -104,7 +104,7 @@ class Turning:
             mujoco.mj_kinematics(self.model, data)
             return distance(self.model, data, geoms)
 
-        close_gap(moved_by, 0.0, NUDGE * extent, TOUCHING * extent)
+        secant_root(moved_by, 0.0, NUDGE * extent, TOUCHING * extent)
         if abs(distance(self.model, data, geoms)) > NUDGE * extent:
             names = " and ".join(name_or_number(self.model, "geom", geom) for geom in geoms)
             raise InvalidInput(f"{names} cannot be brought to touch {machine.where(time)}")

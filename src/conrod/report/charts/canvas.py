@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from conrod.engines import ENGINES, OTHER_COLOURS, line_style, look_of
+from conrod.engines import ENGINES, PLUGIN_COLOURS, engine_style, line_style
 from conrod.exact.motion import Array
 from conrod.report.charts.compact import compact
 from conrod.report.numbers import ROUNDING
@@ -28,7 +28,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import ValidationResult
 
-HUES = (*map(attrgetter("colour"), ENGINES.values()), *OTHER_COLOURS)  # of curves that are of no engine
+HUES = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that are of no engine
 
 # Mark of an outcome.
 OUTCOME_MARKS = {
@@ -50,7 +50,7 @@ OUTCOME_MARKS = {
 
 def engine_title(engine: str) -> str:
     """The engine's name as its makers write it."""
-    return look_of(engine).title
+    return engine_style(engine).title
 
 
 def preset_title(engine: str, preset: str | None) -> str:
@@ -65,7 +65,7 @@ def label(result: Result) -> str:
 
 def colour(engine: str) -> str:
     """The colour of an engine."""
-    return look_of(engine).colour
+    return engine_style(engine).colour
 
 
 def curve_style(result: Result) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import ReportsForces
-from conrod.engines.running import told
+from conrod.engines.capabilities import ForceReport
+from conrod.engines.run import feed_recorders
 from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
@@ -44,7 +44,7 @@ def motion_judge(
         # How it ended is judged anew.
         ended = judge(healthy.kinematics, run.bodies, run.speed, Verdict(run.outcome))
         piece = replace(given.run, trajectory=replace(run, outcome=ended.outcome, reason=ended.reason))
-        ended = told(
+        ended = feed_recorders(
             [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors
         )
         found = errors.found() if ended.outcome is Outcome.COMPLETED else {}
@@ -156,7 +156,7 @@ class QualificationCase(EngineCase[ValidationResult]):
 
     def _forces(self, given: Recording) -> tuple[Noticed, ...]:
         """Wrong masses that the verdict on the forces notices; none where they are not judged."""
-        if not isinstance(self.made_by, ReportsForces):
+        if not isinstance(self.made_by, ForceReport):
             return ()
         plan = ForcePlan(self.plan.steps_per_revolution, self.plan.revolutions, refined=False)
         result, tracks, law = recorded_forces(self.name, self.scene, self.made_by, str(self.preset), plan)

@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import TypeVar
 
 from conrod.engines import engine_named
-from conrod.engines.door import EngineFault
+from conrod.engines.plugin_values import EngineFault
 from conrod.errors import InvalidInput
 from conrod.studies.execution.local import Ended, LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker import on_known_scene, perform

@@ -11,8 +11,8 @@ import weakref
 from typing import Any
 
 from conrod import engines
-from conrod.engines.brought import BroughtEngine, Description
-from conrod.engines.door import EngineFault
+from conrod.engines.plugin import PluginDescription, PluginEngine
+from conrod.engines.plugin_values import EngineFault
 from conrod.errors import InvalidInput
 from conrod.studies.execution.worker_process import (
     KilledFromOutside,
@@ -25,7 +25,7 @@ from conrod.studies.execution.worker_process import (
 ANSWERED = 60.0  # [s] in which an engine is loaded, or answers what is no run
 
 
-class HostedEngine(BroughtEngine):
+class HostedEngine(PluginEngine):
     """An engine of another package whose code runs in a process of its own, started anew where it has ended."""
 
     def __init__(self, name: str) -> None:
@@ -55,15 +55,15 @@ class HostedEngine(BroughtEngine):
                 raise EngineFault(f"it gave no answer: {error}") from None
 
 
-def _described(name: str) -> Description:
-    return engines.loaded_engine(name).description
+def _described(name: str) -> PluginDescription:
+    return engines.load_plugin_here(name).description
 
 
 def _asked(name: str, what: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    return engines.loaded_engine(name).ask(what, *arguments, **named)
+    return engines.load_plugin_here(name).ask(what, *arguments, **named)
 
 
-def host(name: str) -> BroughtEngine:
+def host(name: str) -> PluginEngine:
     """The engine of another package by its name, in a process of its own.
 
     Raises:

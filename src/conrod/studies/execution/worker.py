@@ -19,7 +19,7 @@ from queue import SimpleQueue
 from typing import TypeVar
 
 from conrod import engines
-from conrod.engines.door import EngineFault, words_of
+from conrod.engines.plugin_values import EngineFault, error_line
 from conrod.errors import InvalidInput, portable
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -48,7 +48,7 @@ def perform(case: Case) -> Measurement:
         asked = isinstance(error, InvalidInput) and getattr(loaded, "handed_over", 0) == before
         if asked or _out_of_memory(error):
             raise
-        said = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {words_of(error)}"
+        said = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error_line(error)}"
         return Measurement(Outcome.CRASHED.slug, said)
 
 
@@ -79,7 +79,7 @@ def main(pipe: int, memory: int | None) -> None:
         pipe: descriptor of the owner's connection.
         memory: address space that a call may take beyond what this process has when it begins [bytes].
     """
-    engines.load_brought = engines.loaded_engine  # this process is there for what an engine may do to it
+    engines.load_plugin = engines.load_plugin_here  # this process is there for what an engine may do to it
     # Closed in what an engine starts, and where nobody writes who means another file.
     least = min(HIDDEN, resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2)
     hidden = fcntl.fcntl(pipe, fcntl.F_DUPFD_CLOEXEC, least)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import ExpectedForces, ForceLaw, Lacking, ReportsForces, capability
-from conrod.engines.tracks import ForceTracks, no_forces
+from conrod.engines.capabilities import ExpectedForces, ForceLaw, ForceReport, MissingCapability, capability
+from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -69,7 +69,11 @@ def recorded_forces(
     settings = engine.presets[preset](scene, steps)
     refusal = engine.refusal(scene, settings) if result.groups else NO_CONTACT
     if refusal:
-        return replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), no_forces(mechanism, refusal), None
+        return (
+            replace(result, outcome=Outcome.UNSUPPORTED.slug, reason=refusal),
+            unreported_forces(mechanism, refusal),
+            None,
+        )
     start, revolutions = plan.stretch(scene)
     expected = _expected(engine, scene, settings, revolutions, start) if result.limits else None
     law = None
@@ -98,9 +102,9 @@ def started(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: For
 
 def _forces(engine: Engine[Any], scene: Scene, settings: Any, revolutions: float, start: float) -> ForceTracks:
     """The forces of a run; an engine that reports none says so."""
-    reports = capability(engine, ReportsForces)
-    if isinstance(reports, Lacking):
-        return no_forces(scene.kinematics.mechanism, reports.reason)
+    reports = capability(engine, ForceReport)
+    if isinstance(reports, MissingCapability):
+        return unreported_forces(scene.kinematics.mechanism, reports.reason)
     return reports.forces(scene, settings, revolutions, start)
 
 
@@ -114,7 +118,7 @@ def _expected(
 ) -> ExpectedForces | None:
     """Forces that the engine's scheme takes by its law; None where it has no law of them."""
     law = capability(engine, ForceLaw)
-    return None if isinstance(law, Lacking) else law.expected_forces(scene, settings, revolutions, start)
+    return None if isinstance(law, MissingCapability) else law.expected_forces(scene, settings, revolutions, start)
 
 
 def _outcome_fields(result: ForceResult, tracks: ForceTracks) -> dict[str, Any]:

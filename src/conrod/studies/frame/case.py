@@ -13,7 +13,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from conrod.engines import is_brought
+from conrod.engines import is_plugin
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
@@ -96,7 +96,7 @@ class Case(ABC):
     def brought_engine(self) -> str | None:
         """That name where the engine is another package's, which may do anything to its process; else None."""
         name = self.engine_name
-        return name if name is not None and is_brought(name) else None
+        return name if name is not None and is_plugin(name) else None
 
     @property
     def effort(self) -> float:

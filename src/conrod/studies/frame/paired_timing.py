@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Timed, required
-from conrod.engines.engine import Machine, run_of
+from conrod.engines.capabilities import TimedStepping, require_capability
+from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Settings
 
@@ -120,7 +120,7 @@ def time_pair(
         rounds: how often both are timed.
         clock: CPU time of the calling thread [ns].
     """
-    each, make = (settings, other), required(engine, Timed).stepper
+    each, make = (settings, other), require_capability(engine, TimedStepping).stepper
     if machine.kinematics.mechanism.driver.span is None:
         steps = [one.steps_per_revolution for one in each]
         # The shortest stretch of a turn that is whole steps of both.
@@ -129,7 +129,7 @@ def time_pair(
         units, lengths = _warmed_up(blocks, WARM_UP, SHORT_BLOCK), [1.0 / parts] * 2
     else:
         # Passes in steps of different length end by up to a step apart: that is in the length of each.
-        lengths = [run_of(machine, one.steps_per_revolution, 1.0)[1] for one in each]
+        lengths = [run_extent(machine, one.steps_per_revolution, 1.0)[1] for one in each]
 
         def passes(settings: Settings, steps: int, count: int) -> int:
             # Made before the clock is looked at, and in one place of the memory or another: nothing favours either.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.engine import run_of
+from conrod.engines.engine import run_extent
 from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -126,11 +126,11 @@ def refine(
         finest: the run that is judged, which need not be made again.
         run: makes one with a number of steps per revolution, over some revolutions from a start angle.
     """
-    path, judged = refinement_path(scene, steps), run_of(scene, steps, revolutions)
+    path, judged = refinement_path(scene, steps), run_extent(scene, steps, revolutions)
     # Of one pass all take the part that the longest steps have room for, of those that fit into it.
     if scene.kinematics.mechanism.driver.span is not None:
         path = tuple(n for n in path if n * judged[1] >= LEAST_STEPS)
-    start, turns = run_of(scene, min(path), revolutions)
+    start, turns = run_extent(scene, min(path), revolutions)
     known = (start, turns) == judged
     return tuple(finest if known and n == steps else run(n, turns, start) for n in path)
 

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.engines.engine import CUSTOM, Machine, run_of
-from conrod.engines.running import check_run, followed
+from conrod.engines.engine import CUSTOM, Machine, run_extent
+from conrod.engines.run import check_run, run_with_recorders
 from conrod.runs.comparison import ExactMotions, Stretch
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import FieldByField, Outcome, Settings, Track, Trajectory
@@ -82,7 +82,7 @@ def as_run(case: AnyRun) -> AnyRun:
     """The case with the stretch that is run: of an input that cannot turn fully its one pass, whatever is asked."""
     if case.scene.kinematics.mechanism.driver.span is None:
         return case
-    start, revolutions = run_of(case.scene, case.settings.steps_per_revolution, case.revolutions)
+    start, revolutions = run_extent(case.scene, case.settings.steps_per_revolution, case.revolutions)
     return replace(case, start_angle=start, revolutions=revolutions)
 
 
@@ -123,7 +123,7 @@ def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None)
     errors, signed = RunErrors(), SignedErrors(case)
     prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
     span, recorders = (case.revolutions, case.start_angle), (errors, prediction, signed)
-    ended = followed(engine, case.scene, case.settings, *span, *recorders, every=every)
+    ended = run_with_recorders(engine, case.scene, case.settings, *span, *recorders, on_piece=every)
     if ended.outcome is not Outcome.COMPLETED:
         return Measurement(ended.outcome.slug, ended.reason)
     return Measurement(

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Lacking, Timed, capability
-from conrod.engines.engine import Machine, run_of
+from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
+from conrod.engines.engine import Machine, run_extent
 from conrod.runs.trajectory import Settings
 
 REPEATS = 3
@@ -50,12 +50,12 @@ def time_run(
     Returns:
         The timing; None where the engine cannot be timed.
     """
-    made = capability(engine, Timed)
-    if isinstance(made, Lacking):
+    made = capability(engine, TimedStepping)
+    if isinstance(made, MissingCapability):
         return None
     reference, advance = made.reference_loop(), made.stepper(machine, settings)
     turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
-    length = max(1, round(turn * run_of(machine, turn, 1.0)[1]))  # a revolution, or the pass
+    length = max(1, round(turn * run_extent(machine, turn, 1.0)[1]))  # a revolution, or the pass
     reference(REFERENCE_STEPS)
     first = min(length, BLOCK)
     warm_up = _spent([(advance, first)], clock)

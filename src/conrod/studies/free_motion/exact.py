@@ -85,7 +85,7 @@ def duration(name: str, scene: Scene, plan: MotionPlan) -> float:
     mechanism = plan.mechanism(scene.kinematics.mechanism, name)
     times = instants(replace(plan, step=None), PROBE).times
     return min(
-        SECONDS, TURNS * _pace(mechanism, ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)).turn
+        SECONDS, TURNS * _pace(mechanism, ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)).revolution
     )
 
 

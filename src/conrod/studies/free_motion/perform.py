@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import FreeMotion, required
+from conrod.engines.capabilities import FreeMotionRuns, require_capability
 from conrod.engines.tracks import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -51,7 +51,7 @@ def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str,
 def _started(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
     return MotionResult(
         scene=name, engine=engine.name, engine_version=engine.version, preset=preset, motion=plan.motion,
-        exact=ExactSummary(course.motion.drift, course.motion.continuation, course.pace.turn, course.unresolved),
+        exact=ExactSummary(course.motion.drift, course.motion.continuation, course.pace.revolution, course.unresolved),
         step=course.grid.step, seconds=float(course.motion.times[-1]), leaving=plan.leaving,
         tolerance={"position": LENGTH_ERROR} if engine.presets[preset].judged_free and not course.unresolved else {},
     )  # fmt: skip
@@ -59,7 +59,7 @@ def _started(name: str, course: ExactCourse, engine: Engine[Any], preset: str, p
 
 def _run(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
     grid, motion = course.grid.finer(divisor), course.motion
-    return required(engine, FreeMotion).free_run(
+    return require_capability(engine, FreeMotionRuns).free_run(
         course.mechanism, preset, grid.step, grid.steps, motion.poses[0], motion.rates[0], course.pace, every=grid.every
     )
 

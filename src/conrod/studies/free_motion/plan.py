@@ -132,12 +132,14 @@ def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, pace: Pace) -> Gr
     """
     if plan.step is not None:
         return grid
-    usual = CROSSING_STEPS_A_TURN if pace.crosses else STEPS_A_TURN
-    finer = grid.finer(math.ceil(grid.step / pace.turn * (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else usual)))
+    usual = CROSSING_STEPS_A_TURN if pace.crosses_branches else STEPS_A_TURN
+    finer = grid.finer(
+        math.ceil(grid.step / pace.revolution * (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else usual))
+    )
     if finer.steps > MOST_STEPS:
         raise InvalidInput(
-            f"{mechanism.name}: its fastest turn takes {pace.turn:.3g} s, and the run more than {MOST_STEPS} steps: "
-            "give --seconds or --step"
+            f"{mechanism.name}: its fastest turn takes {pace.revolution:.3g} s, and the run more than "
+            f"{MOST_STEPS} steps: give --seconds or --step"
         )
     return finer
 

@@ -82,7 +82,7 @@ def _of_length(setup: Setup, revolutions: float) -> LimitCase:
 
 
 def _stabilised(setup: Setup, steps: float) -> LimitCase:
-    return setup.run(setup.varied.stabilised(setup.scene, setup.settings(), steps))
+    return setup.run(setup.varied.with_time_constant(setup.scene, setup.settings(), steps))
 
 
 def _stabilisation_ends(setup: Setup) -> Spans:
@@ -99,7 +99,7 @@ def _stabilisation_ends(setup: Setup) -> Spans:
 def _regularised(setup: Setup, share: float) -> LimitCase:
     if setup.contact:
         check_number("regularisation of a contact", share, CONTACT_LEAST, 1.0)
-    settings = setup.varied.regularised(setup.scene, setup.settings(), share)
+    settings = setup.varied.with_regularisation(setup.scene, setup.settings(), share)
     assert settings is not None
     return setup.run(settings)
 
@@ -107,7 +107,7 @@ def _regularised(setup: Setup, share: float) -> LimitCase:
 def _unregularised(setup: Setup) -> str | None:
     if setup.not_varied():
         return setup.not_varied()
-    regularised = setup.varied.regularised(setup.scene, setup.settings(), 1.0)
+    regularised = setup.varied.with_regularisation(setup.scene, setup.settings(), 1.0)
     return f"{setup.engine} does not regularise its constraints" if regularised is None else None
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.capabilities import Lacking, Varied, capability, required
+from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability, require_capability
 from conrod.exact import GenericReference
 from conrod.exact.motion import Motion, Side
 from conrod.mechanism.mechanism import Mechanism
@@ -124,14 +124,14 @@ class Setup:
         return engine_named(self.engine)
 
     @property
-    def varied(self) -> Varied:
+    def varied(self) -> SettingsVariations:
         """The engine as one whose settings can be varied; InvalidInput where they cannot, see `not_varied`."""
-        return required(self.made_by, Varied)
+        return require_capability(self.made_by, SettingsVariations)
 
     def not_varied(self) -> str | None:
         """None, or why the engine's settings cannot be varied."""
-        found = capability(self.made_by, Varied)
-        return found.reason if isinstance(found, Lacking) else None
+        found = capability(self.made_by, SettingsVariations)
+        return found.reason if isinstance(found, MissingCapability) else None
 
     def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
         """Return the preset's settings on this scene, or on one that it became, at the usual or other steps."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.engines.engine import PIECE
+from conrod.engines.engine import PIECE_STEPS
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import Verdict, joint_gaps
@@ -68,7 +68,7 @@ def piece_length(case: LimitCase) -> int:
             f"revolutions = {case.revolutions:g} at {turn} steps each are {steps} steps; "
             f"a run needs {LEAST_STEPS} to have accelerations"
         )
-    return min(max(steps // PIECES, LEAST_PIECE), PIECE)
+    return min(max(steps // PIECES, LEAST_PIECE), PIECE_STEPS)
 
 
 COMPARED = 2048  # samples that are compared together, where pieces are shorter

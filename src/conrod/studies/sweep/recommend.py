@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.engines.capabilities import Lacking, Timed, capability
-from conrod.engines.engine import shortened
+from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
+from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.runs.trajectory import Settings
@@ -153,7 +153,7 @@ def _answer(
         confirmations = yield from _confirmed(candidate)
         lost = tuple(one for one in confirmations if one.excess(allowed) > 1.0)
         if not lost:
-            pasted = shortened(candidate.case.scene, candidate.case.settings)
+            pasted = round_settings(candidate.case.scene, candidate.case.settings)
             return Recommendation(
                 choice=candidate,
                 margin=1.0 / max(candidate.excess(allowed), 1e-300),
@@ -177,8 +177,8 @@ def _answer(
     if nearest.measurement.errors is None:
         why = ": ".join(filter(None, ("no run completed", nearest.measurement.reason)))
     elif found and not timings:
-        clock = capability(searches[0].rule.engine, Timed)
-        why = clock.reason if isinstance(clock, Lacking) else "nothing within the tolerances could be timed"
+        clock = capability(searches[0].rule.engine, TimedStepping)
+        why = clock.reason if isinstance(clock, MissingCapability) else "nothing within the tolerances could be timed"
     return Refusal(nearest.swept.engine.name, nearest, tuple(rejected), how, why)
 
 
@@ -196,7 +196,7 @@ def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunC
 
     An input that makes one pass has one start and one length of a run: it makes the pass backwards instead.
     """
-    yield "as pasted", replace(case, settings=shortened(case.scene, case.settings))
+    yield "as pasted", replace(case, settings=round_settings(case.scene, case.settings))
     speeds = {f"speed {factor - 1.0:+.0%}": factor for factor in OTHER_SPEEDS}
     if case.scene.kinematics.mechanism.driver.span is None:
         yield "start at 37 deg", replace(case, start_angle=OTHER_START)

@@ -9,9 +9,16 @@ from statistics import median
 from typing import Any
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import Lacking, Pasted, Swept, Timed, capability, rules_of
+from conrod.engines.capabilities import (
+    MissingCapability,
+    PastableSettings,
+    SettingsGrid,
+    TimedStepping,
+    capability,
+    sweep_rules,
+)
 from conrod.engines.engine import CUSTOM
-from conrod.engines.variants import PRESETS, Grid, Rule, step_counts
+from conrod.engines.variants import PRESETS_GRID, Grid, SettingsRule, step_counts
 from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
@@ -20,7 +27,7 @@ from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, fingerprint
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, shared_lines
 
-NEEDED: tuple[type[Any], ...] = (Swept, Timed)
+NEEDED: tuple[type[Any], ...] = (SettingsGrid, TimedStepping)
 
 Timings = Mapping[str, Timing]
 # Timings by key, of those cases that can be timed.
@@ -39,7 +46,7 @@ class RulePlan:
     """
 
     engine: Engine[Any]
-    rule: Rule
+    rule: SettingsRule
     cases: tuple[RunCase, ...]
 
 
@@ -69,10 +76,13 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
     rules = [
         RulePlan(engine, rule, tuple(RunCase(name, scene, rule.settings(scene, n)) for n in steps))
         for engine in engines
-        for rule in rules_of(engine, scene, grid)
+        for rule in sweep_rules(engine, scene, grid)
     ]
-    needed = (Timed,) if grid == PRESETS else NEEDED
-    lacking = {e.name: [c.reason for kind in needed if isinstance(c := capability(e, kind), Lacking)] for e in engines}
+    needed = (TimedStepping,) if grid == PRESETS_GRID else NEEDED
+    lacking = {
+        e.name: [c.reason for kind in needed if isinstance(c := capability(e, kind), MissingCapability)]
+        for e in engines
+    }
     unsupported = {name: ", ".join(reasons) for name, reasons in lacking.items() if reasons}
     return SweepPlan(name, scene, grid, tuple(rules), unsupported)
 
@@ -140,8 +150,8 @@ def lines_of(rule: RulePlan) -> dict[str, str]:
 
 def paste_of(engine: Engine[Any], scene: Scene, settings: Settings) -> str:
     """Settings as lines for a model or a program; the reason where the engine gives none."""
-    can = capability(engine, Pasted)
-    return f"# {can.reason}" if isinstance(can, Lacking) else can.paste(scene, settings)
+    can = capability(engine, PastableSettings)
+    return f"# {can.reason}" if isinstance(can, MissingCapability) else can.paste(scene, settings)
 
 
 def _initial(engine: str, engines: Sequence[str]) -> str:

@@ -12,9 +12,9 @@ import numpy as np
 
 from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
-from conrod.engines.engine import Preset, default_steps, run_of
+from conrod.engines.engine import Preset, default_steps, run_extent
 from conrod.engines.numerics import largest_derivatives, phase_bound
-from conrod.engines.running import followed
+from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import Stretch
@@ -65,7 +65,7 @@ class Plan:
             InvalidInput: a pass with room for fewer than `LEAST_STEPS`.
         """
         steps = self.steps(scene)
-        start, revolutions = run_of(scene, steps, self.revolutions)
+        start, revolutions = run_extent(scene, steps, self.revolutions)
         taken = round(steps * revolutions)
         if scene.kinematics.mechanism.driver.span is not None and taken < LEAST_STEPS:
             raise InvalidInput(f"{steps} steps per revolution are {taken} of the pass: at least {LEAST_STEPS} are run")
@@ -80,12 +80,14 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     steps, revolutions = plan.steps(scene), result.revolutions
     errors, prediction, drawn = RunErrors(), Prediction(scene), Drawn()
     poses = DrawnPoses(scene, steps)
-    ended = followed(engine, scene, settings, revolutions, start, errors, prediction, drawn, poses)
+    ended = run_with_recorders(engine, scene, settings, revolutions, start, errors, prediction, drawn, poses)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
     def point(n: int, turns: float, start: float) -> RefinementPoint:
         found = PointSizes()
-        return _point(n, followed(engine, scene, engine.presets[preset](scene, n), turns, start, found), found)
+        return _point(
+            n, run_with_recorders(engine, scene, engine.presets[preset](scene, n), turns, start, found), found
+        )
 
     finest = _point(steps, ended, errors)
     points = refine(scene, steps, plan.revolutions, finest, point)

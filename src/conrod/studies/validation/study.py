@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.engines import Engine
-from conrod.engines.capabilities import KinematicMode, KinematicResult, Lacking, capability
+from conrod.engines.capabilities import KinematicMode, KinematicResult, MissingCapability, capability
 from conrod.engines.engine import default_steps, judged_preset
-from conrod.engines.numerics import MEETING
+from conrod.engines.numerics import NEAR_CHANGE_POINT
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import size_of
 from conrod.runs.outcome import joint_gaps
@@ -34,11 +34,11 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Validati
     mode, empty = capability(engine, KinematicMode), started(name, scene, engine, None, Plan())
     # Kinematic mode solves the model of a judged preset; what that cannot have, no other can.
     refusal = engine.refusal(scene, engine.presets[judged_preset(engine)](scene, default_steps(scene)))
-    if isinstance(mode, Lacking) or refusal:
-        refusal = mode.reason if isinstance(mode, Lacking) else refusal
+    if isinstance(mode, MissingCapability) or refusal:
+        refusal = mode.reason if isinstance(mode, MissingCapability) else refusal
         return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=refusal or "")
     angle = scene.kinematics.angles(KINEMATIC_ANGLES)
-    angle = angle[~scene.kinematics.near_change(angle, MEETING)]
+    angle = angle[~scene.kinematics.near_change(angle, NEAR_CHANGE_POINT)]
     solved = mode.solve_kinematics(scene, angle)
     exact = scene.motion(angle, scene.speed)
     errors: dict[str, dict[str, Mapping[str, float] | None]] = {}

@@ -1,4 +1,4 @@
-"""One run of a machine at constant crank speed, in the engine that its settings are for, and what that records."""
+"""Run a machine at constant crank speed, with the engine of its settings, whole or piece by piece."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.engines import Engine, engine_named
-from conrod.engines.engine import Machine, step_length
+from conrod.engines.engine import STEP_TOLERANCE, Machine, step_length
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
@@ -34,9 +34,7 @@ from conrod.runs.trajectory import (
     concatenate_pieces,
 )
 
-# Settings made for another speed or step would put every sample at a wrong angle.
-SAME_STEP = 1e-5  # as settings are pasted: a step of another speed is off by more than its sixth digit
-SAME_ANGLE = 1e-9  # [rad], rounding of what a run takes
+SPAN_TOLERANCE = 1e-9  # [rad], by which rounding may carry a run past the end of the driver's span
 
 
 def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_angle: float = 0.0) -> Trajectory:
@@ -55,49 +53,51 @@ def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_an
         InvalidInput: settings that the engine would abort on, that have no meaning, or that are for another speed.
     """
     check_run(machine, settings, revolutions, start_angle)
-    return whole_run(engine_named(settings.engine), machine, settings, float(revolutions), float(start_angle))
+    return run_in_one_piece(engine_named(settings.engine), machine, settings, float(revolutions), float(start_angle))
 
 
-def whole_run(
+def run_in_one_piece(
     engine: Engine[Any], machine: Machine, settings: Settings, revolutions: float, start_angle: float = 0.0
 ) -> Trajectory:
-    """A run of an engine as one piece; nothing is checked."""
+    """Run a machine without checks, and return the whole trajectory."""
     steps = max(round(settings.steps_per_revolution * revolutions), 1)
     return concatenate_pieces(list(engine.run(machine, settings, revolutions, start_angle, steps))).trajectory
 
 
-def followed(
+def run_with_recorders(
     engine: Engine[Any],
     machine: ExactReference,
     settings: Settings,
     revolutions: float,
     start_angle: float,
     *recorders: Recorder,
-    every: Callable[[Trajectory], None] = lambda _: None,
+    on_piece: Callable[[Trajectory], None] = lambda _: None,
 ) -> Verdict:
-    """The end of a run of an engine, of which the recorders get what is in one piece; nothing is checked.
+    """Run a machine without checks, feed recorders piece by piece, and return how the run ended.
 
-    Memory does not grow with the run but by what they keep.
+    Memory grows with the run only by what recorders keep.
 
     Args:
-        every: gets all pieces, also those of a machine that is no longer in one piece.
+        on_piece: called with the trajectory of every piece, also after the run has failed; recorders get none then.
     """
     pieces = engine.run(machine, settings, revolutions, start_angle)
-    return told(pieces, round(settings.steps_per_revolution * revolutions) + 1, machine, *recorders, every=every)
+    return feed_recorders(
+        pieces, round(settings.steps_per_revolution * revolutions) + 1, machine, *recorders, on_piece=on_piece
+    )
 
 
-def told(
+def feed_recorders(
     pieces: Iterable[Piece],
     samples: int,
     machine: ExactReference,
     *recorders: Recorder,
-    every: Callable[[Trajectory], None] = lambda _: None,
+    on_piece: Callable[[Trajectory], None] = lambda _: None,
 ) -> Verdict:
-    """The end of a run that was to have so many samples, from its pieces; see `followed`."""
+    """Feed the pieces of a run of `samples` samples to recorders, and return how the run ended."""
     for piece in pieces:
         found = piece.trajectory
         left = samples - piece.first_step - len(piece.clock)
-        every(found)
+        on_piece(found)
         if found.outcome is Outcome.COMPLETED:
             stretch = Stretch(found, machine, max(0, left))
             for recorder in recorders:
@@ -108,7 +108,7 @@ def told(
 
 
 def check_run(machine: Machine, settings: Settings, revolutions: float, start_angle: float) -> None:
-    """Refuse what `run` refuses, before an engine is asked.
+    """Refuse what `run` refuses, without loading the engine.
 
     Raises:
         InvalidInput: a number out of its range, or settings for another speed.
@@ -119,7 +119,8 @@ def check_run(machine: Machine, settings: Settings, revolutions: float, start_an
     if span is not None:
         _check_span(machine, span, revolutions, start_angle)
     step = step_length(machine, settings.steps_per_revolution)
-    if abs(settings.timestep / step - 1.0) > SAME_STEP:
+    # Settings made for another speed or step would put every sample at a wrong angle.
+    if abs(settings.timestep / step - 1.0) > STEP_TOLERANCE:
         raise InvalidInput(
             f"timestep = {settings.timestep:g} s does not fit: {settings.steps_per_revolution} steps a revolution at "
             f"{machine.speed:g} rad/s are {step:g} s each"
@@ -127,9 +128,9 @@ def check_run(machine: Machine, settings: Settings, revolutions: float, start_an
 
 
 def _check_span(machine: Machine, span: tuple[float, float], revolutions: float, start_angle: float) -> None:
-    """Refuse a run that leaves the span of an input which cannot turn fully."""
+    """Refuse a run that leaves the driver's span of an input that cannot turn fully."""
     stop_angle = start_angle + math.copysign(2.0 * math.pi * revolutions, machine.speed)
-    if not all(span[0] - SAME_ANGLE <= angle <= span[1] + SAME_ANGLE for angle in (start_angle, stop_angle)):
+    if not all(span[0] - SPAN_TOLERANCE <= angle <= span[1] + SPAN_TOLERANCE for angle in (start_angle, stop_angle)):
         start, turns = span[0] if machine.speed > 0.0 else span[1], (span[1] - span[0]) / (2.0 * math.pi)
         raise InvalidInput(
             f"start_angle = {start_angle:.9g} rad, revolutions = {revolutions:.9g}: the run leaves the one pass that "
@@ -141,12 +142,12 @@ def _check_span(machine: Machine, span: tuple[float, float], revolutions: float,
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """Recording of a stretch of a run; samples of the stretch before may come first.
+class RecordedStretch:
+    """Tracks of consecutive samples of a run; the last samples of the stretch before may come first.
 
     Attributes:
-        clock: of the engine, at the stretch's own samples [s]; None where it has none.
-        ended: the verdict on the run so far, from the one on its motion alone.
+        clock: the engine's clock at the samples of this stretch [s]; None if it has no clock.
+        finish_verdict: returns the verdict on the run so far, given the verdict on its motion alone.
     """
 
     bodies: BodyTracks
@@ -154,41 +155,41 @@ class Recorded:
     clock: Array | None = None
     warnings: Mapping[str, int] = field(default_factory=dict)
     drive_torque: Array | None = None
-    ended: Callable[[Verdict], Verdict] = lambda judged: judged
+    finish_verdict: Callable[[Verdict], Verdict] = lambda judged: judged
 
 
-def pieces(
+def record_pieces(
     machine: Machine,
     settings: Settings,
     version: str,
     revolutions: float,
     start_angle: float,
     steps: int,
-    record: Callable[[int, Array], Recorded],
-    kept: int = 0,
+    record: Callable[[int, Array], RecordedStretch],
+    preceding: int = 0,
 ) -> Iterator[Piece]:
-    """A run in pieces of so many steps; the first one has the start beside its steps.
+    """Record a run in pieces of `steps` steps; the first piece has the start sample too.
 
     Args:
         version: of the engine.
-        record: steps on to the last of some samples, of which it gets the number of the first one in the run and the
-            nominal times (T,) [s], and tells what the engine has there.
-        kept: samples of the stretch before, at most, that come first among them.
+        record: advances the engine to the last of T samples and returns their tracks; its arguments are the number in
+            the run of the first sample and the nominal times (T,) [s].
+        preceding: number of samples of the stretch before that come first again, at most.
     """
     begun, samples = start_angle / machine.speed, round(settings.steps_per_revolution * revolutions) + 1
     clock, judged = begun, Verdict(Outcome.COMPLETED)
     for first in (0, *range(steps + 1, samples, steps)):
         last = min(max(first, 1) + steps, samples)
         # From the step index: a clock that sums its steps drifts.
-        known = max(0, first - kept)
+        known = max(0, first - preceding)
         times = np.asarray(begun + settings.timestep * np.arange(known, last), dtype=float)
         # A state that is not finite any more stays so; how the run ended is judged from it.
         with np.errstate(all="ignore"):
             found = record(known, times)
-            new = _last(last - first)
+            new = _keep_last(last - first)
             bodies, points = new(found.bodies), {name: new(tracks) for name, tracks in found.points.items()}
             judged = judge(machine.kinematics, bodies, machine.speed, judged)
-        verdict = found.ended(judged)
+        verdict = found.finish_verdict(judged)
         ticks = found.clock
         if ticks is None:
             # The clock that a user keeps of an engine that has none: step by step, with its rounding.
@@ -203,20 +204,20 @@ def pieces(
         yield Piece(trajectory, first, ticks, found.warnings, found.drive_torque)
 
 
-def _last(samples: int) -> FieldByField:
-    """Cuts off all but so many samples of each track."""
+def _keep_last(samples: int) -> FieldByField:
+    """Return a mapper of dataclasses that keeps the last samples of each array."""
     return FieldByField(lambda parts: parts[0][-samples:])
 
 
-def crank_states(mechanism: Mechanism, times: Array, poses: Array, rates: Array, accelerations: Array) -> BodyStates:
-    """States of all bodies (T, 3 n) at times (T,) [s], with where the crank was by the engine's own account."""
+def stamped_states(mechanism: Mechanism, times: Array, poses: Array, rates: Array, accelerations: Array) -> BodyStates:
+    """States of all bodies (T, 3 n) with their times (T,) [s] and the crank motion that the engine reached."""
     driver, k = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
     turn, rate, acceleration = poses[:, k] - driver.start, rates[:, k], accelerations[:, k]
     at = Instants(times, driver.sense * turn, driver.sense * rate, driver.sense * acceleration)
     return BodyStates(at, poses, rates, accelerations)
 
 
-def points_of(kinematics: Kinematics, states: BodyStates) -> dict[str, PointTracks]:
-    """Motion of the observed points that belongs to states of one instant each."""
+def observed_tracks(kinematics: Kinematics, states: BodyStates) -> dict[str, PointTracks]:
+    """Motion of the observed points, computed from body states in which all belongs to one instant."""
     motion = kinematics.point_derivatives([states.poses, states.rates, states.accelerations])
     return {name: PointTracks(*(Track(states.instants, values) for values in of)) for name, of in motion.items()}
