@@ -180,7 +180,7 @@ def _judged(models: Path, name: str) -> LoopStudy | str:
             found = judge(file, Question(robot.drives, robot.keyframe), name)
     except InvalidInput as error:
         return str(error)
-    print(f"{name}: {found.own.outcome.slug}, mobility {found.mobility.left}", flush=True)
+    print(f"{name}: {found.own.outcome.slug}, mobility {found.mobility.remaining_dof}", flush=True)
     return replace(found, file=robot.path)
 
 
@@ -199,7 +199,7 @@ def _corrected(file: Path, changes: Mapping[str, str], folder: Path) -> Path:
 def page(found: Mapping[str, LoopStudy | str]) -> str:
     """The first page: a row for each robot, how its mobility was counted by hand, and what was found."""
     studies = {name: one for name, one in found.items() if isinstance(one, LoopStudy)}
-    right = sum(study.mobility.left == ROBOTS[name].mobility for name, study in studies.items())
+    right = sum(study.mobility.remaining_dof == ROBOTS[name].mobility for name, study in studies.items())
     lines = [
         "# Closed loops of robots\n",
         f"**{len(studies)} of {len(found)} models are judged by their own exact motion; the mobility of {right} is "
@@ -223,7 +223,7 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
         shipped = "oscillates" if study.shipped.chatter else study.shipped.outcome.slug
         costs = ", ".join(measured(run.cost) if run.outcome is Outcome.COMPLETED else "-" for run in study.runs[1:])
         step = quantity(1e3 * study.own.timestep)
-        left, redundant = str(study.mobility.left), str(sum(study.mobility.redundant.values()))
+        left, redundant = str(study.mobility.remaining_dof), str(sum(study.mobility.redundant.values()))
         rows.append((f"[{name}]({name}{KIND.suffix}.md)", left, redundant, step, *gaps, costs, shipped))
     return table(HEADER, rows, HEADER[1:-1], "loops open [mm]; cost of tuned, hardened")
 
@@ -231,11 +231,11 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
 def _said(robot: Robot, found: LoopStudy | str) -> str:
     if isinstance(found, str):
         return found.partition(": ")[2]
-    counted = "" if found.mobility.left == robot.mobility else f"; NOT the {robot.mobility} COUNTED"
+    counted = "" if found.mobility.remaining_dof == robot.mobility else f"; NOT the {robot.mobility} COUNTED"
     note = f" {robot.note}" if robot.note else ""
     runs = {"as it is": found.shipped, **found.presets}
     ran = "; ".join(f"{label}, it {shipped_words(run)}" for label, run in runs.items())
-    return f"mobility {found.mobility.left}{counted}: {robot.counted}.{note} With its own actuators, {ran}."
+    return f"mobility {found.mobility.remaining_dof}{counted}: {robot.counted}.{note} With its own actuators, {ran}."
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import pytest
 from described import CATALOGUE, SHIPPED, SLIDER_CRANK, changed, tables
 
 from conrod.errors import InvalidInput
-from conrod.exact import branch_walk, equations
+from conrod.exact import assembly_branch, equations
 from conrod.exact.elimination import Elimination
 from conrod.scenes.described_scene import DescribedScene, scene_of
 
@@ -56,7 +56,7 @@ def at_scale(path: Path, factor: float) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("start", ["0.001 mm", "1000 km"])
-def test_a_start_far_from_any_pose_that_fits_costs_nothing(start: str, solutions: Solutions) -> None:
+def test_distant_start_pose_needs_few_solutions(start: str, solutions: Solutions) -> None:
     whole = changed(CAM, "start.follower.origin", [0, start])
     assert scene_of(whole).lengths["roller"] == pytest.approx(0.033, rel=1e-9)
     assert solutions.count < 200
@@ -64,7 +64,7 @@ def test_a_start_far_from_any_pose_that_fits_costs_nothing(start: str, solutions
 
 @pytest.mark.parametrize("factor", [1e-5, 1e5])
 @pytest.mark.parametrize("path", [SIX_BAR, PARALLELOGRAM], ids=lambda path: path.stem)
-def test_a_machine_of_another_scale_moves_alike(path: Path, factor: float, solutions: Solutions) -> None:
+def test_motion_scales_with_machine_size(path: Path, factor: float, solutions: Solutions) -> None:
     scaled, usual = scene_of(at_scale(path, factor)), scene_of(tables(path))
     assert {name: travel / factor for name, travel in scaled.lengths.items()} == pytest.approx(usual.lengths, rel=1e-9)
     np.testing.assert_allclose(scaled.kinematics.change_angles, usual.kinematics.change_angles, atol=1e-9)
@@ -72,7 +72,7 @@ def test_a_machine_of_another_scale_moves_alike(path: Path, factor: float, solut
 
 
 @pytest.mark.parametrize("path", [p if p == SLIDER_CRANK else pytest.param(p, marks=pytest.mark.slow) for p in SHIPPED])
-def test_dimensions_out_of_scale_are_answered_or_refused(path: Path, solutions: Solutions) -> None:
+def test_extreme_dimensions_are_solved_or_refused(path: Path, solutions: Solutions) -> None:
     ends: list[DescribedScene | str] = []
     for seed in range(1000, 1025):
         solutions.count = 0
@@ -81,17 +81,19 @@ def test_dimensions_out_of_scale_are_answered_or_refused(path: Path, solutions: 
     assert any(isinstance(end, DescribedScene) for end in ends)
 
 
-def test_a_walk_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tracking_is_refused_when_steps_run_out(monkeypatch: pytest.MonkeyPatch) -> None:
     # Negative control of the budget: with few steps left, a walk that needs single steps is refused.
-    monkeypatch.setattr(branch_walk, "MOST_TRIES", 3)
+    monkeypatch.setattr(assembly_branch, "MAX_STEPS_PER_REVOLUTION", 3)
     with pytest.raises(InvalidInput, match="its motion was not found beyond crank angle"):
         scene_of(tables(CATALOGUE / "geneva.toml") | {"name": "other"})
 
 
-def test_a_size_from_the_start_alone_is_caught(monkeypatch: pytest.MonkeyPatch, solutions: Solutions) -> None:
+def test_step_count_explodes_when_size_is_start_pose_alone(
+    monkeypatch: pytest.MonkeyPatch, solutions: Solutions
+) -> None:
     # Negative control of the count: the scale of a start of 0.001 mm takes more steps than there are.
     solutions.most = 1000  # five times what is enough
     monkeypatch.setattr(equations, "_extent", lambda _: 0.0)
-    monkeypatch.setattr(branch_walk, "MOST_TRIES", 10**9)
+    monkeypatch.setattr(assembly_branch, "MAX_STEPS_PER_REVOLUTION", 10**9)
     with pytest.raises(TooMany):
         scene_of(changed(CAM, "start.follower.origin", [0, "0.001 mm"]) | {"name": "other"})

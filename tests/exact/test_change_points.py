@@ -12,7 +12,7 @@ from described import CATALOGUE, changed, tables
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.exact import branch_continuation as smooth_course
+from conrod.exact import branch_tracking as smooth_course
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.runs.outcome import judge
@@ -64,14 +64,14 @@ def with_third_crank() -> dict[str, Any]:
     return whole
 
 
-def test_the_change_points_of_a_parallelogram_are_where_all_links_lie_in_one_line(
+def test_parallelogram_change_points_have_all_links_in_line(
     parallelogram: DescribedScene,
 ) -> None:
     assert parallelogram.kinematics.turns_fully
     assert np.abs(parallelogram.kinematics.change_angles - CHANGES).max() < 1e-12
 
 
-def test_the_motion_through_change_points_is_the_closed_form_to_jerk(parallelogram: DescribedScene) -> None:
+def test_motion_at_change_points_matches_closed_form(parallelogram: DescribedScene) -> None:
     position, velocity, acceleration, jerk = errors(parallelogram, "B", GROUND, ANGLES)
     assert position < 1e-13
     assert velocity < 1e-12
@@ -79,14 +79,14 @@ def test_the_motion_through_change_points_is_the_closed_form_to_jerk(parallelogr
     assert jerk < 1e-9
 
 
-def test_without_a_step_over_them_the_crank_cannot_turn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(smooth_course, "crossing", lambda *_: None)
+def test_crank_is_blocked_without_change_point_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(smooth_course, "find_change_point", lambda *_: None)
     # Another name, so that no solved machine is at hand.
     with pytest.raises(InvalidInput, match="cannot turn fully"):
         scene_of(changed(PARALLELOGRAM, "name", "not-stepped-over"))
 
 
-def test_several_loops_may_have_their_change_points_at_once() -> None:
+def test_loops_may_share_one_change_point() -> None:
     scene = scene_of(with_third_crank())
     assert np.abs(scene.kinematics.change_angles - CHANGES).max() < 1e-12
     found = errors(scene, "C", GROUND + 0.3, ANGLES[::3])
@@ -105,7 +105,7 @@ def antiparallelogram() -> Kinematics:
     return scene_of(whole).kinematics
 
 
-def test_an_antiparallelogram_stays_one() -> None:
+def test_antiparallelogram_stays_on_its_branch() -> None:
     """tan(crank / 2) / tan(follower / 2) is constant, -(ground - crank) / (ground + crank) (half-angle formulas)."""
     kinematics, angle = antiparallelogram(), np.linspace(0.01, 6.28, 300)
     follower = kinematics.poses(angle)[:, 3 * kinematics.mechanism.body_index["follower"] + 2]
@@ -115,7 +115,7 @@ def test_an_antiparallelogram_stays_one() -> None:
 
 
 @pytest.mark.parametrize("before", [1e-4, 0.5])
-def test_a_start_just_before_a_change_point_is_no_obstacle(before: float) -> None:
+def test_start_just_before_change_point_is_accepted(before: float) -> None:
     start = math.pi - math.radians(before)
     scene = scene_of(changed(PARALLELOGRAM, "driver.start", start))
     assert scene.kinematics.change_angles[0] == pytest.approx(math.radians(before), abs=1e-11)
@@ -123,38 +123,38 @@ def test_a_start_just_before_a_change_point_is_no_obstacle(before: float) -> Non
 
 
 @pytest.mark.parametrize("start", [0.0, math.pi])
-def test_a_start_at_a_change_point_is_refused_with_a_hint(start: float) -> None:
+def test_start_at_change_point_is_refused_with_hint(start: float) -> None:
     with pytest.raises(InvalidInput, match="a dead centre or a change point"):
         scene_of(changed(PARALLELOGRAM, "driver.start", start))
 
 
 @pytest.mark.parametrize("stop", [119.9, 120.0, 120.1])
-def test_a_pass_may_end_at_a_change_point(stop: float) -> None:
+def test_pass_may_end_at_change_point(stop: float) -> None:
     whole = changed(PARALLELOGRAM, "driver.from", 0.0)
     whole["driver"]["to"] = math.radians(stop)
     scene = scene_of(whole)
     assert max(errors(scene, "B", GROUND, np.linspace(0.0, math.radians(stop), 50))[:2]) < 1e-12
 
 
-def test_a_crank_rocker_that_is_almost_a_parallelogram_turns_round_instead() -> None:
+def test_near_parallelogram_has_no_change_point() -> None:
     scene = scene_of(changed(PARALLELOGRAM, "bodies.follower.points.B", [CRANK + 1e-8, 0]))
     assert not scene.kinematics.change_angles.size
     follower = scene.kinematics.poses(np.linspace(0.0, 2.0 * math.pi, 100))[:, -1]
     assert np.ptp(follower) < math.pi  # it rocks; that of a parallelogram goes round
 
 
-def test_a_dead_centre_is_no_change_point() -> None:
+def test_dead_centre_is_no_change_point() -> None:
     """The double rocker's input ends where coupler and follower lie in line, b + c = 100 mm apart: at acos(0.4)."""
     whole = changed(DOUBLE_ROCKER, "driver.from", None)
     del whole["driver"]["to"]
     with pytest.raises(InvalidInput, match=r"reaches -22.67 to 21.42 deg"):
         scene_of(whole)
     kinematics = scene_of(tables(DOUBLE_ROCKER)).kinematics
-    assert kinematics.reach(math.pi) == pytest.approx(math.acos(0.4) - math.radians(45.0), abs=1e-7)
+    assert kinematics.reachable_angle(math.pi) == pytest.approx(math.acos(0.4) - math.radians(45.0), abs=1e-7)
     assert not kinematics.change_angles.size
 
 
-def test_a_run_flips_where_it_goes_on_in_the_other_assembly_and_not_on_the_smooth_course(
+def test_run_flips_when_it_leaves_smooth_continuation(
     parallelogram: DescribedScene,
 ) -> None:
     kinematics, angle = parallelogram.kinematics, np.linspace(0.0, 4.0 * math.pi, 2001)
@@ -167,7 +167,7 @@ def test_a_run_flips_where_it_goes_on_in_the_other_assembly_and_not_on_the_smoot
         assert judge(kinematics, BodyTracks(states, states, states), 1.0).outcome is outcome
 
 
-def test_a_run_through_change_points_is_measured_and_not_judged(parallelogram: DescribedScene) -> None:
+def test_run_through_change_points_is_not_judged(parallelogram: DescribedScene) -> None:
     slider_crank = scene_of(tables(CATALOGUE / "slider-crank.toml"))
     for scene, judged in ((parallelogram, False), (slider_crank, True)):
         plan = Plan(steps_per_revolution=80, revolutions=1.0)

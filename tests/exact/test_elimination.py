@@ -33,7 +33,7 @@ def dense(rows: list[dict[int, Entry]]) -> np.ndarray:
 
 @pytest.mark.parametrize("loops", [0, 1, 2, 3])
 @pytest.mark.parametrize("seed", range(2))
-def test_it_solves_and_signs_as_lapack_does_and_solves_the_transposed_matrix(loops: int, seed: int) -> None:
+def test_elimination_agrees_with_lapack(loops: int, seed: int) -> None:
     rows = matrix_with(loops, seed)
     right = np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES))
     right[0] = 0.0
@@ -49,7 +49,7 @@ def test_it_solves_and_signs_as_lapack_does_and_solves_the_transposed_matrix(loo
 
 
 @pytest.mark.parametrize("loops", [1, 2])
-def test_a_singular_sample_has_no_finite_solution_and_spares_none_that_it_need_not(loops: int) -> None:
+def test_elimination_is_not_finite_only_for_singular_samples(loops: int) -> None:
     rows = matrix_with(loops, 3)
     changing = [row for row in rows if all(isinstance(value, np.ndarray) for value in row.values())]
     for row in changing:
@@ -62,14 +62,14 @@ def test_a_singular_sample_has_no_finite_solution_and_spares_none_that_it_need_n
     assert np.sign(Elimination(rows, SAMPLES).determinant())[2] == 0.0
 
 
-def test_a_number_that_may_be_rounding_is_no_pivot() -> None:
+def test_elimination_takes_no_pivot_that_may_be_rounding() -> None:
     # A slide along y has the normal (-1, 6e-17): elimination along the second would lose all digits.
     rows: list[dict[int, Entry]] = [{0: -1.0, 1: 6e-17}, {0: 0.3, 1: np.ones(SAMPLES)}]
     solution = Elimination(rows, SAMPLES).solve([1.0, 2.0])
     np.testing.assert_allclose(solution, np.tile([-1.0, 2.3], (SAMPLES, 1)), rtol=1e-15)
 
 
-def test_a_matrix_with_an_empty_column_is_singular_and_not_an_error() -> None:
+def test_elimination_of_empty_column_is_singular() -> None:
     # Of a link without length: what it is turned by moves nothing.
     rows = [{0: np.ones(2), 1: 0.0}, {0: 2.0 * np.ones(2), 1: 0.0}]
     factors = Elimination(rows, 2)

@@ -17,11 +17,11 @@ from scipy.special import ellipj, ellipk
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics import configurations, coordinate_jet
-from conrod.exact.dynamics.configurations import Configurations
+from conrod.exact.dynamics import configuration_series, coordinate_jet
+from conrod.exact.dynamics.configuration_series import ConfigurationSeries
+from conrod.exact.dynamics.curve_piece import CurvePiece
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import TORQUE, State, joint_forces, sensitivities
-from conrod.exact.dynamics.pieces import Samples
+from conrod.exact.dynamics.inverse import TORQUE, CrankMotion, joint_forces, sensitivities
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -73,13 +73,13 @@ def random_loads(mechanism: Mechanism, seed: int) -> Mechanism:
     return replace(mechanism, loads=tuple(loads))
 
 
-def some_states(kinematics: Kinematics, speed: float) -> State:
+def some_states(kinematics: Kinematics, speed: float) -> CrankMotion:
     angle = np.linspace(*kinematics.span, 7)[1:-1] + 0.01
     angle = angle[~kinematics.near_change(angle, 0.05)]
-    return State(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
+    return CrankMotion(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
 
 
-def torque_from_energy(kinematics: Kinematics, state: State) -> Array:
+def torque_from_energy(kinematics: Kinematics, state: CrankMotion) -> Array:
     """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
 
     T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
@@ -107,7 +107,7 @@ def torque_from_energy(kinematics: Kinematics, state: State) -> Array:
 
 
 @pytest.mark.parametrize("name", [*SCENES, *MACHINES])
-def test_the_torque_of_the_multipliers_is_that_of_the_energy(name: str) -> None:
+def test_drive_torque_equals_power_balance(name: str) -> None:
     kinematics, speed = kinematics_of(name)
     loaded = Kinematics(random_loads(kinematics.mechanism, len(name)))
     state = some_states(loaded, speed)
@@ -120,7 +120,7 @@ def test_the_torque_of_the_multipliers_is_that_of_the_energy(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["shear-press", "six-bar"])
-def test_a_mass_wrong_by_a_percent_is_seen_in_the_torque(name: str) -> None:
+def test_drive_torque_differs_when_mass_is_one_percent_off(name: str) -> None:
     kinematics, speed = kinematics_of(name)
     mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
     exact = joint_forces(kinematics, state).drive_torque
@@ -142,10 +142,10 @@ def test_constant_forces_on_one_body_add_up(second: float) -> None:
     assert np.array_equal(*torques) == (second == 40.0)
 
 
-def test_loads_move_nothing_where_the_crank_is_prescribed() -> None:
+def test_loads_do_not_change_motion_of_prescribed_crank() -> None:
     kinematics, _ = kinematics_of("shear-press")
     loaded = Kinematics(random_loads(kinematics.mechanism, 1))
-    assert loaded._walk is kinematics._walk
+    assert loaded._branch is kinematics._branch
 
 
 def pendulum(released: float) -> tuple[Mechanism, float]:
@@ -170,7 +170,7 @@ def moved(mechanism: Mechanism, times: Array, crank_rate: float) -> FreeMotion:
     return ForwardDynamics(mechanism).motion(times, {mechanism.crank: mechanism.driver.sense * crank_rate})
 
 
-def test_a_pendulum_swings_as_elliptic_functions_say() -> None:
+def test_pendulum_motion_matches_elliptic_functions() -> None:
     mechanism, square = pendulum(released=2.0)
     times = np.linspace(0.0, 2.0, 41)
     motion = moved(mechanism, times, 0.0)
@@ -190,7 +190,7 @@ def test_a_pendulum_swings_as_elliptic_functions_say() -> None:
     ("count", "rate"),
     [(2, 9.0), *(pytest.param(*other, marks=pytest.mark.slow) for other in [(3, -9.0), (4, 1.0), (5, 9.0)])],
 )
-def test_a_chain_of_parallelograms_goes_straight_through_its_change_points(count: int, rate: float) -> None:
+def test_parallelogram_chain_passes_change_points_smoothly(count: int, rate: float) -> None:
     """All rockers turn alike and the bars do not turn: one pendulum, whose energy is known in closed form."""
     motion = moved(chain(count), np.linspace(0.0, 1.0, 51), rate)
     turns, rates = motion.poses[:, 2::3], motion.rates[:, 2::3]
@@ -205,17 +205,17 @@ def test_a_chain_of_parallelograms_goes_straight_through_its_change_points(count
     assert "smooth continuation" in motion.continuation
 
 
-def sine_of_branch(rocker: float) -> tuple[Configurations, Array]:
+def sine_of_branch(rocker: float) -> tuple[ConfigurationSeries, Array]:
     """Of a four-bar beyond a change point: the sine between coupler and rocker, whose sign its branches differ in."""
-    configurations = Configurations(four_bar(0.1, 0.3, rocker, 0.3, 0.6))
-    configurations.reach(6.0)
+    configurations = ConfigurationSeries(four_bar(0.1, 0.3, rocker, 0.3, 0.6))
+    configurations.extend_to(6.0)
     points = np.concatenate([piece.points for piece in configurations.ahead])
     assert points[-1, 2] > math.pi + 0.1
     return configurations, np.sin(points[:, 8] - points[:, 5])
 
 
 @pytest.mark.parametrize("off", [1e-2, pytest.param(1e-4, marks=pytest.mark.slow), 1e-6])
-def test_what_is_no_parallelogram_stays_on_its_own_branch(off: float) -> None:
+def test_near_parallelogram_stays_on_its_branch(off: float) -> None:
     """With the rocker longer by a little, the crank goes round and the rocker rocks: it has no change point."""
     configurations, sine = sine_of_branch(0.1 + off)
     assert np.all(sine > 0.0) or np.all(sine < 0.0)
@@ -241,13 +241,13 @@ def sprung(mechanism: Mechanism) -> Mechanism:
 
 
 @pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
-def test_energy_is_kept_to_1e_11_with_springs_dampers_friction_and_pulses(rate: float) -> None:
+def test_energy_balance_holds_to_1e_11_under_all_loads(rate: float) -> None:
     motion = moved(sprung(slider_crank()), np.linspace(0.0, 0.8, 33), rate)
     assert motion.drift < 1e-11
     assert abs(motion.work[-1]) > 0.01 * motion.scale
 
 
-def test_a_torsion_spring_on_the_crank_goes_on_winding_up_beyond_a_turn() -> None:
+def test_torsion_spring_winds_up_beyond_one_turn() -> None:
     wheel, _ = pendulum(0.0)
     spring = Load("spring", Turn(GROUND, "bob"), Elastic(2.0, -math.pi / 2.0))
     times, rate, inertia = np.linspace(0.0, 1.4, 29), 30.0, 0.03 + 2.0 * 0.4**2
@@ -259,13 +259,15 @@ def test_a_torsion_spring_on_the_crank_goes_on_winding_up_beyond_a_turn() -> Non
     assert motion.drift < 1e-11
 
 
-def test_the_inverse_torque_drives_the_prescribed_motion_back() -> None:
+def test_inverse_torque_reproduces_prescribed_motion() -> None:
     """Accelerations of a free motion, given to the inverse problem, take no torque; those of another one do."""
     mechanism = sprung(slider_crank())
     times = np.linspace(0.0, 0.5, 26)
     motion = moved(mechanism, times, 12.0)
     kinematics = Kinematics(mechanism)
-    state = State(motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times)
+    state = CrankMotion(
+        motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times
+    )
     forces = joint_forces(kinematics, state)
     held = joint_forces(kinematics, replace(state, acceleration=0.0 * times))
     assert np.abs(forces.drive_torque).max() < 1e-9 * np.abs(held.drive_torque).max()
@@ -278,7 +280,7 @@ def refusal(mechanism: Mechanism, rates: dict[str, float]) -> str:
     return str(caught.value)
 
 
-def test_a_rest_in_a_dead_centre_under_load_is_refused() -> None:
+def test_free_motion_refuses_rest_in_loaded_dead_centre() -> None:
     push = Load("gas", Displacement("slider", (0.0, 0.0), 0.0), Steady(-100.0))
     at_rest = replace(slider_crank(start=0.0), gravity=(0.0, 0.0), loads=(push,))
     assert "at rest in a dead centre" in refusal(at_rest, {})
@@ -290,7 +292,7 @@ def test_a_rest_in_a_dead_centre_under_load_is_refused() -> None:
 
 
 @pytest.mark.parametrize("released", [0.0, math.pi])
-def test_a_rest_in_balance_is_refused(released: float) -> None:
+def test_free_motion_refuses_rest_in_exact_balance(released: float) -> None:
     hanging, _ = pendulum(released)
     assert "its weight and loads are in balance" in refusal(hanging, {})
     beside, _ = pendulum(released + 1e-6)
@@ -311,11 +313,11 @@ MEETING = Load("spring", Distance(GROUND, "crank", (0.0, 0.0), (0.0, 0.0)), Elas
         ({"loads": (MEETING,)}, {"crank": 1.0}, "is not finite"),
     ],
 )
-def test_a_start_or_a_machine_that_cannot_be_is_refused(changes: dict[str, Any], rates: Any, told: str) -> None:
+def test_free_motion_refuses_impossible_start_or_machine(changes: dict[str, Any], rates: Any, told: str) -> None:
     assert told in refusal(replace(slider_crank(), **changes), rates)
 
 
-def test_rates_of_two_bodies_that_fit_are_one_start() -> None:
+def test_free_motion_accepts_consistent_rates_of_two_bodies() -> None:
     forward = ForwardDynamics(slider_crank())
     rod = forward.motion(np.linspace(0.0, 0.1, 3), {"crank": 5.0}).rates[0, 5]
     assert forward.start_rate({"crank": 5.0, "rod": rod}) == pytest.approx(forward.start_rate({"rod": rod}))
@@ -330,7 +332,7 @@ def changed(body: Body, quality: str, change: float) -> Body:
 
 
 @pytest.mark.parametrize("name", ["shear-press", "cam-follower", "six-bar"])
-def test_sensitivities_are_difference_quotients_of_the_forces(name: str) -> None:
+def test_sensitivities_match_difference_quotients_of_forces(name: str) -> None:
     kinematics, speed = kinematics_of(name)
     mechanism, state = kinematics.mechanism, some_states(kinematics, speed)
     for some in sensitivities(kinematics, state):
@@ -358,11 +360,11 @@ def wheels(ratio: float) -> Mechanism:
 
 
 @pytest.mark.parametrize(("ratio", "closes"), [(0.5, True), (0.99, False)])
-def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, closes: bool) -> None:
+def test_gear_curve_closes_only_after_whole_turns_of_both(ratio: float, closes: bool) -> None:
     """Of 99 to 100 the second wheel passes its start by a hundredth of a turn, turn after turn: that is not closed."""
-    configurations = Configurations(wheels(ratio))
+    configurations = ConfigurationSeries(wheels(ratio))
     per_turn = 2.0 * math.pi * math.hypot(1.0, ratio)
-    configurations.reach(3.5 * per_turn)
+    configurations.extend_to(3.5 * per_turn)
     if closes:
         assert configurations.loop is not None
         assert configurations.loop.length == pytest.approx(2.0 * per_turn)
@@ -372,13 +374,13 @@ def test_wheels_come_back_after_whole_turns_of_both_or_never(ratio: float, close
 
 
 @pytest.mark.parametrize("rate", [20.0, pytest.param(-20.0, marks=pytest.mark.slow)])
-def test_wheels_whose_turns_never_come_out_keep_their_energy(rate: float) -> None:
+def test_energy_holds_for_gears_without_common_period(rate: float) -> None:
     motion = moved(wheels(math.sqrt(0.5)), np.linspace(0.0, 0.6, 13), rate)
     assert motion.drift < 1e-11
     assert motion.poses[:, 5] == pytest.approx(-math.sqrt(0.5) * motion.poses[:, 2], abs=1e-11)
 
 
-def test_what_begins_gently_behind_a_dwell_is_not_missed() -> None:
+def test_free_motion_resolves_gentle_rise_after_dwell() -> None:
     """Steps that had grown in the dwell passed over it, and left 1.4e-11 of the energy."""
     kinematics, speed = kinematics_of("cam-3-4-5")
     assert moved(kinematics.mechanism, np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
@@ -388,16 +390,16 @@ def blas_threads() -> set[int]:
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
 
-def test_the_curve_of_a_motion_is_worked_out_by_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen, sampled = [], configurations.sampled
+def test_configuration_series_uses_one_blas_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, sampled = [], configuration_series.fit_piece
 
-    def watched(*arguments: object) -> Samples | None:
+    def watched(*arguments: object) -> CurvePiece | None:
         seen.append(blas_threads())
         return sampled(*arguments)  # type: ignore[arg-type]  # as they are
 
-    monkeypatch.setattr(configurations, "sampled", watched)
+    monkeypatch.setattr(configuration_series, "fit_piece", watched)
     with threadpool_limits(2, user_api="blas"):
-        Configurations(chain(1)).reach(0.1)
+        ConfigurationSeries(chain(1)).extend_to(0.1)
         assert blas_threads() == {2}
     assert seen
     assert all(threads == {1} for threads in seen)

@@ -60,7 +60,7 @@ def slider(scene: ShearPress | Saw, t: mpmath.mpf) -> mpmath.mpf:
 
 
 @pytest.mark.parametrize("scene", [ShearPress(crank=(1.0 - 1e-9) * 0.390), Saw(offset=(1.0 - 1e-9) * 0.2)])
-def test_the_closed_form_keeps_eleven_digits_next_to_a_change_point(scene: ShearPress | Saw) -> None:
+def test_closed_form_has_11_digits_near_change_point(scene: ShearPress | Saw) -> None:
     """Where `limits` ends its axis of nearness: at the pose of worst condition, and ever closer to it."""
     beside = np.geomspace(1e-9, 0.3, 8)
     angles = np.concatenate([centre + sign * beside for centre in (0.5 * math.pi, 1.5 * math.pi) for sign in (-1, 1)])
@@ -80,7 +80,7 @@ def generic_difference(scene: Scene, kinematics: Kinematics, alpha: float = 0.0)
 
 @pytest.mark.parametrize("alpha", [0.0, -1.3])
 @pytest.mark.parametrize("name", [*EVERY_SCENE, *slow_but_for_a_few(CAMS)])
-def test_closed_form_matches_the_generic_solver_over_ten_revolutions(name: str, alpha: float) -> None:
+def test_closed_form_matches_generic_solver_over_ten_turns(name: str, alpha: float) -> None:
     scene = EVERY_SCENE.get(name) or CAMS[name]
     found = generic_difference(scene, scene.kinematics, alpha)
     assert max(found.values()) <= AGAINST_EACH_OTHER, found
@@ -90,14 +90,14 @@ def test_closed_form_matches_the_generic_solver_over_ten_revolutions(name: str, 
     ("name", "defect"),
     [*((name, longer_rod) for name in DEFECTIVE_LINKAGES), *((name, turned_crank) for name in DEFECTIVE_CAMS)],
 )
-def test_the_generic_solver_catches_a_longer_rod_and_a_turned_cam(name: str, defect: Any) -> None:
+def test_generic_solver_detects_longer_rod_and_turned_cam(name: str, defect: Any) -> None:
     scene = EVERY_SCENE[name]
     found = generic_difference(scene, defect(scene))
     assert min(found.values()) > 1e5 * AGAINST_EACH_OTHER, found
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
-def test_the_generic_solver_stays_on_the_branch_it_is_started_on(name: str) -> None:
+def test_generic_solver_stays_on_start_branch(name: str) -> None:
     scene = DEFECTIVE_LINKAGES[name]
     other = other_branch(scene)
     found = generic_difference(scene, other)
@@ -131,7 +131,7 @@ def test_a_mechanism_with_another_mobility_is_refused() -> None:
         Kinematics(replace(mechanism, joints=mechanism.joints[:-1]))
 
 
-def test_normalising_lengths_are_the_strokes() -> None:
+def test_normalising_lengths_equal_strokes() -> None:
     press, saw, cam = ShearPress(), Saw(), CamFollower()
     assert press.lengths["A"] == pytest.approx(2.0 * press.crank, rel=2e-6)
     stroke = math.sqrt((saw.rod + saw.crank) ** 2 - saw.offset**2) - math.sqrt(
@@ -141,7 +141,7 @@ def test_normalising_lengths_are_the_strokes() -> None:
     assert cam.lengths["roller"] == pytest.approx(0.073, rel=2e-6)  # document 004: largest lift 73 mm
 
 
-def test_the_press_is_where_the_document_has_it() -> None:
+def test_press_position_matches_document() -> None:
     press = ShearPress()
     r, rod = press.crank, press.rod
     at = press.motion([0.0, math.pi / 2, math.pi], press.speed)
@@ -157,7 +157,7 @@ def test_the_press_is_where_the_document_has_it() -> None:
 
 
 @pytest.mark.parametrize("speed", [1.0, -20.0])
-def test_sides_of_the_reference_are_seen_along_time(speed: float) -> None:
+def test_reference_sides_follow_time_at_negative_speed(speed: float) -> None:
     cam = CamFollower(speed=speed)
     angles = np.array(cam.break_angles()) - (0.0 if speed > 0 else TURN)
     times = angles / speed
@@ -171,7 +171,7 @@ def test_sides_of_the_reference_are_seen_along_time(speed: float) -> None:
 
 
 @pytest.mark.parametrize(("base", "off"), [(0.036, -1e-9), (0.056, 0.0), (0.076, 1e-9)])
-def test_the_least_flank_radius_makes_one_circle_without_breaks(base: float, off: float) -> None:
+def test_least_flank_radius_makes_one_circle_without_breaks(base: float, off: float) -> None:
     least = 0.5 * (base + 0.029 + 0.080)
     cam = CamFollower(base_radius=base, flank_radius=least + off * (1.0 - 1e-6))
     assert cam.is_one_circle
@@ -193,7 +193,7 @@ def test_below_the_least_flank_radius_there_is_no_cam() -> None:
 
 @pytest.mark.parametrize("speed", [1.0, -3.0])
 @pytest.mark.parametrize("name", CAMS_WITH_JOINTS)
-def test_the_least_acceleration_is_just_after_the_joint_of_flank_and_nose(name: str, speed: float) -> None:
+def test_least_acceleration_lies_just_after_flank_joint(name: str, speed: float) -> None:
     cam = replace(CAMS_WITH_JOINTS[name], speed=speed)
     _, nose_joint = cam.joint_angles
     angles = np.linspace(0.0, math.pi, 20001)
@@ -219,7 +219,7 @@ def test_a_flank_near_the_least_radius_keeps_its_digits() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("generic", [False, True])
-def test_exact_motion_is_that_of_its_parts(name: str, generic: bool) -> None:
+def test_exact_motion_does_not_depend_on_blocks(name: str, generic: bool) -> None:
     scene = SCENES[name]
     ruler = GenericReference(scene.mechanism(), scene.speed) if generic else scene
     angle = np.linspace(-3.0, 9.0, 9001)

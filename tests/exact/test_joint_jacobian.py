@@ -59,7 +59,7 @@ def coefficients(joint: Joint, *series: Array) -> Array:
 
 
 @pytest.mark.parametrize("name", JOINTS)
-def test_jacobian_and_series_of_a_joint_are_the_derivatives_of_its_residual(name: str) -> None:
+def test_joint_jacobian_matches_differences_of_residual(name: str) -> None:
     joint, start = JOINTS[name], NEAR if "law" in name else POSES
     rows = joint_jacobian(joint, pose_jets(two_links(joint), [start]))
     told = np.array([[float(np.ravel(value)[0]) for side in row for value in side] for row in rows])

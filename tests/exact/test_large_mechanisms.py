@@ -132,7 +132,7 @@ def test_exact_motion_closes_every_joint_up_to_jerk(largest: DescribedScene) -> 
                 assert np.abs(left).max() < 1e-12 * max(1.0, np.abs(derivatives[order]).max()), (joint.name, order)
 
 
-def test_a_wrong_length_in_a_deep_loop_is_seen(largest: DescribedScene) -> None:
+def test_wrong_length_in_deep_loop_is_detected(largest: DescribedScene) -> None:
     angles = largest.kinematics.angles(90)
     exact, other = (scene.motion(angles, scene.speed).points for scene in (largest, faulty(largest)))
     off = {name: np.abs(exact[name].position - other[name].position).max() for name in exact}
@@ -140,20 +140,20 @@ def test_a_wrong_length_in_a_deep_loop_is_seen(largest: DescribedScene) -> None:
     assert off["A"] < 1e-12  # the first loop knows nothing of it
 
 
-def test_loops_of_a_chain_are_closed_one_at_a_time_and_each_in_the_models(largest: DescribedScene) -> None:
+def test_chain_loops_are_closed_one_at_a_time(largest: DescribedScene) -> None:
     factors = largest.kinematics._equations.elimination(largest.kinematics.start)
     assert len(factors.order.blocks) == 24
     assert max(len(rows) for rows, _ in factors.order.blocks) == 2
     assert len(machine_tree(largest).cuts) == 24
 
 
-def test_what_cannot_be_told_apart_is_one_block() -> None:
+def test_triangular_blocks_merge_unmatched_rows() -> None:
     assert len(triangular_blocks({0: (0, 1), 1: (1, 2), 2: (2, 0)}, (0, 1, 2))) == 1
     assert len(triangular_blocks({0: (0, 1), 1: (0, 1), 2: (2, 0)}, (0, 1, 2))) == 2
 
 
 @pytest.mark.slow
-def test_both_engines_place_it_to_rounding_and_see_a_wrong_length(largest: DescribedScene) -> None:
+def test_engines_place_chain_and_detect_wrong_length(largest: DescribedScene) -> None:
     angles = largest.kinematics.angles(5)
     exact = largest.motion(angles, largest.speed).point("P").position
     for name in ("mujoco", "pymunk"):
@@ -164,7 +164,7 @@ def test_both_engines_place_it_to_rounding_and_see_a_wrong_length(largest: Descr
 
 
 @pytest.mark.slow
-def test_hardened_mujoco_runs_it_at_its_accuracy(largest: DescribedScene) -> None:
+def test_hardened_mujoco_runs_large_mechanism_accurately(largest: DescribedScene) -> None:
     engine = engine_named("mujoco")
     trajectory = run_in_one_piece(engine, largest, engine.presets["hardened"](largest, 500), 0.25)
     assert trajectory.outcome is Outcome.COMPLETED

@@ -14,8 +14,8 @@ from conrod import compare, run
 from conrod.engines import engine_named
 from conrod.exact import GenericReference
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage import Output, outputs, turn_quantities
-from conrod.exact.linkage.course import Course, CrankRange, course_of, crank_range
+from conrod.exact.linkage import OutputLink, output_links, turn_quantities
+from conrod.exact.linkage.crank_range import CrankRange, SampledMotion, crank_range, sample_motion
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute, Rolling
 from conrod.scenes import SCENES, catalogue_scene
@@ -25,17 +25,17 @@ TURN = 2.0 * math.pi
 CRANK_ROCKER = (0.1, 0.3, 0.25, 0.3)
 
 
-def course(mechanism: Mechanism) -> Course:
-    return course_of(Kinematics(mechanism))
+def course(mechanism: Mechanism) -> SampledMotion:
+    return sample_motion(Kinematics(mechanism))
 
 
-def output(mechanism: Mechanism) -> Output:
+def output(mechanism: Mechanism) -> OutputLink:
     """Of a linkage with one output."""
-    (only,) = outputs(course(mechanism))
+    (only,) = output_links(course(mechanism))
     return only
 
 
-def angles_of(found: Output) -> list[float]:
+def angles_of(found: OutputLink) -> list[float]:
     return [centre.angle for centre in found.dead_centres]
 
 
@@ -43,7 +43,7 @@ EXAMPLE_5_6, EXAMPLE_6_18 = (0.11, 0.21, 0.145, 0.3397241528063615), (0.3, 0.25,
 
 
 @pytest.mark.parametrize(("lengths", "turn", "printed"), [(EXAMPLE_5_6, 1.05, 88.86), (EXAMPLE_6_18, 0.1, 53.07)])
-def test_the_limits_of_an_input_are_where_coupler_and_rocker_stretch(
+def test_crank_limits_are_where_coupler_and_rocker_align(
     lengths: tuple[float, float, float, float], turn: float, printed: float
 ) -> None:
     a, b, c, d = lengths
@@ -61,24 +61,24 @@ def test_the_limits_of_an_input_are_where_coupler_and_rocker_stretch(
     assert tuple(course(spanned).angles[[0, -1]]) == (-0.5, 0.25)
 
 
-def test_a_drivers_span_does_not_keep_a_crank_from_turning() -> None:
+def test_crank_range_ignores_driver_span() -> None:
     turning = four_bar(*CRANK_ROCKER)
     part = replace(turning, driver=replace(turning.driver, span=(-0.5, 0.25)))
     assert crank_range(Kinematics(part)) == CrankRange(0.0, TURN, "none", "none")
 
 
-def test_a_parallelogram_turns_smoothly_through_its_change_points() -> None:
+def test_parallelogram_turns_fully_through_change_points() -> None:
     kinematics = Kinematics(four_bar(0.1, 0.3, 0.1, 0.3, 0.7))
     reach = crank_range(kinematics)
     assert reach.full
     assert sorted(reach.change_points) == pytest.approx([math.pi - 0.7, TURN - 0.7], abs=1e-9)
     # The rocker turns as the crank does, and nothing turns back where the equations are singular.
-    (rocker,) = outputs(course_of(kinematics))
+    (rocker,) = output_links(sample_motion(kinematics))
     assert rocker.dead_centres == ()
     assert rocker.gain == pytest.approx(TURN, rel=1e-14)
 
 
-def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
+def test_crank_range_of_partial_turn_ends_at_change_points() -> None:
     turning = four_bar(0.1, 0.3, 0.1, 0.3, 0.7)
     reach = crank_range(Kinematics(replace(turning, driver=replace(turning.driver, span=(-0.2, 0.2)))))
     assert (reach.start_end, reach.stop_end) == ("change point", "change point")
@@ -86,7 +86,7 @@ def test_a_part_of_a_parallelograms_turn_ends_at_its_change_points() -> None:
     assert (reach.start + 0.7, reach.stop + 0.7) == pytest.approx((0.0, math.pi), abs=1e-5)
 
 
-def test_an_in_line_slider_crank_turns_back_at_0_and_180_degrees() -> None:
+def test_in_line_slider_crank_has_dead_centres_at_0_and_180_deg() -> None:
     found = output(slider_crank(0.1, 0.3))
     assert [(c.greatest, c.angle == c.until) for c in found.dead_centres] == [(False, True), (True, True)]
     assert sorted((angle + 0.5) % TURN for angle in angles_of(found)) == pytest.approx([0.0, math.pi], abs=1e-12)
@@ -95,7 +95,7 @@ def test_an_in_line_slider_crank_turns_back_at_0_and_180_degrees() -> None:
     assert found.time_ratio == pytest.approx(1.0, rel=1e-12)
 
 
-def test_an_offset_gives_a_quick_return() -> None:
+def test_offset_slider_crank_has_quick_return() -> None:
     r, rod, e = 0.1, 0.3, 0.09
     found = output(slider_crank(r, rod, e))
     out, back = math.asin(e / (rod + r)), math.asin(e / (rod - r))
@@ -105,7 +105,7 @@ def test_an_offset_gives_a_quick_return() -> None:
     assert found.time_ratio == pytest.approx(slow / (TURN - slow), rel=1e-11)
 
 
-def test_a_crank_rockers_dead_centres_are_where_crank_and_coupler_lie_in_one_line() -> None:
+def test_crank_rocker_dead_centres_align_crank_and_coupler() -> None:
     a, b, c, d = CRANK_ROCKER
     found = output(four_bar(a, b, c, d))
 
@@ -126,19 +126,19 @@ def test_a_crank_rockers_dead_centres_are_where_crank_and_coupler_lie_in_one_lin
     assert found.time_ratio == pytest.approx(slow / (TURN - slow), rel=1e-11)
 
 
-def test_whitworths_slotted_link_goes_round_and_has_no_dead_centre() -> None:
-    lever, ram = outputs(course_of(catalogue_scene("whitworth").kinematics))
+def test_whitworth_slotted_link_turns_without_dead_centre() -> None:
+    lever, ram = output_links(sample_motion(catalogue_scene("whitworth").kinematics))
     assert (lever.link, lever.dead_centres, lever.stroke, lever.time_ratio) == ("lever", (), None, None)
     assert lever.gain == pytest.approx(TURN, rel=1e-14)
     # Its ram has the quick return: (pi + 2 a) / (pi - 2 a), sin a = offset / crank.
     lean = 2.0 * math.asin(0.05 / 0.1)
     assert ram.time_ratio == pytest.approx((math.pi + lean) / (math.pi - lean), rel=1e-11)
     other = scene_of(changed(CATALOGUE / "whitworth.toml", "ground.points.O4", [0, -0.06])).kinematics
-    assert abs((outputs(course_of(other))[1].time_ratio or 0.0) - (ram.time_ratio or 0.0)) > 0.05
+    assert abs((output_links(sample_motion(other))[1].time_ratio or 0.0) - (ram.time_ratio or 0.0)) > 0.05
 
 
-def test_a_cams_dwell_is_told_with_its_beginning_and_its_end() -> None:
-    (found,) = outputs(course_of(SCENES["cam-follower"].kinematics))
+def test_dead_centre_of_cam_dwell_has_begin_and_end() -> None:
+    (found,) = output_links(sample_motion(SCENES["cam-follower"].kinematics))
     low = next(centre for centre in found.dead_centres if not centre.greatest)
     top = next(centre for centre in found.dead_centres if centre.greatest)
     assert top.angle == top.until
@@ -153,7 +153,7 @@ def only_angle(mechanism: Mechanism) -> TransmissionAngle:
     return found
 
 
-def test_a_crank_rockers_transmission_angle_is_least_and_greatest_with_the_crank_along_the_ground() -> None:
+def test_crank_rocker_transmission_extremes_lie_along_ground() -> None:
     a, b, c, d = CRANK_ROCKER
     found = only_angle(four_bar(a, b, c, d))
     ends = [math.acos((b * b + c * c - (d + sign * a) ** 2) / (2.0 * b * c)) for sign in (-1.0, 1.0)]
@@ -165,12 +165,12 @@ def test_a_crank_rockers_transmission_angle_is_least_and_greatest_with_the_crank
     assert found.greatest_pressure_angle.value == pytest.approx(0.5 * math.pi - found.worst.value, abs=1e-15)
 
 
-def test_a_slider_cranks_greatest_pressure_angle_is_that_of_crank_and_offset_over_rod() -> None:
+def test_slider_crank_pressure_angle_matches_closed_form() -> None:
     found = only_angle(slider_crank(0.1, 0.3, 0.09))
     assert math.sin(found.greatest_pressure_angle.value) == pytest.approx(0.19 / 0.3, rel=1e-13)
 
 
-def test_a_block_pushes_a_slotted_link_at_right_angles_to_its_slot() -> None:
+def test_block_pushes_slotted_link_across_its_slot() -> None:
     found = only_angle(catalogue_scene("inverted-slider-crank").mechanism())
     assert found.through == "block"
     assert (found.least.value, found.greatest.value) == pytest.approx((0.5 * math.pi, 0.5 * math.pi), abs=1e-12)
@@ -182,10 +182,10 @@ def test_a_block_pushes_a_slotted_link_at_right_angles_to_its_slot() -> None:
     assert beside.greatest_pressure_angle.value == pytest.approx(math.asin(0.03 / 0.15), rel=1e-12)
 
 
-def test_a_shapers_ram_is_driven_by_its_lever_and_not_the_other_way_round() -> None:
-    shaper = course_of(catalogue_scene("crank-shaper").kinematics)
+def test_shaper_lever_drives_ram_and_not_reverse() -> None:
+    shaper = sample_motion(catalogue_scene("crank-shaper").kinematics)
     assert [(a.driven, a.through) for a in transmission_angles(shaper)] == [("lever", "block"), ("ram", "link")]
-    lever, ram = outputs(shaper)
+    lever, ram = output_links(shaper)
     swing = 2.0 * math.asin(0.1 / 0.2)
     assert lever.stroke == pytest.approx(swing, rel=1e-12)
     # The lever swings to the same angle on both sides, so the ram goes twice as far as its pin's greatest sine.
@@ -194,9 +194,9 @@ def test_a_shapers_ram_is_driven_by_its_lever_and_not_the_other_way_round() -> N
 
 
 @pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower"])
-def test_the_worst_angle_is_no_better_than_the_least_of_samples(name: str) -> None:
+def test_worst_transmission_angle_bounds_all_samples(name: str) -> None:
     kinematics = SCENES[name].kinematics
-    (found,) = transmission_angles(course_of(kinematics))
+    (found,) = transmission_angles(sample_motion(kinematics))
     (push,) = pushes(kinematics, kinematics.poses(kinematics.angles(3600)))
     sampled = math.asin(np.sin(push.angle).min())
     assert sampled - 1e-6 <= found.worst.value <= sampled + 1e-14
@@ -222,7 +222,7 @@ def geared(radius: float) -> GenericReference:
     return GenericReference(geared_machine, 10.0 * math.pi)
 
 
-def test_a_rocker_behind_a_slow_wheel_does_not_go_on_turning() -> None:
+def test_rocker_behind_slow_wheel_has_no_gain() -> None:
     crank, rocker = turn_quantities(geared(0.04).kinematics).outputs
     assert (crank.link, rocker.link) == ("crank", "rocker")
     # Half a turn a turn, every time: the crank goes on.
@@ -232,7 +232,7 @@ def test_a_rocker_behind_a_slow_wheel_does_not_go_on_turning() -> None:
     assert [round(centre.angle, 6) for centre in rocker.dead_centres] == [4.877361]
 
 
-def test_tolerances_behind_a_slow_wheel_are_those_of_all_turns_of_a_run() -> None:
+def test_tolerances_behind_slow_wheel_cover_all_turns() -> None:
     scene, pymunk = geared(0.04), engine_named("pymunk")
     settings = pymunk.presets["tuned"](scene, 500)
     allowed = pymunk.expected_error(scene, settings).position
@@ -241,14 +241,14 @@ def test_tolerances_behind_a_slow_wheel_are_those_of_all_turns_of_a_run() -> Non
     assert 1.3 * first < both < allowed < 1.1 * both
 
 
-def test_behind_an_equal_wheel_every_turn_is_alike() -> None:
+def test_turns_repeat_behind_wheel_of_equal_size() -> None:
     crank, rocker = turn_quantities(geared(0.06).kinematics).outputs
     assert crank.stroke is None
     assert len(rocker.dead_centres) == 2
     assert rocker.time_ratio is not None
 
 
-def test_a_rod_that_a_rocker_moves_does_not_push_it() -> None:
+def test_rod_moved_by_rocker_does_not_push_it() -> None:
     shaft, a, q, b = (0.0, 0.0), (0.07, 0.0), (0.3, 0.0), (0.23, 0.19)
     c, d, e = (0.1, 0.2), (0.4, 0.1), (0.35, 0.32)
     links = {"crank": (shaft, a), "coupler": (a, b), "rocker": (q, b)}

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
-from conrod.exact.motion_table import TOLERANCE, TURN, MotionTable, _errors, motion_table
+from conrod.exact.motion_table import TOLERANCE, MotionTable, _errors, motion_table
+from conrod.mechanism.units import REVOLUTION
 from conrod.scenes import SCENES, catalogue_names, scene_named
 
 
@@ -20,28 +21,28 @@ def tabulated(name: str) -> MotionTable:
 
 # In closed form, a cam by arcs, a law whose fourth derivative jumps, one pass, three turns until wheels stand alike.
 @pytest.mark.parametrize("name", ["saw-500rpm", "cam-follower", "cam-4-5-6-7", "double-rocker", "rolling-on-concave"])
-def test_polynomials_are_the_exact_motion_between_their_knots(name: str) -> None:
+def test_motion_table_matches_exact_motion_between_knots(name: str) -> None:
     scene, table = scene_named(name), tabulated(name)
     angle = np.linspace(*scene.kinematics.span, 1009)
-    angle = angle if table.turns == 0 else np.concatenate([angle, angle + 5.0 * TURN, angle - 7.0 * TURN])
+    angle = angle if table.turns == 0 else np.concatenate([angle, angle + 5.0 * REVOLUTION, angle - 7.0 * REVOLUTION])
     assert _errors(scene, table.evaluate(angle), angle, table.scales).max() < TOLERANCE
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
-def test_every_machine_is_tabulated(name: str) -> None:
+def test_motion_table_exists_for_every_machine(name: str) -> None:
     assert len(tabulated(name).knots) - 1 <= 84
 
 
 @pytest.mark.parametrize(
     ("name", "turns"), [("saw-500rpm", 1), ("double-rocker", 0), ("rolling-on-concave", 3), ("planetary-gear", 21)]
 )
-def test_a_table_holds_the_turns_after_which_motion_repeats(name: str, turns: int) -> None:
+def test_motion_table_covers_turns_until_motion_repeats(name: str, turns: int) -> None:
     assert tabulated(name).turns == turns
 
 
 @pytest.mark.parametrize("term", [0, 1, 2])
-def test_a_number_that_is_off_by_a_billionth_is_found(term: int) -> None:
+def test_motion_table_check_finds_coefficient_off_by_1e_9(term: int) -> None:
     scene, table = SCENES["saw-500rpm"], tabulated("saw-500rpm")
     table.check(scene)
     coefficients = table.coefficients.copy()
@@ -51,7 +52,7 @@ def test_a_number_that_is_off_by_a_billionth_is_found(term: int) -> None:
 
 
 @pytest.mark.parametrize(("part", "place"), [("knots", 3), ("gains", 2)])
-def test_a_knot_or_a_gain_that_is_off_is_found(part: str, place: int) -> None:
+def test_motion_table_check_finds_wrong_knot_or_gain(part: str, place: int) -> None:
     table = tabulated("saw-500rpm")
     values = getattr(table, part).copy()
     values[place] += 1e-9
@@ -59,7 +60,7 @@ def test_a_knot_or_a_gain_that_is_off_is_found(part: str, place: int) -> None:
         replace(table, **{part: values}).check(SCENES["saw-500rpm"])
 
 
-def test_motion_that_does_not_repeat_is_refused() -> None:
+def test_motion_table_refuses_motion_that_never_repeats() -> None:
     radii = {"sun-mesh": (0.0201, 0.0149), "ring-mesh": (0.0149, 0.0499)}  # [m]; 700 turns of the sun to 201 of the arm
     gear = scene_named("planetary-gear").with_parameters(
         **{f"joints.{mesh}.radii.{k}": radius for mesh, pair in radii.items() for k, radius in enumerate(pair)}

@@ -197,7 +197,7 @@ def _off(found: Array, exact: Array, least: float) -> float:
 
 
 @pytest.mark.parametrize("name", [*EVERY_SCENE, *slow_but_for_a_few(CAMS)])
-def test_closed_forms_have_thirteen_digits_up_to_jerk_over_ten_turns(name: str) -> None:
+def test_closed_forms_have_13_digits_up_to_jerk(name: str) -> None:
     scene = MACHINES[name]
     of_poses, of_points = disagreement(scene, scene.mechanism(), turns=10.0)
     assert of_poses < AGREED
@@ -207,12 +207,12 @@ def test_closed_forms_have_thirteen_digits_up_to_jerk_over_ten_turns(name: str) 
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in catalogue_names()]
 )
-def test_the_solver_has_twelve_digits_up_to_jerk(name: str) -> None:
+def test_generic_solver_has_12_digits_up_to_jerk(name: str) -> None:
     scene = catalogue_scene(name)
     assert max(disagreement(scene, scene.mechanism())) < AGREED
 
 
-def test_a_length_wrong_in_its_tenth_digit_is_seen() -> None:
+def test_digit_comparison_detects_length_off_by_1e_10() -> None:
     for scene in (SCENES["saw-40rpm"], catalogue_scene("web-cutter")):
         mechanism = scene.mechanism()
         joint = next(j for j in mechanism.joints if isinstance(j, Revolute) and (j.point_a[0] or j.point_b[0]))
@@ -221,6 +221,6 @@ def test_a_length_wrong_in_its_tenth_digit_is_seen() -> None:
         assert min(disagreement(scene, wrong)) > AGREED
 
 
-def test_a_swapped_sign_of_the_angular_acceleration_is_seen() -> None:
+def test_digit_comparison_detects_swapped_acceleration_sign() -> None:
     scene = SCENES["saw-40rpm"]
     assert disagreement(scene, scene.mechanism(), bend=-0.7)[1] > 0.1

@@ -14,7 +14,8 @@ from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
 from conrod.mechanism.cam import DWELL, HARMONIC, LAWS, Segment, symmetric_cam
-from conrod.mechanism.cam_law import TURN, LawProfile, can_roll, check_cut, concave_reason
+from conrod.mechanism.cam_law import LawProfile, can_roll, check_cut, concave_reason
+from conrod.mechanism.units import REVOLUTION
 from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_of
 from conrod.studies.limits.changed_machines import dead_angles
@@ -26,7 +27,7 @@ LIFT, RISE = 0.033, math.radians(120.0)
 
 
 def profile(law: str, **changed: Any) -> LawProfile:
-    dwell = Segment(DWELL, TURN / 2.0 - RISE, 0.0)
+    dwell = Segment(DWELL, REVOLUTION / 2.0 - RISE, 0.0)
     segments = (Segment(law, RISE, LIFT), dwell, Segment(law, RISE, -LIFT), dwell)
     return replace(LawProfile(0.076, 0.009, segments), **changed)
 
@@ -52,7 +53,7 @@ def test_a_laws_derivatives_are_those_of_its_height(law: str) -> None:
 
 def worst_difference(scene: DescribedScene, law: LawProfile) -> float:
     """Of the generic solver's motion from a law's own derivatives, over the lift; to jerk."""
-    angle = np.linspace(0.0, TURN, 997) + 0.01
+    angle = np.linspace(0.0, REVOLUTION, 997) + 0.01
     point, own = scene.motion(angle, 1.0).point("roller"), law.lift(angle, 3)
     found = [point.position - [0.0, law.prime_radius], point.velocity, point.acceleration, point.jerk]
     return max(float(np.abs(f - np.column_stack([0.0 * s, s])).max()) for f, s in zip(found, own, strict=True)) / LIFT
@@ -93,7 +94,7 @@ def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
     cam["start"] = {"follower": {"origin": [-offset, height]}}
     cam["driver"]["sense"] = way
     scene = scene_of(cam)
-    angle = np.linspace(0.0, TURN, 499) + 0.01
+    angle = np.linspace(0.0, REVOLUTION, 499) + 0.01
     point, own = scene.motion(angle, 1.0).point("roller"), profile("3-4-5").lift(angle, 3)
     np.testing.assert_allclose(point.position[:, 0], -offset, rtol=0.0, atol=1e-15)
     found = (point.position[:, 1] - height, point.velocity[:, 1], point.acceleration[:, 1], point.jerk[:, 1])
@@ -103,7 +104,7 @@ def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
 @pytest.mark.parametrize(("law", "offset"), list(zip(MOVING, (0.0, 0.012) * 2, strict=True)))
 def test_the_profile_is_the_rollers_envelope(law: str, offset: float) -> None:
     cam = profile(law, offset=offset)
-    angle = np.linspace(0.0, TURN, 400, endpoint=False) + 1e-3
+    angle = np.linspace(0.0, REVOLUTION, 400, endpoint=False) + 1e-3
     rim, centres, normals = cam.points(angle), cam.pitch(angle).points, cam.pitch(angle).normals
     distance = np.hypot(*(rim[:, None, :] - centres[None, :, :]).transpose(2, 0, 1))
     np.testing.assert_allclose(distance.diagonal(), cam.roller_radius, rtol=0.0, atol=1e-16)
@@ -121,7 +122,10 @@ def test_the_engines_polygon_is_as_near_to_the_profile_as_it_says(law: str) -> N
     assert cam.is_convex
     for inset in (0.0, 0.9 * cam.least_radius):
         polygon = cam_polygon(cam, 400, inset)
-        dense = cam.points(np.linspace(0.0, TURN, 20001)) - inset * cam.pitch(np.linspace(0.0, TURN, 20001)).normals
+        dense = (
+            cam.points(np.linspace(0.0, REVOLUTION, 20001))
+            - inset * cam.pitch(np.linspace(0.0, REVOLUTION, 20001)).normals
+        )
         edges = np.roll(polygon.vertices, -1, axis=0) - polygon.vertices
         outward = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.hypot(*edges.T)[:, None]
         over = np.max(dense @ outward.T - np.sum(polygon.vertices * outward, axis=1), axis=1)

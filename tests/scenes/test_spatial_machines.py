@@ -12,8 +12,8 @@ import pytest
 from four_bars import driven
 
 from conrod.exact.motion import Array
-from conrod.exact.space.laws import law_of
-from conrod.exact.space.mobility import mobility
+from conrod.exact.space.drive_laws import parse_drive_law
+from conrod.exact.space.mobility import count_mobility
 from conrod.exact.space.motion import SpatialMotion
 from conrod.scenes.space import MACHINES, SpatialMachine
 
@@ -23,7 +23,7 @@ DEGREE = math.pi / 180.0
 def laws(machine: SpatialMachine, times: Array, order: int = 0) -> dict[str, Array]:
     """Coordinate of each driven joint, with derivatives by time: (order + 1, T)."""
     units = {joint: "m" if "mm" in law else "rad" for joint, law in machine.drives.items()}
-    made = {joint: law_of(law, units[joint], 0.0, joint) for joint, law in machine.drives.items()}
+    made = {joint: parse_drive_law(law, units[joint], 0.0, joint) for joint, law in machine.drives.items()}
     return {joint: law.derivatives(times)[: order + 1] for joint, law in made.items()}
 
 
@@ -94,8 +94,8 @@ def test_the_solver_moves_a_model_as_its_closed_form_says(name: str, monkeypatch
     tree = driven(machine.mjcf, dict(machine.drives), DURATION)
     motion = tree.motion(SAMPLES)
     assert (errors(machine, motion) < BARS).all()
-    counted = mobility(tree)
-    assert counted.left == freedoms
+    counted = count_mobility(tree)
+    assert counted.remaining_dof == freedoms
     assert bool(counted.idle) == (name == "rssr-idle-spin")
     # Negative control: a link 0.1 % longer, or an angle 0.1 degrees larger, is another machine.
     other = {key: math.radians(value) if key in ANGLES else value for key, value in change.items()}

@@ -16,7 +16,7 @@ from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run_in_one_piece, run_with_recorders
 from conrod.exact import joint_equations, kinematics
-from conrod.exact.branch_continuation import BranchContinuation
+from conrod.exact.branch_tracking import BranchTracker
 from conrod.exact.equations import Equations
 from conrod.own.models.results import OWN
 from conrod.report import user_model
@@ -40,9 +40,9 @@ PRESETS = [(e, p) for e in ("mujoco", "pymunk") for p in engine_named(e).presets
 @pytest.fixture
 def forgotten() -> Iterator[None]:
     """Machines are walked once and kept: with another solver they are walked anew."""
-    kinematics._walk_of.cache_clear()
+    kinematics._cached_branch.cache_clear()
     yield
-    kinematics._walk_of.cache_clear()
+    kinematics._cached_branch.cache_clear()
 
 
 def judged(scene: Any, engine: str = "mujoco", preset: str = "tuned", steps: int = 200, turns: float = 1.0) -> Any:
@@ -98,7 +98,7 @@ def without_newton(self: Equations, guess: Any, *_: Any, **__: Any) -> Any:
     return guess.copy()
 
 
-def one_newton_step(self: BranchContinuation, guess: Any, angle: Any) -> Any:
+def one_newton_step(self: BranchTracker, guess: Any, angle: Any) -> Any:
     bodies = joint_equations.pose_jets(self.equations.mechanism, [guess])
     residual = self.equations._residual(bodies, 0, angle)
     return guess - self.equations.elimination(guess).solve(residual)
@@ -123,7 +123,7 @@ def test_a_solver_without_newton_steps_is_not_trusted(
 @pytest.mark.parametrize("machine", ["watt-straight-line", "crank-shaper", "double-rocker"])
 def test_a_solver_with_one_newton_step_is_not_trusted(machine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # From a guess this good one step leaves 4e-12 to 4e-10; on other machines less than 1e-12, which is exact.
-    monkeypatch.setattr(BranchContinuation, "solved", one_newton_step)
+    monkeypatch.setattr(BranchTracker, "solve_poses", one_newton_step)
     assert judged(catalogue_scene(machine), preset="hardened", steps=1000).passed is False
 
 

@@ -14,7 +14,7 @@ from catalogue import CAM, PRESS, SAW
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.run import run_in_one_piece
-from conrod.exact.dynamics.inverse import reactions
+from conrod.exact.dynamics.inverse import steady_joint_forces
 from conrod.runs.trajectory import Piece
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import Measurement
@@ -136,7 +136,7 @@ def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, mo
 def test_a_hardened_drive_gives_the_exact_torque_which_is_the_drivers_reaction(name: str, gravity: bool) -> None:
     scene: Any = SCENES[name]
     exact, angle = ExactTorque(scene.kinematics, scene.speed, gravity=gravity), np.linspace(0.0, 2.0 * math.pi, 720)
-    told = reactions(scene.kinematics, angle, scene.speed).drive_torque
+    told = steady_joint_forces(scene.kinematics, angle, scene.speed).drive_torque
     assert exact.peak == pytest.approx(np.abs(exact.at(angle)).max(), rel=1e-3)
     assert bool(np.abs(exact.at(angle) - told).max() < 1e-12 * exact.peak) is gravity
     hardened = replace(MuJoCoSettings.hardened(scene, 400), gravity=gravity)

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.exact.space.laws import law_of
+from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.mobility import check_drives
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import tree_of
@@ -80,9 +80,9 @@ def driven(model: mujoco.MjModel | str, drives: dict[str, str], seconds: float =
         model = mujoco.MjModel.from_xml_string(model)
     tree = tree_of(model, model.qpos0)
     joints = {joint.name: joint for joint in tree.joints if joint.name in drives}
-    laws = {j: law_of(law, joints[j].unit, tree.start[joints[j].coordinate], j) for j, law in drives.items()}
+    laws = {j: parse_drive_law(law, joints[j].unit, tree.start[joints[j].coordinate], j) for j, law in drives.items()}
     made = DrivenTree(tree, laws)
-    start = made.assembled()
+    start = made.assemble_start()
     check_drives(made, start)
-    made.go(start, seconds)
+    made.track_branch(start, seconds)
     return made

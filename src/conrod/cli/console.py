@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage import InstantQuantities, Output, TurnQuantities
-from conrod.exact.linkage.course import CrankRange
+from conrod.exact.linkage import InstantQuantities, OutputLink, TurnQuantities
+from conrod.exact.linkage.crank_range import CrankRange
 from conrod.report import numbers
 from conrod.report.folder import json_text
 from conrod.report.results import described
@@ -110,7 +110,7 @@ def outputs_table(turn: TurnQuantities) -> Table:
     return table(("driven link", "guided by", *right), [_output_row(output) for output in turn.outputs], right, title)
 
 
-def _output_row(output: Output) -> tuple[str, ...]:
+def _output_row(output: OutputLink) -> tuple[str, ...]:
     on = f"goes on, {_way(output.gain, output.unit)} a turn"
     stroke = on if output.stroke is None else _way(output.stroke, output.unit)
     there_and_back = ", ".join(degrees(way) for way in (output.forward, output.backward) if way is not None)

@@ -11,7 +11,7 @@ from conrod.cli import waiting
 from conrod.cli.options import refuse_others
 from conrod.cli.validate_request import Judging, Request
 from conrod.errors import InvalidInput, named_values
-from conrod.exact.space.laws import FORMS
+from conrod.exact.space.drive_laws import FORMS
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import as_outputs_must_not_be, check_readable

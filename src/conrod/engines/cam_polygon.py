@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.engine import Machine
-from conrod.exact.dynamics.inverse import reactions
+from conrod.exact.dynamics.inverse import steady_joint_forces
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.cam import CamProfile
@@ -209,7 +209,7 @@ class FollowerMotion:
             distance=np.linalg.norm(way - poses[:, cam : cam + 2], axis=1),
             acceleration=second[:, follower : follower + 2] @ along * machine.speed**2,
             cosine=normal @ along,
-            force=reactions(kinematics, angles, machine.speed).components[contact.name]["contact"],
+            force=steady_joint_forces(kinematics, angles, machine.speed).components[contact.name]["contact"],
             arcs=active_arcs(contact, pose_jets(kinematics.mechanism, [poses])),
             start=np.array([[cosine, sine], [-sine, cosine]]) @ (way[0] - poses[0, cam : cam + 2]),
         )

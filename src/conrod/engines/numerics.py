@@ -8,7 +8,7 @@ from collections.abc import Callable, Container, Iterable, Iterator
 import numpy as np
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, turned
+from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.mechanism import Body, Joint, Mechanism, to_world
 
 MAX_SECANT_STEPS = 20
@@ -136,7 +136,7 @@ def _shift_reference_points(mechanism: Mechanism, states: Array, rates: Array, s
     for i, body in enumerate(mechanism.bodies):
         if body.centre_of_gravity == (0.0, 0.0):
             continue
-        x, y = turned(body.centre_of_gravity, states[:, 3 * i + 2])
+        x, y = rotate_planar(body.centre_of_gravity, states[:, 3 * i + 2])
         spin = rates[:, 3 * i + 2]
         poses[:, 3 * i] += sign * x
         poses[:, 3 * i + 1] += sign * y

@@ -13,7 +13,7 @@ import numpy as np
 
 from conrod.engines.engine import Machine
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array, turned
+from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.mechanism import GROUND, HigherPair, Mechanism, Mesh, Point, Prismatic, Rack, Revolute, Rolling
 
 
@@ -123,7 +123,9 @@ class SpanningTree:
         if isinstance(branch.joint, Revolute):
             on_parent, on_child = self.pin_points(branch)
             phi = second[2] - first[2] + parent[:, 2] + q
-            arm, out = (np.column_stack(turned(pin, at)) for pin, at in ((on_parent, parent[:, 2]), (on_child, phi)))
+            arm, out = (
+                np.column_stack(rotate_planar(pin, at)) for pin, at in ((on_parent, parent[:, 2]), (on_child, phi))
+            )
             spin = rate[:, 2] + v
             place = parent[:, :2] + arm - out
             drift = rate[:, :2] + _rotational_velocity(rate[:, 2], arm) - _rotational_velocity(spin, out)
@@ -131,7 +133,7 @@ class SpanningTree:
         direction = self.slide_direction(branch)
         offset = _rotate_back(second[:2] - first[:2], first[2])
         away = offset + q[:, None] * np.array([math.cos(direction), math.sin(direction)])
-        arm = np.column_stack(turned((away[:, 0], away[:, 1]), parent[:, 2]))
+        arm = np.column_stack(rotate_planar((away[:, 0], away[:, 1]), parent[:, 2]))
         along = np.column_stack([np.cos(direction + parent[:, 2]), np.sin(direction + parent[:, 2])])
         place = parent[:, :2] + arm
         drift = rate[:, :2] + _rotational_velocity(rate[:, 2], arm) + v[:, None] * along

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.exact.dynamics import coordinate_jet, gradient
+from conrod.exact.dynamics import coordinate_gradient, coordinate_jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, turned
+from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.loads import CONSERVATIVE
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import OPEN_GAP, OUT_OF_REACH, Verdict, joint_gaps
@@ -64,10 +64,12 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
     for load in mechanism.loads:
         value, rate = coordinate_jet(load.along, bodies).coefficients
         force = np.asarray(load.law.force(np.asarray(value), np.asarray(rate), times))
-        result += (force[:, None] * gradient(load.along, mechanism, bodies, len(poses))).reshape(result.shape)
+        result += (force[:, None] * coordinate_gradient(load.along, mechanism, bodies, len(poses))).reshape(
+            result.shape
+        )
     for i, body in enumerate(mechanism.bodies):
         # The gradient by a pose is about the origin of the body's frame.
-        x, y = turned(body.centre_of_gravity, poses[:, 3 * i + 2])
+        x, y = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
         result[:, i, 2] -= x * result[:, i, 1] - y * result[:, i, 0]
     for name, push in mechanism.pushes.items():
         result[:, mechanism.body_index[name], :2] += push

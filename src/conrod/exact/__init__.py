@@ -1,4 +1,4 @@
-"""A machine driven at constant speed with its exact motion: what engines run, and what their runs are compared with."""
+"""A machine driven at constant speed and its exact motion, which engines run and are compared with."""
 
 from __future__ import annotations
 
@@ -18,50 +18,50 @@ from conrod.mechanism.mechanism import Mechanism
 class ExactReference(ABC):
     """The exact motion of a mechanism as a function of the crank angle, and of time at constant speed.
 
-    That of the generic solver, where there is no closed form.
+    The motion comes from the generic solver (`Kinematics`) unless a subclass knows it in closed form.
     """
 
     speed: float  # crank speed [rad/s]; the crank angle is speed x time
 
     @abstractmethod
     def mechanism(self) -> Mechanism:
-        """The declarative description that the generic solver and the engines' models are made from."""
+        """The declarative description, from which the generic solver and the engines' models are made."""
 
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
-        """Exact motion of all observed points.
+        """Return the exact motion of all observed points at crank angles.
 
         Args:
             angle: crank angles (T,) [rad].
             speed: crank speed [rad/s], a number or (T,).
-            acceleration: crank angular acceleration [rad/s^2], constant in time where jerk is asked for.
-            side: which limit to take where the acceleration jumps, seen along increasing crank angle.
+            acceleration: crank angular acceleration [rad/s^2], constant in time if the jerk is used.
+            side: the limit to take where the acceleration jumps, seen along increasing crank angle.
         """
         return self.kinematics.motion(angle, speed, acceleration, side)
 
     def break_angles(self) -> tuple[float, ...]:
-        """Angles [rad] in [0, 2 pi) where the acceleration or the jerk jumps."""
+        """Crank angles [rad] in [0, 2 pi) at which the acceleration or the jerk jumps."""
         return self.kinematics.break_angles
 
     @property
     def lengths(self) -> Mapping[str, float]:
-        """L [m] of each observed point: the largest distance between two of its exact positions.
+        """Travel L [m] of each observed point: the largest distance between two of its exact positions.
 
-        The normalising length of the errors (docs/design.md, 'Errors have names').
+        Position errors are divided by it (docs/design.md, 'Errors have names').
         """
         return self.kinematics.lengths
 
     @property
     def period(self) -> float:
-        """Time of one revolution [s]."""
+        """Time of one crank revolution [s]."""
         return 2.0 * np.pi / abs(self.speed)
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """The generic solver of the mechanism."""
+        """The generic solver of this mechanism."""
         return Kinematics(self.mechanism())
 
     def reference(self, times: ArrayLike, side: Side = "right") -> Motion:
-        """Exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""
+        """Return the exact motion at times (T,) [s] at constant speed; `side` is seen along increasing time."""
         backward: Side = "left" if side == "right" else "right"
         seen = side if self.speed > 0 else backward
         return self.motion(self.speed * np.atleast_1d(np.asarray(times, dtype=float)), self.speed, 0.0, seen)

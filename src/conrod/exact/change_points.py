@@ -1,9 +1,9 @@
-"""Change points: crank angles where assemblies meet, and the one motion that goes on smoothly through them.
+"""Change points: crank angles where assembly branches meet, and the series of the motion that passes smoothly.
 
-There the equations are singular and the poses' derivatives are 0/0, not infinite as at a dead centre. What the
-equations of an order leave open of the poses' Taylor coefficient, its part in the Jacobian's null space, those of the
-next order determine (the reduction of Lyapunov and Schmidt; Govaerts, Numerical Methods for Bifurcations of Dynamical
-Equilibria, chapter 6): so the smooth motion has a Taylor series that rounding does not hurt.
+At a change point the equations are singular: the poses' derivatives are 0/0, where a dead centre makes them infinite.
+The part of a Taylor coefficient in the Jacobian's null space, which the equations of its order leave open, follows from
+the equations of the next order (the reduction of Lyapunov and Schmidt; Govaerts, Numerical Methods for Bifurcations of
+Dynamical Equilibria, chapter 6). So the smooth motion has a Taylor series that does not suffer from rounding.
 """
 
 from __future__ import annotations
@@ -20,153 +20,165 @@ from conrod.errors import InvalidInput
 from conrod.exact.equations import Equations
 from conrod.exact.motion import Array
 
-# Of the series that looks ahead, and of that at a change point.
-AHEAD, ORDER = 8, 16
-# A look ahead is trusted while its last term is this small (lengths against the size); a dead centre lets it grow.
-TRUSTED = 1e-3
-# The change point is narrowed down by looking at so many places, so often.
-PLACES, LOOKS = 33, 3
-# Poses beside a change point that determine it: between these parts of the way there, so many on either side.
-NEAREST, BESIDE = 0.2, 6
-WIDE = 0.05  # [rad]: what is nearer loses digits by its distance
-SETTLED = 3  # corrections of its angle, each of which squares the error
-# What rounding leaves at a change point: of the equations, and of the Jacobian's vanishing singular values.
-CLOSED, VANISHED = 1e-11, 1e-8
-# The series is used this near to the change point [rad], or nearer: as far as it gives the poses and slopes that
-# Newton iteration does there.
-WINDOW, LEAST_WINDOW = 0.08, 1e-3
-SAME_POSE, SAME_SLOPE = 1e-12, 1e-9
+SEARCH_ORDER, SERIES_ORDER = 8, 16  # of the series used to search ahead, and of the series at a change point
+# The search series is trusted while its last term is smaller (lengths against the size); at a dead centre it grows.
+MAX_LAST_TERM = 1e-3
+SEARCH_PLACES, SEARCH_ROUNDS = 33, 3  # places per round at which the smallest singular value is evaluated
+# A change point is fitted to `FIT_NODES` poses on either side, from `FIT_INNER` of the width to all of it.
+FIT_INNER, FIT_NODES = 0.2, 6
+FIT_WIDTH = 0.05  # [rad]: a narrower fit loses digits
+ANGLE_CORRECTIONS = 3  # Newton steps for the angle, each of which squares the error
+# Rounding at a change point: of the equations, and of the Jacobian's vanishing singular values.
+RESIDUAL_ROUNDING, SINGULAR_ROUNDING = 1e-11, 1e-8
+# Limits [rad] of the window in which the series is used, as far as it agrees with Newton iteration to the tolerances.
+MAX_WINDOW, MIN_WINDOW = 0.08, 1e-3
+POSE_TOLERANCE, DERIVATIVE_TOLERANCE = 1e-12, 1e-9
 
 
 @dataclass(frozen=True)
 class ChangePoint:
-    """A change point and the smooth motion near it."""
+    """A change point and the Taylor series of the smooth motion near it."""
 
     angle: float  # crank angle [rad]
     coefficients: Array  # Taylor coefficients of the poses by the crank angle there, (K + 1, 3 n)
     window: float  # how near to it [rad] the series holds to rounding
-    freedoms: int = 0  # that the linkage gains there; 1 but where several loops have it at once
+    gained_freedoms: int = 0  # that the linkage gains there; 1 but where several loops have it at once
 
-    def near(self, angle: Array) -> NDArray[np.bool_]:
-        """At which angles (T,) the series is to be used."""
+    def covers(self, angle: Array) -> NDArray[np.bool_]:
+        """Mask (T,) of crank angles [rad] at which the series holds to rounding."""
         return np.abs(angle - self.angle) < self.window
 
     def series(self, angle: Array, order: int) -> list[Array]:
-        """Taylor coefficients of the poses at angles (T,) up to an order; each (T, 3 n)."""
-        way = (angle - self.angle)[:, None]
+        """Taylor coefficients of the poses about angles (T,) [rad] up to an order; each (T, 3 n)."""
+        distance = (angle - self.angle)[:, None]
         result = []
         for k in range(order + 1):
             total = np.zeros((len(angle), self.coefficients.shape[1]))
             for j in range(len(self.coefficients) - 1, k - 1, -1):
-                total = total * way + math.comb(j, k) * self.coefficients[j]
+                total = total * distance + math.comb(j, k) * self.coefficients[j]
             result.append(total)
         return result
 
 
-def crossing(equations: Equations, angle: float, poses: Array, way: float) -> tuple[ChangePoint, float, Array] | None:
-    """The first change point on a way [rad] from poses (1, 3 n) at a crank angle; None if there is none.
+def find_change_point(
+    equations: Equations, angle: float, poses: Array, distance: float
+) -> tuple[ChangePoint, float, Array] | None:
+    """Search for the first change point ahead of a pose; return it with the angle and the poses beyond, else None.
 
-    A place where the motion does not go on smoothly is none, nor is one of a mechanism with cams: their arcs have no
-    series through a joint. With it the angle and the poses on its other side, as far from it.
+    The point beyond lies as far behind the change point as the given pose lies before it. None also where the motion
+    cannot continue smoothly, and for mechanisms with cams, whose arcs have no series through a joint.
+
+    Args:
+        angle: crank angle [rad] of the pose.
+        poses: exact poses there (1, 3 n).
+        distance: how far to search [rad], negative backwards.
     """
     if equations.mechanism.cam_contacts:
         return None
-    ahead = np.concatenate(equations.series(poses, np.array([angle]), AHEAD))
+    ahead = np.concatenate(equations.series(poses, np.array([angle]), SEARCH_ORDER))
     if not np.isfinite(ahead).all():
         return None
     here = ChangePoint(angle, ahead, math.inf)
-    away = _vanishing(equations, here, way)
+    away = _distance_to_singularity(equations, here, distance)
     try:
-        # Seen from nearby first, then from far enough for all digits.
-        change = None if away is None else _fitted(equations, here, here.angle + away, abs(away))
-        if change is not None and away is not None and abs(away) < WIDE:
-            change = _fitted(equations, change, change.angle, WIDE) or change
-        change = None if change is None else _checked(equations, change)
+        # A first fit from nearby, then one from far enough for all digits.
+        change = None if away is None else _fit_change_point(equations, here, here.angle + away, abs(away))
+        if change is not None and away is not None and abs(away) < FIT_WIDTH:
+            change = _fit_change_point(equations, change, change.angle, FIT_WIDTH) or change
+        change = None if change is None else _verify_window(equations, change)
         if change is None:
             return None
         beyond = np.array([2.0 * change.angle - angle])
         guess = here.series(beyond, 0)[0]
-        poses = change.series(beyond, 0)[0] if change.near(beyond)[0] else equations.newton(guess, beyond)
+        poses = change.series(beyond, 0)[0] if change.covers(beyond)[0] else equations.newton(guess, beyond)
         return change, float(beyond[0]), poses
-    except (InvalidInput, np.linalg.LinAlgError):  # no poses beside it, or no one way to go on: it is none
+    except (InvalidInput, np.linalg.LinAlgError):  # no poses on both sides, or no unique continuation
         return None
 
 
-def _vanishing(equations: Equations, here: ChangePoint, way: float) -> float | None:
-    """Way [rad] to where the Jacobian becomes singular first, by the series ahead."""
-    # Closer places where the way begins, which may be next to it.
-    ways = way * np.linspace(0.0, 1.0, PLACES) ** 2
-    values = _least_singular(equations, here, ways)
-    for k in range(1, PLACES - 1):
+def _distance_to_singularity(equations: Equations, here: ChangePoint, distance: float) -> float | None:
+    """Distance [rad] to the first singular Jacobian along the series from here; None if none is near."""
+    # Denser near the start, which may lie next to the change point.
+    distances = distance * np.linspace(0.0, 1.0, SEARCH_PLACES) ** 2
+    values = _min_singular_values(equations, here, distances)
+    for k in range(1, SEARCH_PLACES - 1):
         if values[k] > min(values[k - 1], values[k + 1]):
             continue
-        found, least = _narrowed(equations, here, ways[k - 1], ways[k + 1])
-        last_term = np.abs(here.coefficients[-1] / equations.scale).max() * abs(2.0 * found) ** AHEAD
-        if last_term > TRUSTED:
+        found, least = _refine_minimum(equations, here, distances[k - 1], distances[k + 1])
+        last_term = np.abs(here.coefficients[-1] / equations.scale).max() * abs(2.0 * found) ** SEARCH_ORDER
+        if last_term > MAX_LAST_TERM:
             return None
-        if least < TRUSTED:
+        if least < MAX_LAST_TERM:
             return found
     return None
 
 
-def _narrowed(equations: Equations, here: ChangePoint, low: float, high: float) -> tuple[float, float]:
-    """The way between two ways ahead at which the least singular value is least, and that value."""
+def _refine_minimum(equations: Equations, here: ChangePoint, low: float, high: float) -> tuple[float, float]:
+    """Distance [rad] between two limits at which the smallest singular value is least, and that value."""
     found, least = low, math.inf
-    for _ in range(LOOKS):
-        ways = np.linspace(low, high, PLACES)
-        values = _least_singular(equations, here, ways)
+    for _ in range(SEARCH_ROUNDS):
+        distances = np.linspace(low, high, SEARCH_PLACES)
+        values = _min_singular_values(equations, here, distances)
         k = int(values.argmin())
-        found, least = float(ways[k]), float(values[k])
-        low, high = ways[max(k - 1, 0)], ways[min(k + 1, PLACES - 1)]
+        found, least = float(distances[k]), float(values[k])
+        low, high = distances[max(k - 1, 0)], distances[min(k + 1, SEARCH_PLACES - 1)]
     return found, least
 
 
-def _least_singular(equations: Equations, here: ChangePoint, ways: Array) -> Array:
-    poses = here.series(here.angle + ways, 0)[0]
+def _min_singular_values(equations: Equations, here: ChangePoint, distances: Array) -> Array:
+    """Smallest singular values (T,) of the Jacobian at distances (T,) [rad] along a series."""
+    poses = here.series(here.angle + distances, 0)[0]
     return np.asarray(np.linalg.svd(equations.scaled_jacobian(poses), compute_uv=False)[:, -1])
 
 
-def _fitted(equations: Equations, known: ChangePoint, middle: float, width: float) -> ChangePoint | None:
-    """The change point near an angle, from exact poses within a width [rad] on both sides, near a series known."""
-    rows = NEAREST + (1.0 - NEAREST) * 0.5 * (1.0 - np.cos(np.pi * (np.arange(BESIDE) + 0.5) / BESIDE))
+def _fit_change_point(equations: Equations, known: ChangePoint, middle: float, width: float) -> ChangePoint | None:
+    """Locate the change point near an angle from poses on both its sides, and compute its series; None if it fails.
+
+    Args:
+        known: a series from which poses are guessed.
+        middle: approximate crank angle [rad] of the change point.
+        width: half the interval [rad] from which poses are taken.
+    """
+    rows = FIT_INNER + (1.0 - FIT_INNER) * 0.5 * (1.0 - np.cos(np.pi * (np.arange(FIT_NODES) + 0.5) / FIT_NODES))
     beside = np.concatenate([-rows[::-1], rows])
     guess = known.series(middle + width * beside, 0)[0]
     poses = equations.newton(guess, middle + width * beside)
-    if equations.distance(poses, guess).max() > TRUSTED:
+    if equations.pose_distance(poses, guess).max() > MAX_LAST_TERM:
         return None
     fitted = chebyshev.chebfit(beside, poses, len(beside) - 1)
-    jacobians = _jacobians(equations, poses)
+    jacobians = _scaled_jacobians(equations, poses)
     at = 0.0
-    for _ in range(SETTLED):
-        left, values, right = np.linalg.svd(_jacobians(equations, _value(fitted, at)[None])[0])
-        nullity = int((values < TRUSTED * width).sum())
+    for _ in range(ANGLE_CORRECTIONS):
+        left, values, right = np.linalg.svd(_scaled_jacobians(equations, _chebyshev_value(fitted, at)[None])[0])
+        nullity = int((values < MAX_LAST_TERM * width).sum())
         if not nullity:
             return None
         held = np.einsum("ik,tij,lj->tkl", left[:, -nullity:], jacobians, right[-nullity:])
         entries = chebyshev.chebfit(beside, held.reshape(len(beside), -1), len(beside) - 1)
-        value, slope = _value(entries, at), _value(chebyshev.chebder(entries), at)
-        at -= float(value @ slope / (slope @ slope))
-        if abs(at) > NEAREST:
+        value, derivative = _chebyshev_value(entries, at), _chebyshev_value(chebyshev.chebder(entries), at)
+        at -= float(value @ derivative / (derivative @ derivative))
+        if abs(at) > FIT_INNER:
             return None
-    rise = _value(chebyshev.chebder(fitted), at) / width
-    coefficients = _series(equations, middle + width * at, _value(fitted, at), rise)
-    return None if coefficients is None else ChangePoint(middle + width * at, coefficients, WINDOW, nullity)
+    rise = _chebyshev_value(chebyshev.chebder(fitted), at) / width
+    coefficients = _series_at(equations, middle + width * at, _chebyshev_value(fitted, at), rise)
+    return None if coefficients is None else ChangePoint(middle + width * at, coefficients, MAX_WINDOW, nullity)
 
 
-def _value(fitted: NDArray[np.floating[Any]], at: float) -> Array:
+def _chebyshev_value(fitted: NDArray[np.floating[Any]], at: float) -> Array:
+    """Value of a Chebyshev series at a place in [-1, 1]."""
     return np.asarray(chebyshev.chebval(at, fitted))
 
 
-def _jacobians(equations: Equations, poses: Array) -> Array:
-    """Jacobians (T, 3 n, 3 n) of the equations over theirs by the poses over their scale."""
+def _scaled_jacobians(equations: Equations, poses: Array) -> Array:
+    """Jacobians (T, 3 n, 3 n) without units: equations over their scale by poses over theirs."""
     return np.asarray(equations.jacobian(poses) * equations.scale / equations.rows[:, None])
 
 
-def _series(equations: Equations, angle: float, poses: Array, slope: Array) -> Array | None:
-    """Taylor coefficients (K + 1, 3 n) at a change point, from its poses (3 n,) and about their slope (3 n,)."""
+def _series_at(equations: Equations, angle: float, poses: Array, derivative: Array) -> Array | None:
+    """Taylor coefficients (K + 1, 3 n) at a change point, from its poses (3 n,) and their approximate derivative."""
     scale = equations.scale
-    left, values, right = np.linalg.svd(_jacobians(equations, poses[None])[0])
-    kept = values > VANISHED * values[0]
+    left, values, right = np.linalg.svd(_scaled_jacobians(equations, poses[None])[0])
+    kept = values > SINGULAR_ROUNDING * values[0]
     if kept.all():
         return None
     free, open_rows = right[~kept] * scale, left[:, ~kept]
@@ -177,36 +189,39 @@ def _series(equations: Equations, angle: float, poses: Array, slope: Array) -> A
         return np.asarray([float(np.ravel(row)[0]) for row in rows] / equations.rows)
 
     poses = poses - inverse @ residual([poses])
-    if np.abs(residual([poses])).max() > CLOSED * equations.size / equations.unit:
+    if np.abs(residual([poses])).max() > RESIDUAL_ROUNDING * equations.size / equations.unit:
         return None
     zero = np.zeros_like(poses)
     known = -inverse @ residual([poses, zero])
-    known = known + free.T @ np.linalg.lstsq(free.T / scale[:, None], (slope - known) / scale, rcond=None)[0]
-    # How the second-order equations answer to the part of the slope that the first-order ones leave open.
+    known = known + free.T @ np.linalg.lstsq(free.T / scale[:, None], (derivative - known) / scale, rcond=None)[0]
+    # Derivative of the second-order equations by the part of dq/dtheta that the first-order equations leave open.
     answer = 0.5 * np.column_stack(
         [open_rows.T @ (residual([poses, known + f, zero]) - residual([poses, known - f, zero])) for f in free]
     )
-    for _ in range(SETTLED):
+    for _ in range(ANGLE_CORRECTIONS):
         known = known - free.T @ np.linalg.solve(answer, open_rows.T @ residual([poses, known, zero]))
     coefficients = [poses, known]
-    while len(coefficients) <= ORDER:
+    while len(coefficients) <= SERIES_ORDER:
         following = -inverse @ residual([*coefficients, zero])
         missing = open_rows.T @ residual([*coefficients, following, zero])
         coefficients.append(following - free.T @ np.linalg.solve(answer, missing))
     return np.array(coefficients)
 
 
-def _checked(equations: Equations, change: ChangePoint) -> ChangePoint | None:
-    """The change point, with the window in which its series meets the poses and the slopes on both sides."""
-    while change.window >= LEAST_WINDOW:
+def _verify_window(equations: Equations, change: ChangePoint) -> ChangePoint | None:
+    """Shrink the window until the series agrees with Newton iteration at both ends; None if it never does."""
+    while change.window >= MIN_WINDOW:
         sides = change.angle + change.window * np.array([-1.0, 1.0])
-        guess, slope = change.series(sides, 1)
+        guess, derivative = change.series(sides, 1)
         try:
             poses = equations.newton(guess, sides)
         except InvalidInput:
             return None
-        off = equations.distance(poses, guess).max()
-        if off < SAME_POSE and equations.distance(equations.slope(poses), slope).max() < SAME_SLOPE:
+        off = equations.pose_distance(poses, guess).max()
+        if (
+            off < POSE_TOLERANCE
+            and equations.pose_distance(equations.pose_derivative(poses), derivative).max() < DERIVATIVE_TOLERANCE
+        ):
             return change
         change = replace(change, window=0.5 * change.window)
     return None

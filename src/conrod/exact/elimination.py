@@ -19,13 +19,13 @@ from conrod.exact.motion import Array
 
 Entry = float | Array
 Block = tuple[tuple[int, ...], tuple[int, ...]]  # rows, and as many columns
-# A number smaller than this may be a rounding error, or small beside other entries: it is no pivot.
-LEAST_PIVOT = 0.5
+# A smaller number may be a rounding error, or small beside other entries, and is no pivot.
+MIN_PIVOT = 0.5
 
 
 @dataclass(frozen=True)
 class _Step:
-    """One unknown eliminated: the pivot, the others in its row, and what was subtracted times its row from which."""
+    """One unknown eliminated: its pivot, the other entries of its row, and the factors of the rows changed."""
 
     row: int
     column: int
@@ -36,14 +36,14 @@ class _Step:
 
 @dataclass(frozen=True)
 class PivotOrder:
-    """Order of elimination: row and column of each number that is eliminated along, then blocks of the rest."""
+    """Order of elimination: row and column of each constant pivot, then the blocks that remain."""
 
     pivots: tuple[tuple[int, int], ...]
     blocks: tuple[Block, ...]
 
     @cached_property
     def sign(self) -> float:
-        """+1 where rows and columns are put together by an even permutation, -1 by an odd one."""
+        """Sign of the permutation that brings rows and columns together: +1 even, -1 odd."""
         places = dict(self.pivots)
         for rows, columns in self.blocks:
             places |= zip(rows, columns, strict=True)
@@ -54,10 +54,10 @@ class Elimination:
     """The factors of a batch of square matrices.
 
     Args:
-        rows: of the matrix, each its entries by column.
-        samples: length of the entries that are arrays.
-        order: of matrices whose numbers are the same and stand at the same places; None looks for one, which takes
-            longer than to eliminate.
+        rows: entries of each row by column.
+        samples: length T of the entries that are arrays.
+        order: from a matrix with the same numbers at the same places; None searches for one, which takes longer than to
+            eliminate.
     """
 
     def __init__(self, rows: Sequence[Mapping[int, Entry]], samples: int, order: PivotOrder | None = None) -> None:
@@ -89,7 +89,7 @@ class Elimination:
                 for column, value in step.others.items():
                     total = total - value * unknown[column]
                 unknown[step.column] = total if step.pivot == 1.0 else total / step.pivot
-        return self._stacked(unknown)
+        return self._stack_columns(unknown)
 
     def solve_transposed(self, right: Sequence[Entry]) -> Array:
         """Solutions (T, n) of the transposed matrices, for one right-hand side given column by column of the matrix."""
@@ -105,9 +105,10 @@ class Elimination:
             for step in reversed(self._steps):
                 for row, factor in step.factors:
                     unknown[step.row] = unknown[step.row] - factor * unknown[row]
-        return self._stacked(unknown)
+        return self._stack_columns(unknown)
 
-    def _stacked(self, unknown: Sequence[Entry]) -> Array:
+    def _stack_columns(self, unknown: Sequence[Entry]) -> Array:
+        """Columns of a solution, numbers or arrays, as one array (T, n)."""
         solution = np.empty((self._samples, self._size))
         for column, value in enumerate(unknown):
             solution[:, column] = value
@@ -119,13 +120,13 @@ class Elimination:
         return np.asarray(constant * self.block_determinants().prod(axis=1))
 
     def block_determinants(self) -> Array:
-        """The determinants of what is solved together (T, k): where one of them vanishes the matrix is singular."""
+        """Determinants (T, k) of the blocks; the matrix is singular where one vanishes."""
         determinants = [np.linalg.det(block.matrix) for block in self._blocks]
         return np.stack(determinants, axis=1) if determinants else np.empty((self._samples, 0))
 
 
 class _Block:
-    """Equations that are solved together, once the unknowns of those before are known."""
+    """Equations that are solved together, after the blocks before them."""
 
     def __init__(self, block: Block, left: Mapping[int, Mapping[int, Entry]], samples: int) -> None:
         self._rows, self._columns = block
@@ -140,7 +141,7 @@ class _Block:
                     self._before.append((row, column, value))
 
     def solve(self, known: list[Entry], unknown: list[Entry]) -> None:
-        """Fill in the block's unknowns; what is known of its equations is changed by those before."""
+        """Write the block's unknowns, after subtracting those of earlier blocks from its right-hand sides."""
         for row, column, value in self._before:
             known[row] = known[row] - value * unknown[column]
         right = [known[row] for row in self._rows]
@@ -151,7 +152,7 @@ class _Block:
             unknown[column] = found
 
     def solve_transposed(self, known: list[Entry], unknown: list[Entry]) -> None:
-        """Fill in the unknowns of the block's equations; what is known by columns before is changed by them."""
+        """Write the unknowns of the transposed block, and subtract them from earlier columns' right-hand sides."""
         transposed = np.swapaxes(self._inverse, 1, 2)
         found = self._times(transposed, [known[column] for column in self._columns])
         for row, values in zip(self._rows, found, strict=True):
@@ -177,7 +178,7 @@ def _is_zero(entry: Entry) -> bool:
 
 
 def _constant_pivot(left: dict[int, dict[int, Entry]]) -> tuple[int, int] | None:
-    """Row and column of the number whose elimination touches fewest entries; None if no number is left to take."""
+    """Row and column of the constant whose elimination changes fewest entries; None if no constant remains."""
     uses: dict[int, int] = {}
     for row in left.values():
         for column in row:
@@ -186,13 +187,13 @@ def _constant_pivot(left: dict[int, dict[int, Entry]]) -> tuple[int, int] | None
         ((len(row) - 1) * (uses[column] - 1), i, column)
         for i, row in left.items()
         for column, value in row.items()
-        if isinstance(value, float | int) and abs(value) >= LEAST_PIVOT
+        if isinstance(value, float | int) and abs(value) >= MIN_PIVOT
     ]
     return min(places)[1:] if places else None
 
 
 def _eliminate(left: dict[int, dict[int, Entry]], row: int, column: int) -> _Step:
-    """Take a row out, and its pivot's unknown out of the others."""
+    """Remove a row, and its pivot's unknown from all other rows."""
     others = left.pop(row)
     pivot = float(others.pop(column))
     factors = []
@@ -215,19 +216,19 @@ def _eliminate(left: dict[int, dict[int, Entry]], row: int, column: int) -> _Ste
 
 
 def triangular_blocks(entries: Mapping[int, Sequence[int]], columns: Sequence[int]) -> tuple[Block, ...]:
-    """Blocks in the order in which they are solved: what a row has outside of its own, stands in columns before.
+    """Blocks in the order of solution: entries of a block's rows outside its columns lie in earlier blocks.
 
     Args:
         entries: of each row the columns where it has some.
         columns: as many as there are rows.
 
     Returns:
-        One block of everything where no choice of one entry in each row meets every column: that is singular.
+        One block of everything if no choice of one entry in each row meets every column: the matrix is singular.
     """
     matched, rows = _transversal(entries), list(entries)
     if len(matched) < len(entries):
         return ((tuple(entries), tuple(columns)),)
-    # Whose rows are needed for a row's unknown, and for theirs.
+    # needed[k, j]: row j has to be solved for the unknown of row k.
     needed = np.array([[matched[other] in entries[row] for other in rows] for row in rows], dtype=bool)
     needed = needed.reshape(len(rows), len(rows))
     for _ in range(len(rows).bit_length()):
@@ -239,7 +240,7 @@ def triangular_blocks(entries: Mapping[int, Sequence[int]], columns: Sequence[in
 
 
 def _transversal(entries: Mapping[int, Sequence[int]]) -> dict[int, int]:
-    """A column of its own for each row, by augmenting paths; fewer if there are none."""
+    """Match each row with a different column by augmenting paths; rows without a match are left out."""
     taken: dict[int, int] = {}
 
     def find(row: int, tried: set[int]) -> bool:

@@ -55,7 +55,7 @@ class Jet:
 
 
 def _convolve(a: Sequence[Scalar], b: Sequence[Scalar], k: int, first: int, last: int) -> Scalar:
-    """Sum of a[j] b[k - j] over j = first..last; 0 if there is none."""
+    """Sum of a[j] b[k - j] over j = first..last; 0 if first > last."""
     if last < first:
         return 0.0
     total = a[first] * b[k - first]

@@ -1,8 +1,8 @@
 """Exact motion of any `Mechanism`, by Newton iteration on its joint equations.
 
-The generic reference: it knows nothing of a scene's closed form. Poses come from Newton iteration; derivatives by
-the crank angle then follow, order by order, from linear systems with one and the same Jacobian, because the
-k-th Taylor coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k-1)).
+The generic reference, which knows nothing of a scene's closed form. Poses q come from Newton iteration. Derivatives by
+the crank angle follow order by order from linear systems with one and the same Jacobian J, because the k-th Taylor
+coefficient of the joint equations is J q_k + (a term in q_0 .. q_(k-1)).
 """
 
 from __future__ import annotations
@@ -16,33 +16,35 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from conrod.errors import InvalidInput
-from conrod.exact.branch_walk import BranchWalk
+from conrod.exact.assembly_branch import AssemblyBranch
 from conrod.exact.elimination import Elimination
 from conrod.exact.equations import Equations
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.motion import BREAK_WIDTH, Array, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.units import REVOLUTION
 
-SAMPLES, HALVINGS = 720, 60  # of a turn, where joints of cams are looked for
-ASIDE = 0.3  # of a sample's spacing
-TURN = 2.0 * np.pi
+ARC_SAMPLES, ARC_HALVINGS = 720, 60  # per revolution, to find the ends of cam arcs
+SAMPLE_OFFSET = 0.3  # of those samples, as a share of their spacing
 MOTION_ORDER = 3  # position to jerk
-GEOMETRIES_KEPT = 128
-CHUNK = 2048  # samples solved together: more would not fit the cache, fewer would be mostly calls
-DIFFERENT_TURNS = 2  # that are looked at where one is not like the next
+MAX_CACHED_GEOMETRIES = 128
+SAMPLES_TOGETHER = 2048  # solved at once: more would not fit the cache, fewer would be mostly overhead
+TURNS_WITHOUT_REPEAT = 2  # revolutions sampled if poses do not repeat after one
 
 
 class Kinematics:
-    """Solver for one mechanism, on the assembly branch of its start poses.
+    """Solver for the exact motion of one mechanism, on the assembly branch of its start poses.
 
     Attributes:
-        size: largest coordinate [m] in the mechanism's start poses; crank_column: place of the crank's turn in poses.
-        poses, reach, near_change: as of `BranchWalk`; jacobian: as of `Equations`, whose `count` is equations_of.
+        size: largest coordinate [m] in the mechanism's start poses.
+        crank_column: column of the crank's rotation in the stacked poses.
+        poses, reachable_angle, near_change: methods of `AssemblyBranch`.
+        jacobian, equations_of: methods of `Equations`.
         branch: sign (T,) that distinguishes the assembly branches of poses (T, 3 n).
         branch_at: the sign (T,) that exact poses at crank angles (T,) [rad] have; it changes at change points.
 
     Raises:
-        InvalidInput: the mechanism cannot be assembled, has not mobility one, or cannot turn fully.
+        InvalidInput: the mechanism cannot be assembled, its mobility is not one, or its crank cannot turn fully.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -50,25 +52,29 @@ class Kinematics:
             raise InvalidInput(f"{mechanism.name} has mobility {mechanism.mobility}; a driven crank needs exactly 1")
         self.mechanism = mechanism
         poses = tuple((body.name, mechanism.poses[body.name]) for body in mechanism.bodies)
-        self._walk = _walk_of(_Geometry(mechanism, (mechanism.name, mechanism.joints, mechanism.driver, poses)))
-        self._equations = self._walk.equations
+        self._branch = _cached_branch(_Geometry(mechanism, (mechanism.name, mechanism.joints, mechanism.driver, poses)))
+        self._equations = self._branch.equations
         self.size, self.crank_column = self._equations.size, 3 * self._equations.crank + 2
-        self.poses, self.reach, self.near_change = self._walk.poses, self._walk.reach, self._walk.near_change
-        self.jacobian, self.equations_of = self._equations.jacobian, self._equations.count
-        self.branch, self.branch_at = self._walk.branch_of, self._walk.sign
+        self.poses, self.reachable_angle, self.near_change = (
+            self._branch.poses,
+            self._branch.reachable_angle,
+            self._branch.near_change,
+        )
+        self.jacobian, self.equations_of = self._equations.jacobian, self._equations.equations_of
+        self.branch, self.branch_at = self._branch.branch, self._branch.branch_at
 
     def derivatives(self, angle: Array, order: int = MOTION_ORDER, side: Side = "right") -> list[Array]:
-        """Poses and their derivatives by the crank angle up to `order`; each (T, 3 n)."""
-        coefficients = self._walk.series(angle, order, side)
+        """Poses and their derivatives by the crank angle at (T,) [rad], up to `order`; each (T, 3 n)."""
+        coefficients = self._branch.series(angle, order, side)
         return [math.factorial(k) * c for k, c in enumerate(coefficients)]
 
     @property
     def change_angles(self) -> Array:
-        """Crank angles [rad] of change points of the turn or the span, where the motion goes on smoothly."""
-        return self._walk.change_angles
+        """Crank angles [rad] of the change points in one revolution or the driver's span."""
+        return self._branch.change_angles
 
     def conditioning(self, poses: Array) -> Array:
-        """Smallest singular value of the scaled Jacobian (T,); it vanishes where the linkage gains a freedom.
+        """Smallest singular value (T,) of the scaled Jacobian; it vanishes where the linkage gains a freedom.
 
         Zero also where the Jacobian does not exist: a roller on the axis of its cam.
         """
@@ -82,67 +88,68 @@ class Kinematics:
     @property
     def start(self) -> Array:
         """Exact poses at crank angle 0; (1, 3 n)."""
-        return self._walk.start
+        return self._branch.start
 
     @cached_property
     def lengths(self) -> dict[str, float]:
-        """Largest distance [m] between two exact positions of each observed point, over the sampled poses of a turn.
+        """Travel L [m] of each observed point: the largest distance between two of its positions in one revolution.
 
-        The size of the mechanism stands in where the linkage cannot turn.
+        For a linkage whose crank cannot turn fully it is the size of the mechanism.
         """
-        table = self._walk.table
+        table = self._branch.table
         if table is None:
             return {observed.name: self.size for observed in self.mechanism.observed}
         return {name: diameter(p[0]) for name, p in self.point_derivatives([table.poses]).items()}
 
     @property
     def turns_fully(self) -> bool:
-        """True where the crank turns all the way round on the assembly branch."""
-        return self.mechanism.driver.span is None and self._walk.table is not None
+        """True if the crank makes full revolutions on the assembly branch."""
+        return self.mechanism.driver.span is None and self._branch.table is not None
 
     @property
     def repeats(self) -> bool:
-        """True where the crank turns fully, and each turn is like the last; after one, gears may stand elsewhere."""
-        table = self._walk.table
+        """True if the crank turns fully and all poses repeat after each turn, as behind gears they need not."""
+        table = self._branch.table
         return self.mechanism.driver.span is None and table is not None and table.gain is not None
 
     @property
     def span(self) -> tuple[float, float]:
-        """The crank angles [rad] between which the machine is looked at: one turn, or the driver's span."""
-        return self.mechanism.driver.span or (0.0, 2.0 * math.pi)
+        """Crank angles [rad] between which the machine is examined: one revolution, or the driver's span."""
+        return self.mechanism.driver.span or (0.0, REVOLUTION)
 
     def angles(self, count: int) -> Array:
-        """So many crank angles [rad], evenly over the turn without its end, or over the driver's span with both ends.
+        """Return evenly spaced crank angles [rad]: one revolution without its end, or the driver's span with both ends.
 
-        Over two turns where they differ, as behind gears: what a run of usual length passes.
+        Over two revolutions if the second differs from the first, as behind gears: a run of usual length makes two.
 
         Raises:
             InvalidInput: names a span that the linkage does not reach.
         """
         if self.turns_fully and not self.repeats:
-            return np.linspace(0.0, DIFFERENT_TURNS * 2.0 * math.pi, count, endpoint=False)
+            return np.linspace(0.0, TURNS_WITHOUT_REPEAT * 2.0 * math.pi, count, endpoint=False)
         return np.linspace(*self.span, count, endpoint=self.mechanism.driver.span is not None)
 
     @property
     def travel(self) -> float:
-        """The largest distance [m] that an observed point moves in a turn; the size of a linkage that cannot turn."""
+        """Largest travel [m] of an observed point; the size of the mechanism if its crank cannot turn fully."""
         return max(self.lengths.values())
 
     @cached_property
     def break_angles(self) -> tuple[float, ...]:
-        """Angles [rad] in [0, 2 pi) where a roller passes a joint of its cam's arcs or laws that jerks it."""
+        """Crank angles [rad] in [0, 2 pi) where a roller's acceleration or jerk jumps, between arcs or laws."""
         return self._arc_ends(jumps_only=True)
 
     @cached_property
     def arc_ends(self) -> tuple[float, ...]:
-        """Angles [rad] in [0, 2 pi) where a roller passes any joint of its cam's arcs or laws."""
+        """Crank angles [rad] in [0, 2 pi) where a roller passes any joint of its cam's arcs or laws."""
         return self._arc_ends(jumps_only=False)
 
     def _arc_ends(self, jumps_only: bool) -> tuple[float, ...]:
+        """Crank angles where a roller changes arcs; only those where a derivative jumps if `jumps_only`."""
         found: list[float] = []
-        angles = np.linspace(*self.span, SAMPLES + 1)
+        angles = np.linspace(*self.span, ARC_SAMPLES + 1)
         if self.mechanism.driver.span is None:
-            angles -= ASIDE * angles[1]  # a joint at angle 0 is met once, and within
+            angles -= SAMPLE_OFFSET * angles[1]  # a joint at angle 0 is met once, and within
         for k, contact in enumerate(self.mechanism.cam_contacts):
             arcs = self._arcs(angles, k)
             passed = [
@@ -151,19 +158,22 @@ class Kinematics:
                 if not jumps_only or contact.profile.jumps(int(arcs[left]), int(arcs[left + 1]))
             ]
             if passed:
-                found += [float(angle) for angle in self._bisect(angles[passed], angles[np.array(passed) + 1], k)]
+                found += [
+                    float(angle) for angle in self._bisect_arc_ends(angles[passed], angles[np.array(passed) + 1], k)
+                ]
         if self.mechanism.driver.span is None:
-            found = [angle % TURN if angle % TURN < TURN - BREAK_WIDTH else 0.0 for angle in found]
+            found = [angle % REVOLUTION if angle % REVOLUTION < REVOLUTION - BREAK_WIDTH else 0.0 for angle in found]
         return tuple(sorted(found))
 
     def _arcs(self, angles: Array, contact: int) -> Array:
+        """Arc index (T,) that the roller of a numbered contact touches at crank angles (T,)."""
         bodies = pose_jets(self.mechanism, [self.poses(angles)])
         return active_arcs(self.mechanism.cam_contacts[contact], bodies).astype(float)
 
-    def _bisect(self, low: Array, high: Array, contact: int) -> Array:
-        """Angles (B,) [rad] at which the arc at the lower ends ceases to be in force."""
+    def _bisect_arc_ends(self, low: Array, high: Array, contact: int) -> Array:
+        """Angles (B,) [rad] between two limits at which a roller leaves the arc of the lower limit."""
         before = self._arcs(low, contact)
-        for _ in range(HALVINGS):
+        for _ in range(ARC_HALVINGS):
             middle = 0.5 * (low + high)
             same = self._arcs(middle, contact) == before
             low, high = np.where(same, middle, low), np.where(same, high, middle)
@@ -172,21 +182,25 @@ class Kinematics:
     # -- observed points ---------------------------------------------------------------------------------------
 
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
-        """Exact motion of the observed points; arguments as in `ExactReference.motion`."""
+        """Exact motion of the observed points; arguments as for `ExactReference.motion`."""
         angle = np.atleast_1d(np.asarray(angle, dtype=float))
         return motion_in_time(
-            lambda some: self.planar_derivatives(self.derivatives(some, side=side)), angle, speed, acceleration, CHUNK
+            lambda some: self.planar_derivatives(self.derivatives(some, side=side)),
+            angle,
+            speed,
+            acceleration,
+            SAMPLES_TOGETHER,
         )
 
     def point_derivatives(self, derivatives: list[Array]) -> dict[str, list[Array]]:
-        """Observed points and their derivatives, each (T, 2), from those of the poses."""
+        """Observed points and their derivatives, each (T, 2), from derivatives of the poses."""
         return {
             name: [np.column_stack([x, y]) for x, y in zip(*planar, strict=True)]
             for name, planar in self.planar_derivatives(derivatives).items()
         }
 
     def planar_derivatives(self, derivatives: list[Array]) -> dict[str, PointDerivatives]:
-        """x and y of the observed points with their derivatives, each (T,), from those of the poses."""
+        """x and y of each observed point with derivatives, each (T,), from derivatives of the poses."""
         bodies = pose_jets(self.mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
         points: dict[str, PointDerivatives] = {}
         for observed in self.mechanism.observed:
@@ -198,19 +212,19 @@ class Kinematics:
     # -- equations ---------------------------------------------------------------------------------------------
 
     def solve(self, poses: Array, right: Array) -> Array:
-        """Changes of the poses (T, 3 n) that make changes (T, 3 n) of all equations: J^-1 right, by elimination."""
+        """Solve J dq = right for pose changes dq (T, 3 n), at poses (T, 3 n), by elimination."""
         return self.factors(poses).solve(list(right.T))
 
     def factors(self, poses: Array) -> Elimination:
-        """The factors of J at poses (T, 3 n), for several right-hand sides."""
+        """Factors of the Jacobian J at poses (T, 3 n), for several right-hand sides."""
         return self._equations.elimination(poses)
 
     def residual(self, derivatives: list[Array], crank: Array) -> Array:
-        """Residual (T, 3 n) of all equations in a measured state: of their highest derivative in time given.
+        """Residual (T, 3 n) of all equations in a measured state, differentiated as often as the state is.
 
         Args:
-            derivatives: stacked poses, their rates, their accelerations (T, 3 n), as many as are wanted.
-            crank: the crank's angle, rate or angular acceleration (T,), the one of the highest derivative.
+            derivatives: stacked poses, their rates, their accelerations (T, 3 n), the first one, two or three.
+            crank: the crank's angle, rate or angular acceleration (T,), that of the highest derivative.
         """
         order = len(derivatives) - 1
         coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]
@@ -225,13 +239,13 @@ class Kinematics:
 
 @dataclass(frozen=True)
 class _Geometry:
-    """A mechanism, equal to all others that move alike: masses, forces, loads and observed points move nothing."""
+    """A mechanism, equal to all others that move alike: masses, loads and observed points do not count."""
 
     mechanism: Mechanism = field(compare=False)
     moves: tuple[Hashable, ...]
 
 
-@lru_cache(GEOMETRIES_KEPT)
-def _walk_of(geometry: _Geometry) -> BranchWalk:
-    """The walk around the turn, whose table takes longer than many runs: once for machines that differ in masses."""
-    return BranchWalk(Equations(geometry.mechanism))
+@lru_cache(MAX_CACHED_GEOMETRIES)
+def _cached_branch(geometry: _Geometry) -> AssemblyBranch:
+    """Return the assembly branch of a geometry; cached, because its table takes longer than many runs."""
+    return AssemblyBranch(Equations(geometry.mechanism))

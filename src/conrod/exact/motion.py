@@ -23,9 +23,8 @@ PointDerivatives: TypeAlias = tuple[Derivatives, Derivatives]  # of x and of y [
 
 # An angle this close to a break counts as the break, so that rounding of speed x time cannot choose the side.
 BREAK_WIDTH = 1e-9  # [rad]
-# In which widths of a set of points are taken, and how many at a time.
-DIRECTIONS, TOGETHER = 1440, 16
-KEPT = 1 << 20  # numbers, 8 MB
+WIDTH_DIRECTIONS, DIRECTIONS_TOGETHER = 1440, 16  # directions in which widths are measured, and how many at once
+FREED_NUMBERS = 1 << 20  # 8 MB; see `cache_blocks`
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Motion:
     points: Mapping[str, PointMotion]
 
     def point(self, name: str) -> PointMotion:
-        """Motion of the observed point of a name; UnknownName, with the choices, if there is none."""
+        """Motion of an observed point by name; UnknownName lists the choices if there is no such point."""
         return self.points[name]
 
 
@@ -60,11 +59,11 @@ def motion_in_time(
     """Motion in time from derivatives by the crank angle, at constant angular acceleration (chain rule).
 
     Args:
-        derivatives: those of all observed points at given crank angles.
+        derivatives: gives derivatives of all observed points at crank angles.
         angle: crank angles (T,) [rad].
         speed: crank speed [rad/s], a number or (T,).
         acceleration: crank angular acceleration [rad/s^2], a number or (T,).
-        length: samples that are computed together.
+        length: number of samples that are computed together.
     """
     # Zeros in one block of memory cost the system least; all x stand together and all y.
     found: defaultdict[str, Array] = defaultdict(lambda: np.zeros((4, 2, len(angle))))
@@ -86,43 +85,52 @@ def motion_in_time(
     return Motion(angle, Named(points, "observed point"))
 
 
-def hermite(at: Array, values: Array, slopes: Array, where: Array) -> Array:
-    """Cubic Hermite interpolation (T, n) at places (T,) of values and slopes (K, n) at growing places (K,)."""
+def hermite_interpolation(at: Array, values: Array, derivatives: Array, where: Array) -> Array:
+    """Cubic Hermite interpolation (T, n) at places (T,).
+
+    Args:
+        at: ascending places (K,).
+        values, derivatives: there (K, n).
+        where: places (T,) to interpolate at.
+    """
     left = np.clip(np.searchsorted(at, where, side="right") - 1, 0, len(at) - 2)
     width = (at[left + 1] - at[left])[:, None]
     t = (where - at[left])[:, None] / width
     start, stop = values[left], values[left + 1]
     rise = stop - start
-    a, b = width * slopes[left] - rise, rise - width * slopes[left + 1]
+    a, b = width * derivatives[left] - rise, rise - width * derivatives[left + 1]
     return np.asarray(start + t * rise + t * (1.0 - t) * ((1.0 - t) * a + t * b))
 
 
-def turned(way: tuple[Array | float, Array | float], turn: Array) -> tuple[Array, Array]:
-    """A way (x, y) of a body's frame in the document's directions, at turns (T,) [rad]."""
+def rotate_planar(vector: tuple[Array | float, Array | float], turn: Array) -> tuple[Array, Array]:
+    """Rotate a vector (x, y) of a body's frame by angles (T,) [rad] into the document's directions."""
     cosine, sine = np.cos(turn), np.sin(turn)
-    return cosine * way[0] - sine * way[1], sine * way[0] + cosine * way[1]
+    return cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]
 
 
 def diameter(points: Array) -> float:
     """Largest distance between any two of the points (N, 2), up to a relative 2e-6.
 
-    The largest width over directions equals the diameter of a set; so many directions miss it by at most
+    The largest width over all directions equals the diameter of a set; the directions tried miss it by at most
     1 - cos(pi / 2880) = 6e-7.
     """
-    directions = np.linspace(0.0, np.pi, DIRECTIONS, endpoint=False)
+    directions = np.linspace(0.0, np.pi, WIDTH_DIRECTIONS, endpoint=False)
     across, flat = np.column_stack([np.cos(directions), np.sin(directions)]), np.ascontiguousarray(points.T)
     # A few directions at a time: what they make of all points then fits the cache.
-    widths = [np.ptp(across[k : k + TOGETHER] @ flat, axis=1).max() for k in range(0, DIRECTIONS, TOGETHER)]
+    widths = [
+        np.ptp(across[k : k + DIRECTIONS_TOGETHER] @ flat, axis=1).max()
+        for k in range(0, WIDTH_DIRECTIONS, DIRECTIONS_TOGETHER)
+    ]
     return float(max(widths))
 
 
 def cache_blocks(count: int, length: int) -> Iterator[slice]:
-    """Slices of at most `length` that cover a series of `count` samples, in order; an empty one if it has none.
+    """Yield slices of at most `length` that cover `count` samples in order; one empty slice if there are none.
 
-    In blocks whose intermediate arrays stay in a core's own cache a long series takes less time than all at once.
+    Blocks whose intermediate arrays fit a core's cache take less time than a long series at once.
     """
     # The GNU C library hands freed memory back to the system at once, and has it cleared page by page when it is next
     # needed, which takes as long as the arithmetic; but it keeps up to twice the largest block that was ever freed.
-    np.empty(KEPT)
+    np.empty(FREED_NUMBERS)
     for first in range(0, max(count, 1), length):
         yield slice(first, min(first + length, count))

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.cam import DWELL, Array, CamProfile, Segment
+from conrod.mechanism.units import REVOLUTION
 
-TURN = 2.0 * math.pi
 # Of the largest derivative of its order: a jump below this is rounding.
 ROUNDING = 1e-9
 SAMPLES = 3600  # of a profile, where its extremes are looked for
@@ -97,7 +97,7 @@ class LawProfile:
 
     def segment_at(self, angle: Array) -> NDArray[np.intp]:
         """Index of the segment at law angles [rad]; shape of `angle`."""
-        return np.searchsorted(self.begins, np.remainder(angle, TURN), side="right") - 1
+        return np.searchsorted(self.begins, np.remainder(angle, REVOLUTION), side="right") - 1
 
     def lift(self, angle: Array, order: int, segment: NDArray[np.intp] | None = None) -> list[Array]:
         """Lift [m] at law angles [rad] and its derivatives by the angle, up to an order; each of the shape of `angle`.
@@ -112,7 +112,7 @@ class LawProfile:
             part, here = self.segments[i], index == i
             middle = self.begins[i] + 0.5 * part.over
             # A segment that is in force may be asked a little beyond its ends; whole turns mean nothing.
-            x = 0.5 + (np.remainder(angle[here] - middle + math.pi, TURN) - math.pi) / part.over
+            x = 0.5 + (np.remainder(angle[here] - middle + math.pi, REVOLUTION) - math.pi) / part.over
             for k in range(order + 1):
                 found[k][here] = part.height(x, k) + (self._starts_at[i] if k == 0 else 0.0)
         return found
@@ -160,7 +160,7 @@ class LawProfile:
 
     def outline(self, count: int) -> Array:
         """Points (N, 2) [m] of the profile all the way round, counter-clockwise, the first one again at the end."""
-        return self.points(-self.sense * np.linspace(0.0, TURN, count))
+        return self.points(-self.sense * np.linspace(0.0, REVOLUTION, count))
 
     def joints(self) -> tuple[Array, Array]:
         """Points (N, 2) [m] of the profile where segments meet, and its outward normals there (N, 2)."""
@@ -171,7 +171,7 @@ class LawProfile:
         """Of the pitch curve, segment by segment with both ends, which is where most extremes are [1/m]."""
         found = []
         for i, (start, part) in enumerate(zip(self.begins, self.segments, strict=True)):
-            count = 2 + math.ceil(SAMPLES * part.over / TURN)
+            count = 2 + math.ceil(SAMPLES * part.over / REVOLUTION)
             found.append(self.pitch(np.linspace(start, start + part.over, count), np.full(count, i)).curvature)
         return np.concatenate(found)
 
@@ -209,7 +209,7 @@ def can_roll(profile: LawProfile) -> bool:
     """True where the pitch curve bends less than the roller, and the roller nowhere reaches into the profile."""
     if profile.least_radius <= 0.0:
         return False
-    angle = np.linspace(0.0, TURN, PLACES, endpoint=False)
+    angle = np.linspace(0.0, REVOLUTION, PLACES, endpoint=False)
     rim, centres = profile.points(angle), profile.pitch(angle).points
     nearest = np.hypot(*(rim[:, None, :] - centres[None, :, :]).transpose(2, 0, 1)).min()
     return bool(nearest >= profile.roller_radius * (1.0 - TOUCHING))

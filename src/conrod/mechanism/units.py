@@ -33,7 +33,8 @@ UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
 RAISED = str.maketrans({"²": "^2", "³": "^3"})
 POWER = re.compile(r"(?<=[A-Za-zµμ°])([+-]?\d)")
 DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
-TURN = 2.0 * math.pi  # [rad]
+REVOLUTION = 2.0 * math.pi  # [rad]
+RPM = REVOLUTION / 60.0  # [rad/s]
 COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -86,7 +87,7 @@ def check_bare_angle(name: str, value: float, unit: str) -> None:
     Raises:
         InvalidInput: says how both are written.
     """
-    if unit == "rad" and abs(value) > TURN:
+    if unit == "rad" and abs(value) > REVOLUTION:
         raise InvalidInput(
             f"{name} = {value:g} has no unit and would be radians, {math.degrees(value):.0f} deg: write "
             f"{value:g}deg if degrees are meant, {value:g}rad if not"

@@ -186,7 +186,7 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
     one, drives = study.mobility, ", ".join(f"`{name}={law}`" for name, law in study.question.drives.items())
     yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
     taken = f"{one.rows} equations of its closures take {one.rank}"
-    yield f"mobility {one.left}: of {one.freedom} degrees of freedom of its joints {taken}"
+    yield f"mobility {one.remaining_dof}: of {one.freedom} degrees of freedom of its joints {taken}"
     if one.redundant:
         yield "redundant equations: " + ", ".join(f"{rows} of {name}" for name, rows in one.redundant.items())
     if one.idle:
@@ -236,7 +236,7 @@ def _summary(study: LoopStudy) -> dict[str, Any]:
     return {
         "passed": study.passed,
         "finding": finding(study),
-        "mobility": study.mobility.left,
+        "mobility": study.mobility.remaining_dof,
         "redundant": sum(study.mobility.redundant.values()),
         "shipped": study.shipped.outcome.slug,
         "positions": {run.label: run.errors.get("position") or run.outcome.slug for run in study.runs},

@@ -24,9 +24,9 @@ from conrod.mechanism.mechanism import (
     Prismatic,
     Revolute,
 )
+from conrod.mechanism.units import REVOLUTION
 from conrod.scenes.scene import Scene, circular, combine, constant, projection
 
-TURN = 2.0 * math.pi
 # Document 004 works with flank radii down to the least one; a length this close to it counts as the least.
 LEAST_FLANK_WIDTH = 1e-9  # [m]
 # A flank beyond this many times the cam's size is a straight line for every purpose, and costs digits.
@@ -137,7 +137,7 @@ class CamFollower(Scene):
         if self.is_one_circle:
             return ()
         base_joint, nose_joint = self.joint_angles
-        return (base_joint, nose_joint, TURN - nose_joint, TURN - base_joint)
+        return (base_joint, nose_joint, REVOLUTION - nose_joint, REVOLUTION - base_joint)
 
     # -- motion ------------------------------------------------------------------------------------------------
 
@@ -164,7 +164,7 @@ class CamFollower(Scene):
         """0 base, 1 rising flank, 2 nose, 3 falling flank, 4 base."""
         if self.is_one_circle:
             return np.ones(np.shape(angle), dtype=np.intp)
-        wrapped = np.remainder(angle, TURN)
+        wrapped = np.remainder(angle, REVOLUTION)
         nudge = BREAK_WIDTH if side == "right" else -BREAK_WIDTH
         return np.searchsorted(np.array(self.break_angles()), wrapped + nudge)
 

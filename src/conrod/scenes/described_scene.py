@@ -13,13 +13,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from conrod.errors import InvalidInput, Named
-from conrod.exact.branch_continuation import OutOfSteps
+from conrod.exact.branch_tracking import TooManyStepsError
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism.files import Description, read_description, read_tables
 from conrod.mechanism.mechanism import Mechanism
-from conrod.mechanism.units import Parameter
+from conrod.mechanism.units import REVOLUTION, Parameter
 from conrod.scenes.scene import Scene, canonical
 
 # A body that Newton iteration turns by more than this from its given start has gone to another assembly.
@@ -133,7 +133,7 @@ class DescribedScene(Scene):
         check_meshes(self.mechanism(), start)
         for body, hint in self.described.hints.items():
             turn = start[0, 3 * self.mechanism().body_index[body] + 2]
-            off = 0.0 if hint.turn is None else math.remainder(turn - hint.turn, 2.0 * math.pi)
+            off = 0.0 if hint.turn is None else math.remainder(turn - hint.turn, REVOLUTION)
             if hint.turn is not None and abs(off) > STRAYED:
                 raise InvalidInput(
                     f"start.{body}.turn = {math.degrees(hint.turn):.6g} deg leads to an assembly where it is "
@@ -157,10 +157,10 @@ def _check_reach(kinematics: Kinematics) -> None:
             kinematics.poses(np.array(span))
             return
         except InvalidInput as error:
-            if isinstance(error, OutOfSteps):
+            if isinstance(error, TooManyStepsError):
                 raise
-    turn = 2.0 * math.pi
-    low, high = (math.degrees(kinematics.reach(goal)) for goal in (-turn, turn))
+    turn = REVOLUTION
+    low, high = (math.degrees(kinematics.reachable_angle(goal)) for goal in (-turn, turn))
     wanted = "turn fully"
     if span is not None:
         wanted = f"pass from {math.degrees(span[0]):.6g} to {math.degrees(span[1]):.6g} deg"

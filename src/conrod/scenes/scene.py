@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from conrod.errors import Named
 from conrod.exact import ExactReference
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
-from conrod.mechanism.units import Parameter, parameters_of
+from conrod.mechanism.units import REVOLUTION, Parameter, parameters_of
 
 # Samples of one turn from which a point's range of positions is read: the extremes lie between samples by at most
 # (pi / 7200)^2 / 2 = 1e-7 of it, far below what a normalising length needs.
@@ -108,7 +108,7 @@ class Scene(ExactReference):
     @cached_property
     def lengths(self) -> dict[str, float]:
         span = self.mechanism().driver.span
-        angles = np.linspace(*(span or (0.0, 2.0 * np.pi)), SAMPLES_PER_TURN, endpoint=span is not None)
+        angles = np.linspace(*(span or (0.0, REVOLUTION)), SAMPLES_PER_TURN, endpoint=span is not None)
         travel = {name: diameter(p.position) for name, p in self.motion(angles, self.speed).points.items()}
         return Named(travel, "observed point")
 

@@ -10,7 +10,7 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space.laws import Law, law_of
+from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
 
 STEP = 1e-5
 
@@ -23,16 +23,16 @@ def table(tmp_path: Path) -> str:
     return f"table:{tmp_path / 'law.csv'}"
 
 
-def of(text: str, unit: str = "rad", start: float = 0.3) -> Law:
-    return law_of(text, unit, start, "crank")
+def of(text: str, unit: str = "rad", start: float = 0.3) -> DriveLaw:
+    return parse_drive_law(text, unit, start, "crank")
 
 
-def at(law: Law, *times: float) -> Array:
+def at(law: DriveLaw, *times: float) -> Array:
     return law.derivatives(np.array(times))
 
 
 @pytest.mark.parametrize("text", ["-45rpm", "sine:20deg,1.5Hz", "move:10deg,-90deg,2s", "hold", "TABLE"])
-def test_each_derivative_is_the_change_of_the_one_before(text: str, table: str) -> None:
+def test_drive_law_derivatives_match_differences(text: str, table: str) -> None:
     law, times = of(table if text == "TABLE" else text), np.linspace(0.05, 1.9, 23)
     here, ends = law.derivatives(times), [law.derivatives(times + side * STEP) for side in (-1.0, 1.0)]
     for order in (1, 2, 3):
@@ -52,7 +52,7 @@ def test_each_derivative_is_the_change_of_the_one_before(text: str, table: str) 
     ("move:10deg,90deg,3s", "rad", (math.radians(10.0), 0.0, 0.0), 3.0),
     ("TABLE", "rad", (math.sin(0.9),), 2.0),
 ])  # fmt: skip
-def test_where_laws_begin_and_how_long_they_last(
+def test_drive_laws_have_stated_start_and_duration(
     text: str, unit: str, begin: tuple[float, ...], duration: float, table: str
 ) -> None:
     law = of(table if text == "TABLE" else text, unit)
@@ -63,7 +63,7 @@ def test_where_laws_begin_and_how_long_they_last(
         assert at(law, law.duration + 0.1, law.duration + 50.0).tolist() == [[end, end], *[[0.0, 0.0]] * 3]
 
 
-def test_a_table_is_met_in_between_by_its_quintic_spline(table: str) -> None:
+def test_table_law_interpolates_by_quintic_spline(table: str) -> None:
     times = np.linspace(0.4, 1.6, 50)
     found, truth = of(table).derivatives(times), 3.0 * (times + 0.3)
     for order, bar in enumerate((1e-9, 1e-7, 1e-5, 1e-3)):
@@ -71,7 +71,7 @@ def test_a_table_is_met_in_between_by_its_quintic_spline(table: str) -> None:
         assert found[order] == pytest.approx(exact, abs=bar)
 
 
-def test_what_is_no_law_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_drive_law_refuses_invalid_text_in_one_line(tmp_path: Path) -> None:
     tables = {
         "": "not enough values to unpack",
         "1,2\n2,3\n": "at least six rows",

@@ -11,7 +11,7 @@ import pytest
 
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
-from conrod.exact.space.laws import law_of
+from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.scene_study import study
@@ -82,8 +82,8 @@ def test_a_pass_is_found_where_the_model_is_drawn_in_the_middle_of_it(tmp_path: 
     (tmp_path / "m.xml").write_text(text, encoding="utf-8")
     model = load_model(tmp_path / "m.xml")
     tree = tree_of(model, model.qpos0)
-    machine = DrivenTree(tree, {"crank": law_of("1rad/s", "rad", 0.0, "crank")})
-    machine.go(machine.closed(tree.start[:, None], 0.0)[0], 0.35)
+    machine = DrivenTree(tree, {"crank": parse_drive_law("1rad/s", "rad", 0.0, "crank")})
+    machine.track_branch(machine.close_loops(tree.start[:, None], 0.0)[0], 0.35)
     there = machine.motion(np.array([0.35]), order=1).coordinates[:, 0]
     moved = " ".join(f"{value:.17g}" for value in there)
     text = text.replace("</mujoco>", f'<keyframe><key name="middle" qpos="{moved}"/></keyframe></mujoco>')
@@ -130,8 +130,8 @@ def test_a_singular_pose_is_named(tmp_path: Path) -> None:
     (tmp_path / "m.xml").write_text(standalone_mjcf("chain", scene_named("four-bar-chain-2")), encoding="utf-8")
     model = load_model(tmp_path / "m.xml")
     tree = tree_of(model, model.qpos0)
-    machine = DrivenTree(tree, {"crank": law_of("1rad/s", "rad", 0.0, "crank")})
-    machine.go(machine.closed(tree.start[:, None], 0.0)[0], 2.0 * np.pi)
+    machine = DrivenTree(tree, {"crank": parse_drive_law("1rad/s", "rad", 0.0, "crank")})
+    machine.track_branch(machine.close_loops(tree.start[:, None], 0.0)[0], 2.0 * np.pi)
     flat = np.radians(170.0)
     beside = machine.motion(flat + np.array([-0.01, 0.01]), order=1)
     assert np.all(np.isfinite(beside.coordinates))

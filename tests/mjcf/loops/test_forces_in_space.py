@@ -11,7 +11,7 @@ from four_bars import driven, four_bar
 from scipy.spatial.transform import Rotation
 
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.exact.dynamics.inverse import State, joint_forces
+from conrod.exact.dynamics.inverse import CrankMotion, joint_forces
 from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
@@ -26,7 +26,7 @@ from conrod.scenes.space import MACHINES
 def test_reactions_are_open_where_closures_are_redundant_and_nowhere_else(name: str, open_ones: set[str]) -> None:
     machine = MACHINES[name]()
     found, motion = moved(machine.mjcf, dict(machine.drives), 0.2)
-    assert set(forces(found, motion).ambiguous) == open_ones
+    assert set(forces(found, motion).indeterminate) == open_ones
 
 
 def moved(
@@ -201,9 +201,9 @@ def test_a_placed_scene_moves_as_in_its_plane(name: str) -> None:
 def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
     (times, angles), placed, scene = course(name, 40), machine(name, model_of(name)), scene_named(name)
 
-    def planar(times: Array) -> State:
+    def planar(times: Array) -> CrankMotion:
         speed = np.full_like(times, scene.speed)
-        return State(angles * times[-1] / course(name, 2)[0][-1], speed, np.zeros_like(times), times)
+        return CrankMotion(angles * times[-1] / course(name, 2)[0][-1], speed, np.zeros_like(times), times)
 
     found, truth = forces(placed, placed.motion(times)), joint_forces(scene.kinematics, planar(times))
     torque, size = found.drives["crank"], np.abs(truth.drive_torque).max()

@@ -70,7 +70,7 @@ def test_a_gap_in_the_cranks_turn_is_not_leapt_over() -> None:
 def test_samples_that_do_not_close_are_an_error_and_no_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     # Negative control of the whole: with too few steps of Newton's method it says so.
     found = driven(four_bar(), LAW)
-    monkeypatch.setattr(motion_module, "NEWTON_STEPS", 1)
+    monkeypatch.setattr(motion_module, "MAX_NEWTON_STEPS", 1)
     with pytest.raises(InvalidInput, match="its loops do not close with crank at"):
         found.motion(np.linspace(0.0, 1.0, 11))
 
@@ -111,7 +111,7 @@ def test_a_link_with_a_free_joint_is_a_link_and_spins_idly_about_itself() -> Non
     found = bench(free_coupler())
     assert found.machine.held == ()
     assert found.freedom.idle == ("coupler",)
-    assert (found.freedom.freedom, found.freedom.rank, found.freedom.left) == (8, 6, 2)
+    assert (found.freedom.freedom, found.freedom.rank, found.freedom.remaining_dof) == (8, 6, 2)
     assert in_frame(found.machine.motion(TIMES).points["C"].position) == pytest.approx(rocker_path(), abs=1e-13)
 
 
@@ -122,7 +122,7 @@ def test_a_base_with_a_free_joint_is_held_with_all_that_is_in_no_loop() -> None:
                               f'<geom size="0.1" mass="2"/>{arm}')  # fmt: skip
     found = bench(text.replace("</worldbody>", loose + "</worldbody>"))
     assert set(found.machine.held) == {"base", "arm", "loose"}
-    assert found.freedom.left == 1
+    assert found.freedom.remaining_dof == 1
     assert in_frame(found.machine.motion(TIMES).points["C"].position) == pytest.approx(rocker_path(), abs=1e-13)
     assert "hand" not in {point.name for point in found.points}
 

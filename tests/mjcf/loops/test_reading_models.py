@@ -9,9 +9,9 @@ import pytest
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.closing import jacobian, residuals
-from conrod.exact.space.motion import moved
-from conrod.exact.space.poses import poses
+from conrod.exact.space.forward_kinematics import forward_kinematics
+from conrod.exact.space.loop_closure import jacobian, residuals
+from conrod.exact.space.motion import displace
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.reading import tree_of
 
@@ -90,7 +90,7 @@ def test_all_bodies_and_points_stand_where_mujoco_has_them(seed: int) -> None:
     model = random_tree(seed)
     data, coordinates = at(model, seed)
     tree = read(model)
-    found = poses(tree, coordinates)
+    found = forward_kinematics(tree, coordinates)
     size = np.abs(data.xpos).max()
     for body in range(model.nbody):
         assert found.places[body][0][:, 0] == pytest.approx(data.xpos[body], abs=ROUNDING * size)
@@ -106,11 +106,11 @@ def test_a_joint_in_another_place_is_seen() -> None:
     # Negative control: what a pose depends on makes a difference, each of it.
     model = random_tree(0)
     _, coordinates = at(model, 0)
-    before = poses(read(model), coordinates)
+    before = forward_kinematics(read(model), coordinates)
     for field in ("jnt_pos", "jnt_axis", "body_pos", "body_quat", "qpos0"):
         edited = random_tree(0)
         getattr(edited, field)[-1] += 1e-6
-        after = poses(read(edited), coordinates)
+        after = forward_kinematics(read(edited), coordinates)
         assert max(np.abs(a[0] - b[0]).max() for a, b in zip(before.places, after.places, strict=True)) > 1e-9, field
 
 
@@ -119,7 +119,7 @@ def test_points_move_and_accelerate_as_mujocos_do(seed: int) -> None:
     model = random_tree(seed)
     data, coordinates = at(model, seed)
     tree = read(model)
-    found = poses(tree, coordinates, np.stack([data.qvel, data.qacc])[:, :, None])
+    found = forward_kinematics(tree, coordinates, np.stack([data.qvel, data.qacc])[:, :, None])
     for point in site_points(model, tuple(tree.points)):
         _, velocity, acceleration = point.motion(model, data)
         series = found.point(tree.points[point.name])
@@ -166,7 +166,7 @@ def test_connects_and_couplings_are_open_by_what_mujoco_says_and_have_its_jacobi
     model = closed_by(closure, seed)
     data, coordinates = at(model, seed)
     tree = read(model)
-    found = poses(tree, coordinates)
+    found = forward_kinematics(tree, coordinates)
     # A coupling whose dependent sum is of angles is weighed by the extent.
     joints = {joint.rate: joint for joint in tree.joints}
     sums = tree.closures[0].sums
@@ -182,7 +182,10 @@ def differences(tree: SpatialTree, coordinates: Array) -> Array:
     for rate in range(tree.freedom):
         way = np.zeros((tree.freedom, 1))
         way[rate] = step
-        ends = [residuals(poses(tree, moved(tree, coordinates, sign * way)), 0)[0, :, 0] for sign in (1.0, -1.0)]
+        ends = [
+            residuals(forward_kinematics(tree, displace(tree, coordinates, sign * way)), 0)[0, :, 0]
+            for sign in (1.0, -1.0)
+        ]
         columns.append((ends[0] - ends[1]) / (2.0 * step))
     return np.array(columns).T
 
@@ -212,7 +215,7 @@ def test_a_weld_is_closed_where_mujocos_is_and_opens_as_its_jacobian_says(closur
     model, data, coordinates = welded_at(random_tree(seed, equality=closure), seed)
     tree = read(model)
     assert np.abs(data.efc_pos).max() < 1e-14 * 10.0
-    assert np.abs(residuals(poses(tree, coordinates), 0)).max() < 1e-13
-    mine = jacobian(poses(tree, coordinates), 1)[0]
+    assert np.abs(residuals(forward_kinematics(tree, coordinates), 0)).max() < 1e-13
+    mine = jacobian(forward_kinematics(tree, coordinates), 1)[0]
     assert mine == pytest.approx(differences(tree, coordinates), abs=1e-7)
     assert mine[:3] == pytest.approx(constraint_jacobian(model, data)[:3], abs=1e-13)

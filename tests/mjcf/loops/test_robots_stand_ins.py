@@ -90,7 +90,7 @@ def studied(
 def test_an_achilles_rod_spins_idly_and_the_base_and_what_is_in_no_loop_are_held() -> None:
     machine, found, judged = studied(written(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz", "spring": "hold"})
     # Knee, spring, tarsus and the rod's three rates, of which the connect takes three.
-    assert (found.freedom, found.rank, found.left) == (6, 3, 3)
+    assert (found.freedom, found.rank, found.remaining_dof) == (6, 3, 3)
     assert found.idle == ("rod",)
     assert not found.redundant
     assert machine.held == ("base", "arm")
@@ -108,7 +108,7 @@ def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:
 def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(coupling: str, more: str) -> None:
     drives = {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"}
     machine, found, judged = studied(written(GRIPPER, coupling, more), drives)
-    assert (found.freedom, found.rank, found.left) == (8, 5, 3)
+    assert (found.freedom, found.rank, found.remaining_dof) == (8, 5, 3)
     assert dict(found.redundant) == {"r": 1, "l": 1}  # each connect's row along the hinges
     assert "flange" not in judged
     # The left follower's frame is on its hinge, on a link that is held: no closure moves it.
@@ -132,7 +132,7 @@ def test_a_parallelogram_closed_twice_says_what_is_redundant_and_what_contradict
         )  # the second rod's end: a hundredth of a millimetre contradicts the first
 
     machine, found, judged = studied(written(bodies, LEVELS), {"arm": "sine:30deg,1Hz"}, longer)
-    assert found.left == 1
+    assert found.remaining_dof == 1
     assert judged == {"tip"}
     assert dict(found.redundant) == {"level": 1, "level2": 2}
     assert (machine.misfit > misfit) if misfit else (machine.misfit < 1e-14)

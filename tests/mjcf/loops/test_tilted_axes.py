@@ -11,7 +11,7 @@ import pytest
 from four_bars import four_bar
 
 from conrod.errors import InvalidInput
-from conrod.exact.space.immobile import Mend, mend_words, mends
+from conrod.exact.space.immobility import JointCorrection, describe_corrections, explain_immobility
 from conrod.exact.space.mobility import TooManyDrivesError, check_drives
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import laws_of, tree_of
@@ -34,16 +34,16 @@ def tilted(text: str, joint: str, seed: int = 0, tilt: float = TILT) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def found(text: str, drives: dict[str, str]) -> list[Mend]:
+def found(text: str, drives: dict[str, str]) -> list[JointCorrection]:
     """What would let the drives move a model that they do not; none where they do."""
     tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
     laws, held = laws_of(model, tree, Question(drives))
     machine = DrivenTree(tree, laws, held)
-    start = machine.assembled()
+    start = machine.assemble_start()
     try:
         check_drives(machine, start)
     except TooManyDrivesError:
-        return mends(tree, laws, held, start)
+        return explain_immobility(tree, laws, held, start)
     return []
 
 
@@ -121,13 +121,13 @@ def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
 
 def test_what_explains_is_said_alone_with_others_or_to_be_unknown() -> None:
     some = [
-        Mend("a", "axis", np.radians(0.1)),
-        Mend("b", "anchor", 1e-4),
-        Mend("c", "axis", 0.01),
-        Mend("d", "axis", 0.02),
+        JointCorrection("a", "axis", np.radians(0.1)),
+        JointCorrection("b", "anchor", 1e-4),
+        JointCorrection("c", "axis", 0.01),
+        JointCorrection("d", "axis", 0.02),
     ]
-    assert mend_words(some[:1]) == "the axis of a is 0.1 deg off, which alone explains it"
+    assert describe_corrections(some[:1]) == "the axis of a is 0.1 deg off, which alone explains it"
     both = "either the axis of a is 0.1 deg off or b is anchored 0.1 mm off: each alone would explain it"
-    assert mend_words(some[:2]) == both
-    assert "or another of 1 more: each" in mend_words(some)
-    assert mend_words([]) == "no single axis or anchor explains it"
+    assert describe_corrections(some[:2]) == both
+    assert "or another of 1 more: each" in describe_corrections(some)
+    assert describe_corrections([]) == "no single axis or anchor explains it"

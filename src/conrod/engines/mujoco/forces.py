@@ -29,7 +29,7 @@ from conrod.engines.mujoco.model import Build, build, laws_acting
 from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT
 from conrod.engines.spanning_tree import Branch
 from conrod.engines.tracks import EDITED_MODEL_REASON, ForceTracks, applied_forces, unreported_forces
-from conrod.exact.dynamics.inverse import component_names, joint_forces_in
+from conrod.exact.dynamics.inverse import component_names, joint_forces_of_motion
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Point, Prismatic, Revolute, to_world
@@ -124,7 +124,7 @@ def expected_forces(
     rate = abs(machine.speed)
     poses, rates, accelerations = (values * rate**k for k, values in enumerate(moved_states(course, gaps)))
     times = course.angles / machine.speed
-    found = joint_forces_in(kinematics, poses, rates, accelerations, times)
+    found = joint_forces_of_motion(kinematics, poses, rates, accelerations, times)
     rest = np.zeros_like(times)
     return ExpectedForces(
         ForceTracks(

@@ -24,7 +24,7 @@ from conrod.engines.mujoco import LEAST_STEPS, MuJoCoSettings, exchanged_inertia
 from conrod.engines.mujoco.model import Build, build
 from conrod.engines.numerics import CRANK_SAMPLES, NO_BOUND_AT_CHANGE_POINT, rounding_bound
 from conrod.engines.spanning_tree import SpanningTree
-from conrod.exact.dynamics.inverse import reactions
+from conrod.exact.dynamics.inverse import steady_joint_forces
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -118,7 +118,7 @@ def local_errors(tree: SpanningTree, course: Course, constant: float, step: floa
 
 def yielding(machine: Machine, settings: MuJoCoSettings, made: Build, course: Course) -> Array:
     """Accelerations (T, 3 n) of the gaps, by the way, by the closures' giving way to the exact reactions."""
-    forces = reactions(course.kinematics, course.angles, machine.speed).components
+    forces = steady_joint_forces(course.kinematics, course.angles, machine.speed).components
     found = np.zeros_like(course.states[0])
     row = 0
     for joint in course.kinematics.mechanism.joints:

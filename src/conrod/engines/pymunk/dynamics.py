@@ -24,7 +24,7 @@ from conrod.engines.pymunk.stepping import advance, state
 from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array, cache_blocks, turned
+from conrod.exact.motion import Array, cache_blocks, rotate_planar
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
 
@@ -107,8 +107,8 @@ def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Arr
             positions[rows], velocities[rows] = centres[rows, i : i + 2], rates[rows, i : i + 2]
             if way != (0.0, 0.0):
                 turn, spin = centres[rows, i + 2], rates[rows, i + 2]
-                positions[rows] += np.column_stack(turned(way, turn))
-                arm_x, arm_y = turned(way, turn + at.ahead * spin)
+                positions[rows] += np.column_stack(rotate_planar(way, turn))
+                arm_x, arm_y = rotate_planar(way, turn + at.ahead * spin)
                 velocities[rows, 0] -= spin * arm_y
                 velocities[rows, 1] += spin * arm_x
         tracks[observed.name] = PointTracks(

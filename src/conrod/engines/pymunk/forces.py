@@ -33,7 +33,7 @@ from conrod.engines.pymunk.stepping import advance
 from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import component_names
-from conrod.exact.motion import Array, turned
+from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import Instants, Outcome
@@ -111,10 +111,10 @@ def _carried(mechanism: Mechanism, settings: PymunkSettings, at: Staggered, run:
     result = np.zeros_like(centres)
     for i, body in enumerate(mechanism.bodies):
         x, y, turn = 3 * i, 3 * i + 1, 3 * i + 2
-        arm = turned(body.centre_of_gravity, centres[:, turn])
+        arm = rotate_planar(body.centre_of_gravity, centres[:, turn])
         if body.name == mechanism.crank:
             # Its speed is constant, so that its centre of gravity goes round the shaft.
-            shaft = turned(mechanism.driven_joint.point_b, centres[:, turn])
+            shaft = rotate_planar(mechanism.driven_joint.point_b, centres[:, turn])
             ax, ay = (-(at.acceleration.rate**2) * (r - s) for r, s in zip(arm, shaft, strict=True))
             spun = np.zeros_like(ax)
         else:

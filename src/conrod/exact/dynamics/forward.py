@@ -1,8 +1,13 @@
-"""Free and torque-driven motion of a mechanism, exactly: an ordinary differential equation in one coordinate.
+"""Exact free and torque-driven motion of a mechanism: an ordinary differential equation in one coordinate.
 
-The coordinate is the arc length of the curve of configurations (`conrod.exact.dynamics.configurations`), in which
-nothing is singular at a crank's dead centres. Integrated by the Runge-Kutta method of order 8 of Dormand and Prince in
-SciPy. The energy that loads take or give is integrated beside the motion, so that the balance audits both.
+The coordinate is the arc length s of the configuration curve (`conrod.exact.dynamics.configuration_series`), which is
+regular at a crank's dead centres. With the reduced inertia I(s) and potential V(s), and Q(s, s', t) the force along s
+of loads without a potential,
+
+    I s'' + I' s'^2 / 2 = -V' + Q.
+
+Integrated by the Runge-Kutta method of order 8 of Dormand and Prince in SciPy. The work of Q is integrated beside the
+motion, so that the energy balance checks both.
 """
 
 from __future__ import annotations
@@ -15,29 +20,28 @@ import numpy as np
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics import coordinate_jet
-from conrod.exact.dynamics.integration import Course, kinks
-from conrod.exact.dynamics.line import At, Line
+from conrod.exact.dynamics.integration import EventIntegrator, kink_events
+from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics, ReducedState
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import TimePulse
 from conrod.mechanism.mechanism import Mechanism
 
-STANDS = 1e-9  # of a body's turn by the arc length: below it, it does not turn
-# Of what weight and loads would push with together if none held against another, nor a dead centre against them.
-BALANCED = 1e-12
-# Of a radian that every body turns, in one step of the integrator. Drift of energy with it, and without: a cam of law
-# 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12; in about the same time.
-FARTHEST = 0.02
-FITS = 1e-6  # of the largest rate, what given rates of several bodies may leave
+MIN_TURN_DERIVATIVE = 1e-9  # rotation of a body by arc length; below it the body does not turn
+BALANCE_TOLERANCE = 1e-12  # net force over the sum of the sizes of all forces, below which a rest is an exact balance
+# Largest rotation [rad] of every body in one step. Drift of energy with and without this limit, in about the same time:
+# a cam of law 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12.
+MAX_STEP_TURN = 0.02
+RATE_TOLERANCE = 1e-6  # of the largest rate, for given rates of several bodies that the joints couple
 
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """An exact motion at given times.
+    """An exact motion without a prescribed drive, at given times.
 
     Attributes:
         poses, rates, accelerations: of all bodies, (T, 3 n).
-        crossings: times [s] at which configurations were passed where branches cross, on the smooth continuation.
+        crossings: times [s] at which the motion passed a crossing of branches, on its smooth continuation.
     """
 
     times: Array  # (T,) [s]
@@ -52,13 +56,13 @@ class FreeMotion:
 
     @property
     def drift(self) -> float:
-        """Largest error of the balance of energy, against the largest kinetic energy or change of the potential one."""
+        """Largest error of the energy balance over the largest kinetic energy or change of potential energy."""
         balance = self.energy - self.work
         return float(np.abs(balance - balance[0]).max()) / self.scale
 
     @property
     def continuation(self) -> str:
-        """In words, that the motion went on smoothly where it had a choice; empty where it had none."""
+        """Sentence that the motion continues smoothly where branches cross; empty if none cross."""
         if not self.crossings:
             return ""
         shown = ", ".join(f"{time:.6g}" for time in self.crossings[:4]) + (", ..." if self.crossings[4:] else "")
@@ -68,23 +72,23 @@ class FreeMotion:
 
 
 class ForwardDynamics:
-    """One mechanism under its weight, its constant forces and its loads."""
+    """Motion of one mechanism under its weight, its constant forces and its loads."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.loads = mechanism, mechanism.loads
-        self.line = Line(mechanism)
+        self.reduced = ReducedDynamics(mechanism)
         self._driven = [load.law for load in self.loads if not load.conservative]
 
     def motion(self, times: Array, rates: Mapping[str, float]) -> FreeMotion:
-        """The motion from the start poses.
+        """Integrate the motion from the start poses.
 
         Args:
             times: (T,) [s], growing from 0.
-            rates: turn rates of bodies at time 0 [rad/s], counter-clockwise; one determines all, none is a rest.
+            rates: turn rates of bodies at time 0 [rad/s], counter-clockwise; one determines all, none means rest.
 
         Raises:
             InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a
-                force is not finite, or what moves has no inertia.
+                force is not finite, or moving parts have no inertia.
         """
         mechanism = self.mechanism
         times = np.asarray(times, dtype=float)
@@ -94,38 +98,38 @@ class ForwardDynamics:
         if start[1] == 0.0:
             self._check_rest()
         pulses = [load.law for load in self.loads if isinstance(load.law, TimePulse)]
-        course = Course(
-            self._rates, self._measures(start[1], float(times[-1])), kinks(self.line, self.loads),
+        course = EventIntegrator(
+            self._rates, self._state_scales(start[1], float(times[-1])), kink_events(self.reduced, self.loads),
             {time for pulse in pulses for time in (pulse.start, pulse.stop)},
-            FARTHEST * self.line.configurations.curve.unit,
+            MAX_STEP_TURN * self.reduced.configurations.curve.unit,
         )  # fmt: skip
-        states = course.run(times, start, self.line.crossings)
-        return self._motion(times, states, tuple(sorted(course.passed)))
+        states = course.integrate(times, start, self.reduced.crossings)
+        return self._motion(times, states, tuple(sorted(course.crossing_times)))
 
     def start_rate(self, given: Mapping[str, float]) -> float:
-        """Rate of the arc length at the start [1/s], of given turn rates of bodies [rad/s]; 0 where none is given.
+        """Rate of the arc length at the start [1/s] for given turn rates of bodies [rad/s]; 0 if none is given.
 
         Raises:
-            InvalidInput: a body is unknown, cannot turn at the start, or the joints give it another rate.
+            InvalidInput: a body is unknown, cannot turn at the start, or the joints require another rate.
         """
-        tangent = self.line.configurations.start.tangent[0]
-        slopes = {}
+        tangent = self.reduced.configurations.start.tangent[0]
+        derivatives = {}
         for body, rate in given.items():
             if body not in self.mechanism.body_index:
                 raise unknown_choice("body with a rate at the start", body, self.mechanism.body_index)
             if not math.isfinite(rate):
                 raise InvalidInput(f"rate of {body} at the start = {rate!r} is not a finite number")
-            slopes[body] = float(tangent[3 * self.mechanism.body_index[body] + 2])
-            if abs(slopes[body]) < STANDS and rate != 0.0:
+            derivatives[body] = float(tangent[3 * self.mechanism.body_index[body] + 2])
+            if abs(derivatives[body]) < MIN_TURN_DERIVATIVE and rate != 0.0:
                 stands = "stands at a dead centre and cannot turn" if body == self.mechanism.crank else "does not turn"
                 raise InvalidInput(f"rate of {body} at the start = {rate:g} rad/s: there it {stands}")
-        if not slopes:
+        if not derivatives:
             return 0.0
-        teller = max(slopes, key=lambda body: abs(slopes[body]))
-        along = given[teller] / slopes[teller] if given[teller] else 0.0
+        teller = max(derivatives, key=lambda body: abs(derivatives[body]))
+        along = given[teller] / derivatives[teller] if given[teller] else 0.0
         for body, rate in given.items():
-            fitting = along * slopes[body]
-            if abs(rate - fitting) > FITS * max(abs(along), abs(rate)):
+            fitting = along * derivatives[body]
+            if abs(rate - fitting) > RATE_TOLERANCE * max(abs(along), abs(rate)):
                 raise InvalidInput(
                     f"rate of {body} at the start = {rate:g} rad/s contradicts the joints: with {teller} at "
                     f"{given[teller]:g} rad/s it is {fitting:g} rad/s"
@@ -135,26 +139,35 @@ class ForwardDynamics:
     # -- the differential equation -----------------------------------------------------------------------------------
 
     def _rates(self, time: float, state: Array) -> Array:
+        """Time derivative of the state (arc length, its rate, work of loads without a potential)."""
         rate = float(state[1])
-        at = self.line.at(float(state[0]))
+        at = self.reduced.evaluate(float(state[0]))
         force = self._force(at, rate, time)
-        return np.array([rate, (at.descent + force - 0.5 * at.slope * rate * rate) / at.inertia, force * rate])
+        return np.array(
+            [
+                rate,
+                (at.conservative_force + force - 0.5 * at.inertia_derivative * rate * rate) / at.inertia,
+                force * rate,
+            ]
+        )
 
-    def _force(self, at: At, rate: float, time: float) -> float:
-        """The force along the arc length of loads that are no potential."""
+    def _force(self, at: ReducedState, rate: float, time: float) -> float:
+        """Force along the arc length of the loads without a potential."""
         total = 0.0
-        for law, value, slope in zip(self._driven, at.values, at.rates, strict=True):
-            total += float(law.force(np.asarray(value), np.asarray(slope * rate), np.asarray(time))) * float(slope)
+        for law, value, derivative in zip(self._driven, at.load_coordinates, at.load_derivatives, strict=True):
+            total += float(law.force(np.asarray(value), np.asarray(derivative * rate), np.asarray(time))) * float(
+                derivative
+            )
         if not math.isfinite(total):
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite at t = {time:g} s")
         return total
 
     def _check_rest(self) -> None:
-        """Refuse a rest that only an exact balance keeps: rounding would decide which way it goes, and how soon."""
+        """Refuse a start at rest in exact balance: rounding would decide when and which way it moves."""
         if any(isinstance(load.law, TimePulse) for load in self.loads):
             return
-        at, mechanism, total = self.line.at(0.0), self.mechanism, 0.0
-        point, tangent, _ = self.line.point(0.0)
+        at, mechanism, total = self.reduced.evaluate(0.0), self.mechanism, 0.0
+        point, tangent, _ = self.reduced.poses_with_derivatives(0.0)
         bodies = pose_jets(mechanism, [point[None], tangent[None]])
         # Weights and constant forces, times how far their bodies go by the arc length.
         for body in mechanism.bodies:
@@ -163,34 +176,35 @@ class ForwardDynamics:
             total += force * math.hypot(x, y)
         # Forces of the loads at rest, times a body's size; torques as they are.
         for load in self.loads:
-            value, slope = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
-            size = 1.0 if load.unit == "rad" else float(self.line.configurations.curve.scale[0])
-            total += size * abs(float(load.law.force(value, 0.0 * slope, np.zeros(1))[0]))
-        if abs(at.descent + self._force(at, 0.0, 0.0)) < BALANCED * total:
+            value, derivative = (np.ravel(c) for c in coordinate_jet(load.along, bodies).coefficients)
+            size = 1.0 if load.unit == "rad" else float(self.reduced.configurations.curve.scale[0])
+            total += size * abs(float(load.law.force(value, 0.0 * derivative, np.zeros(1))[0]))
+        if abs(at.conservative_force + self._force(at, 0.0, 0.0)) < BALANCE_TOLERANCE * total:
             raise InvalidInput(
                 f"{mechanism.name}: at rest in a dead centre, or where its weight and loads are in balance, which "
                 "nothing ends; start beside it, or in motion"
             )
 
-    def _measures(self, rate: float, time: float) -> Array:
-        """Sizes that arc length, its rate and work are measured by where they are 0."""
-        at, ahead = self.line.at(0.0), self.line.configurations.ahead[0].stop
-        push = abs(at.descent) + abs(self._force(at, rate, 0.0))
+    def _state_scales(self, rate: float, time: float) -> Array:
+        """Sizes of arc length, its rate and work, which absolute tolerances refer to."""
+        at, ahead = self.reduced.evaluate(0.0), self.reduced.configurations.ahead[0].stop
+        push = abs(at.conservative_force) + abs(self._force(at, rate, 0.0))
         energy = max(at.inertia * rate * rate, push * min(ahead, push * time * time / at.inertia), 1e-20)
-        return np.array([self.line.configurations.curve.unit, math.sqrt(energy / at.inertia), energy])
+        return np.array([self.reduced.configurations.curve.unit, math.sqrt(energy / at.inertia), energy])
 
     # -- the motion --------------------------------------------------------------------------------------------------
 
     def _motion(self, times: Array, states: Array, crossings: tuple[float, ...]) -> FreeMotion:
+        """Poses, rates, accelerations and energies at times from integrated states (T, 3)."""
         along, rate, work = states.T
         shape = (len(times), 3 * len(self.mechanism.bodies))
         poses, rates, accelerations = (np.empty(shape) for _ in range(3))
         kinetic, potential = np.empty(len(times)), np.empty(len(times))
         for k, (s, v, t) in enumerate(zip(along, rate, times, strict=True)):
-            at = self.line.at(float(s))
+            at = self.reduced.evaluate(float(s))
             kinetic[k], potential[k] = 0.5 * at.inertia * v * v, at.potential
             acceleration = self._rates(float(t), np.array([s, v, 0.0]))[1]
-            poses[k], tangent, curvature = self.line.point(float(s))
+            poses[k], tangent, curvature = self.reduced.poses_with_derivatives(float(s))
             rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
         scale = float(max(kinetic.max(), np.ptp(potential))) or 1.0
         return FreeMotion(times, poses, rates, accelerations, kinetic + potential, work, along, crossings, scale)

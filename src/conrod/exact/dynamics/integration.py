@@ -1,6 +1,6 @@
-"""Integration of an ordinary differential equation in time, begun anew wherever a force has a kink.
+"""Integration of an ordinary differential equation in time, restarted wherever a force has a kink.
 
-Where laws of loads have kinks, and cams their joints: an integrator of high order begins anew there.
+A method of high order loses its order at a kink, of a load's law or where a roller changes arcs of its cam.
 """
 
 from __future__ import annotations
@@ -15,44 +15,52 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from conrod.errors import InvalidInput
-from conrod.exact.dynamics.line import Line
+from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, StrokePulse
 
-RELATIVE = 3e-14
-JUST = 1e-12  # of the time in all: how well an instant of a kink is known
-# So many steps in a row of less than this of the time in all: the motion sticks where a force changes with its sense.
-MOST_SHORT, SHORT = 300, 1e-7
+RELATIVE_TOLERANCE = 3e-14
+KINK_TOLERANCE = 1e-12  # of the time of a kink, over the whole duration
+# After `MAX_SHORT_STEPS` consecutive steps below `SHORT_STEP` of the duration, the motion sticks in a force that
+# changes with the direction of motion.
+MAX_SHORT_STEPS, SHORT_STEP = 300, 1e-7
 
 Event = Callable[[float, Array], float]
 
 
-class Course:
-    """States at wanted times, and stretches between them that can be asked for instants.
+class EventIntegrator:
+    """Integrator with restarts at kinks, which samples states and finds times of events.
 
     Args:
         rates: derivative of the state at a time.
-        absolute: what each entry of the state is at least measured by (K,).
-        kinks: functions of time and state whose change of sign is a kink of the rates; breaks: times [s] of such.
-        farthest: of the first entry in one step, about. Where nothing changes for a while, as in a cam's dwell, steps
-            grow, and the stages of a long one may miss what begins gently behind it.
+        absolute: smallest size of each entry of the state (K,) that tolerances refer to.
+        kink_events: functions of time and state whose change of sign is a kink of the rates.
+        breaks: times [s] of kinks known before.
+        farthest: approximate largest change of the first entry in one step. Where nothing changes for a while, as in a
+            cam's dwell, steps grow, and the stages of a long step may miss a force that sets in gently.
     """
 
     def __init__(
-        self, rates: Callable[[float, Array], Array], absolute: Array, kinks: Sequence[Event], breaks: Iterable[float],
+        self, rates: Callable[[float, Array], Array], absolute: Array, kink_events: Sequence[Event], breaks:
+            Iterable[float],
         farthest: float,
     ) -> None:  # fmt: skip
-        self._rates, self._absolute, self._kinks, self._farthest = rates, RELATIVE * absolute, kinks, farthest
+        self._rates, self._absolute, self._kinks, self._farthest = (
+            rates,
+            RELATIVE_TOLERANCE * absolute,
+            kink_events,
+            farthest,
+        )
         self._breaks = sorted(breaks)
-        self.passed: list[float] = []
+        self.crossing_times: list[float] = []
         self._end, self._short = 1.0, 0
 
-    def run(self, times: Array, start: Array, passing: Callable[[float, float], Sequence[float]]) -> Array:
-        """States (T, K) at growing times, the start at 0.
+    def integrate(self, times: Array, start: Array, passing: Callable[[float, float], Sequence[float]]) -> Array:
+        """Return states (T, K) at ascending times, from the start state at time 0.
 
         Args:
-            passing: of two values of the first entry, growing, those between whose instants are wanted: then in
-                `passed`.
+            passing: gives the values of the first entry between two limits whose times are wanted; those are then in
+                `crossing_times`.
 
         Raises:
             InvalidInput: the motion cannot be integrated.
@@ -67,6 +75,7 @@ class Course:
         return self._sampled
 
     def _until_kink(self, now: float, state: Array, stop: float) -> tuple[float, Array]:
+        """Integrate up to the next kink or a stop time; return the time and the state there."""
         solver = self._solver(now, state, stop)
         # A kink that was just met is not met again.
         sides = [kink(now, state) for kink in self._kinks]
@@ -86,69 +95,79 @@ class Course:
         return float(solver.t), np.asarray(solver.y)
 
     def _solver(self, now: float, state: Array, stop: float) -> DOP853:
-        return DOP853(self._rates, now, state, stop, rtol=RELATIVE, atol=self._absolute)
+        """A Dormand-Prince solver from a state to a stop time."""
+        return DOP853(self._rates, now, state, stop, rtol=RELATIVE_TOLERANCE, atol=self._absolute)
 
     def _step(self, solver: DOP853) -> None:
+        """Take one step of limited length; InvalidInput if it fails or steps stay too short."""
         solver.max_step = self._farthest / max(abs(float(solver.f[0])), 1e-300)
         message = solver.step()
-        self._short = self._short + 1 if solver.t - solver.t_old < SHORT * self._end else 0
-        if self._short > MOST_SHORT:
+        self._short = self._short + 1 if solver.t - solver.t_old < SHORT_STEP * self._end else 0
+        if self._short > MAX_SHORT_STEPS:
             message = "forces or inertia change too fast there"
             if self._kinks:
                 message = "it comes to rest in a force that acts in one sense alone, and sticks there; give friction"
-        if solver.status == "failed" or self._short > MOST_SHORT:
+        if solver.status == "failed" or self._short > MAX_SHORT_STEPS:
             raise InvalidInput(f"the motion cannot be integrated beyond t = {solver.t:g} s: {message}")
 
     def _first_kink(
         self, start: float, stop: float, dense: Callable[[float], Array], sides: list[float]
     ) -> float | None:
+        """Time of the first kink in a step, just after it; None if there is none."""
         found = []
         for kink, side in zip(self._kinks, sides, strict=True):
             if side * kink(stop, dense(stop)) < 0.0 and kink(start, dense(start)) * side > 0.0:
                 at = brentq(lambda t, kink=kink: kink(t, dense(t)), start, stop, xtol=1e-300, rtol=1e-15)
-                if start + JUST * self._end < at < stop - JUST * self._end:
-                    found.append(at + 0.5 * JUST * self._end)
+                if start + KINK_TOLERANCE * self._end < at < stop - KINK_TOLERANCE * self._end:
+                    found.append(at + 0.5 * KINK_TOLERANCE * self._end)
         return min(found, default=None)
 
     def _sample(self, start: float, stop: float, dense: Callable[[float], Array], before: Array, after: Array) -> None:
+        """Store the states at sample times within a step, and the times of passed values."""
         times = self._times
         for k in np.flatnonzero((times > start) & (times <= stop)):
             self._sampled[k] = after if times[k] == stop else dense(times[k])
         for value in self._passing(*sorted((float(before[0]), float(after[0])))):
-            self.passed.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
+            self.crossing_times.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
 
 
-def kinks(line: Line, loads: Sequence[Load]) -> list[Event]:
-    """Functions of time and state (arc length, rate, ...) that change sign at kinks of laws and joints of cams."""
-    events: list[Event] = [_CamJoints(line)] if line.mechanism.cam_contacts else []
+def kink_events(reduced: ReducedDynamics, loads: Sequence[Load]) -> list[Event]:
+    """Functions of time and state (arc length, rate, ...) that change sign at kinks of laws and cams."""
+    events: list[Event] = [_CamArcEnds(reduced)] if reduced.mechanism.cam_contacts else []
     for place, load in enumerate(load for load in loads if not load.conservative):
         if isinstance(load.law, StrokePulse):
-            events += [_reaches(line, place, load.law.start), _reaches(line, place, load.law.stop), _turns(line, place)]
+            events += [
+                _coordinate_crossing(reduced, place, load.law.start),
+                _coordinate_crossing(reduced, place, load.law.stop),
+                _rate_reversal(reduced, place),
+            ]
     return events
 
 
-def _reaches(line: Line, place: int, value: float) -> Event:
-    return lambda _, state: float(line.at(float(state[0])).values[place]) - value
+def _coordinate_crossing(reduced: ReducedDynamics, place: int, value: float) -> Event:
+    """Event of a load's coordinate passing a value."""
+    return lambda _, state: float(reduced.evaluate(float(state[0])).load_coordinates[place]) - value
 
 
-def _turns(line: Line, place: int) -> Event:
-    return lambda _, state: float(line.at(float(state[0])).rates[place]) * float(state[1])
+def _rate_reversal(reduced: ReducedDynamics, place: int) -> Event:
+    """Event of a load's coordinate changing direction."""
+    return lambda _, state: float(reduced.evaluate(float(state[0])).load_derivatives[place]) * float(state[1])
 
 
-class _CamJoints:
-    """Arc lengths at which rollers pass from one arc of a cam, or segment of its law, to the next: a derivative jumps.
+class _CamArcEnds:
+    """Event of a roller passing to another arc of its cam or segment of its law, where a derivative jumps.
 
-    As a function of the state it is the distance from the nearest such place, with another sign behind each.
+    Its value is the distance in arc length from the nearest such place, with alternating sign.
     """
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
+    def __init__(self, reduced: ReducedDynamics) -> None:
+        self._reduced = reduced
         self._known: tuple[int, int, bool] | None = None
         self._joints: list[float] = []
 
     def __call__(self, _: float, state: Array) -> float:
         along, turns = float(state[0]), 0.0
-        joints, loop = self._places(), self._line.configurations.loop
+        joints, loop = self._arc_ends(), self._reduced.configurations.loop
         if not joints:
             return 1.0
         if loop is not None:
@@ -160,9 +179,9 @@ class _CamJoints:
         before = bisect_right(joints, along) - bisect_right(joints, 0.0) + int(turns) * len(joints)
         return (-1.0) ** (before % 2) * min(abs(along - joint) for joint in near)
 
-    def _places(self) -> list[float]:
-        """Arc lengths of the joints on the part of the curve that is known, growing."""
-        known = self._line.configurations
+    def _arc_ends(self) -> list[float]:
+        """Arc lengths of arc ends on the part of the curve that is known, ascending."""
+        known = self._reduced.configurations
         key = (len(known.ahead), len(known.behind), known.loop is None)
         if key != self._known:
             pieces = [*known.behind[::-1], *known.ahead]

@@ -1,11 +1,11 @@
-"""Forces that a given motion takes: every joint's reaction and the drive's torque, exactly.
+"""Inverse dynamics: every joint's reaction and the drive's torque in a given motion, exactly.
 
 With M q'' = Q + J^T lambda the multipliers of the joints' equations are their reactions, and that of the driver's
-equation is the drive's torque. The torque is derived a second time, from energy alone, without the joints' equations or
-their multipliers.
+equation is the drive's torque. The torque is checked from energy alone, without the joints' equations or their
+multipliers.
 
-Their sensitivities to masses: J has no mass in it, so the derivative by a mass, a place of a centre of gravity or an
-inertia solves the same equations with that of M q'' - Q on the left.
+Sensitivities to mass properties p: J does not depend on masses, so d lambda / dp solves J^T d lambda / dp =
+d(M q'' - Q) / dp.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from conrod.exact.dynamics import load_forces
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, turned
+from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.mechanism import (
     GROUND,
     Body,
@@ -36,15 +36,15 @@ from conrod.mechanism.mechanism import (
 MASS, CENTRE_X, CENTRE_Y, INERTIA = "mass", "centre_of_gravity.x", "centre_of_gravity.y", "inertia"
 PROPERTIES = (MASS, CENTRE_X, CENTRE_Y, INERTIA)
 TORQUE = "drive torque"
-# Changes that are to be seen: 1 % of a mass, 1 % of a length, 5 % of an inertia.
+# Errors of mass properties that a comparison has to detect: 1 % of a mass, 1 % of a length, 5 % of an inertia.
 MASS_STEP, LENGTH_STEP, INERTIA_STEP = 0.01, 0.01, 0.05
-# Of a quantity's peak, what a change that is to be seen must make: far above rounding, far below any engine.
-SEEN = 1e-10
+# Share of a quantity's peak that a detectable error changes: far above rounding, far below any engine's error.
+MIN_RELATIVE_CHANGE = 1e-10
 
 
 @dataclass(frozen=True)
-class State:
-    """A motion in time: the crank's angle, rate and angular acceleration, and the time, each (T,)."""
+class CrankMotion:
+    """Motion of the crank at T samples: its angle, rate and angular acceleration, and the time."""
 
     angle: Array
     rate: Array
@@ -54,12 +54,12 @@ class State:
 
 @dataclass(frozen=True)
 class JointForces:
-    """Forces of the joints and torque of the drive.
+    """Reaction forces of the joints and torque of the drive.
 
     Attributes:
-        components: by joint name, then by component, (T,): of a pin "x" and "y", the force on its second body in the
+        components: (T,) by joint name, then by component: of a pin "x" and "y", the force on its second body in the
             document's frame [N]; of a slide "normal" [N], on the second body along the line's normal, and "moment"
-            [N m]; of a cam "contact", the push between cam and roller [N]; of what rolls "tangential", at the
+            [N m]; of a cam "contact", the push between cam and roller [N]; of a rolling pair "tangential", at the
             pitch point [N].
     """
 
@@ -67,46 +67,51 @@ class JointForces:
     drive_torque: Array  # (T,) on the crank, in the sense of the crank angle [N m]
 
 
-def joint_forces(kinematics: Kinematics, state: State) -> JointForces:
-    """Joint forces and drive torque in a motion."""
-    return joint_forces_in(kinematics, *motion_of(kinematics, state), state.time)
+def joint_forces(kinematics: Kinematics, state: CrankMotion) -> JointForces:
+    """Joint forces and drive torque for a motion of the crank."""
+    return joint_forces_of_motion(kinematics, *motion_of_bodies(kinematics, state), state.time)
 
 
-def joint_forces_in(
+def joint_forces_of_motion(
     kinematics: Kinematics, poses: Array, rates: Array, accelerations: Array, time: Array
 ) -> JointForces:
-    """The same in a motion of all bodies (T, 3 n) at times (T,), which the joints allow; no dead centre in it."""
+    """Joint forces and drive torque for a motion of all bodies.
+
+    Args:
+        poses, rates, accelerations: of the bodies (T, 3 n), as the joints allow them, and at no dead centre.
+        time: (T,) [s].
+    """
     mechanism = kinematics.mechanism
     right = inertia_forces(mechanism, poses, rates, accelerations) - load_forces(mechanism, poses, rates, time)
     transposed = np.swapaxes(kinematics.jacobian(poses), 1, 2)
-    return _forces_of(mechanism, np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0]))
+    return _joint_forces_from(mechanism, np.asarray(np.linalg.solve(transposed, right[:, :, None])[:, :, 0]))
 
 
-def reactions(kinematics: Kinematics, angle: Array, speed: float) -> JointForces:
-    """Those in the exact motion at constant crank speed [rad/s], at crank angles (T,) [rad], in less time."""
+def steady_joint_forces(kinematics: Kinematics, angle: Array, speed: float) -> JointForces:
+    """Joint forces at constant crank speed [rad/s] and crank angles (T,) [rad]; faster than `joint_forces`."""
     poses, first, second = kinematics.derivatives(angle, 2)
     mechanism, rates = kinematics.mechanism, first * speed
     right = inertia_forces(mechanism, poses, rates, second * speed**2)
     right -= load_forces(mechanism, poses, rates, angle / speed)
-    return _forces_of(mechanism, kinematics.factors(poses).solve_transposed(list(right.T)))
+    return _joint_forces_from(mechanism, kinematics.factors(poses).solve_transposed(list(right.T)))
 
 
-def motion_of(kinematics: Kinematics, state: State) -> tuple[Array, Array, Array]:
-    """Poses, rates and accelerations of all bodies, each (T, 3 n)."""
+def motion_of_bodies(kinematics: Kinematics, state: CrankMotion) -> tuple[Array, Array, Array]:
+    """Poses, rates and accelerations of all bodies, each (T, 3 n), for a motion of the crank."""
     poses, first, second = kinematics.derivatives(state.angle, 2)
     rate, acceleration = state.rate[:, None], state.acceleration[:, None]
     return poses, first * rate, first * acceleration + second * rate**2
 
 
-def _forces_of(mechanism: Mechanism, multipliers: Array) -> JointForces:
-    """Multipliers (T, 3 n) of all equations by joint and component; the last is the driver's."""
+def _joint_forces_from(mechanism: Mechanism, multipliers: Array) -> JointForces:
+    """Sort multipliers (T, 3 n) of all equations by joint and component; the driver's is the last."""
     columns = iter(multipliers.T)
     components = {joint.name: {name: next(columns) for name in component_names(joint)} for joint in mechanism.joints}
     return JointForces(components, mechanism.driver.sense * multipliers[:, -1])
 
 
 def component_names(joint: Joint) -> tuple[str, ...]:
-    """Of a joint's reaction, in the order of its equations."""
+    """Names of the components of a joint's reaction, in the order of its equations."""
     match joint:
         case Revolute():
             return "x", "y"
@@ -121,10 +126,10 @@ def component_names(joint: Joint) -> tuple[str, ...]:
 
 
 def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
-    """M q'' - Q of every body, about the origin of its frame, of a state in time; (T, 3 n)."""
+    """Generalised forces M q'' - Q (T, 3 n) of every body about the origin of its frame."""
     result = np.zeros_like(poses)
     for i, body in enumerate(mechanism.bodies):
-        rx, ry = turned(body.centre_of_gravity, poses[:, 3 * i + 2])
+        rx, ry = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
         spin, turn = rates[:, 3 * i + 2], accelerations[:, 3 * i + 2]
         push = mechanism.push_on(body.name)
         ax = accelerations[:, 3 * i] - turn * ry - spin**2 * rx
@@ -137,10 +142,10 @@ def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, acceleratio
 
 
 def mass_ratio(mechanism: Mechanism) -> float:
-    """Heaviest link over the lightest that a joint feels, the driven link apart; 1 where that is alone."""
+    """Mass of the heaviest link over the lightest one felt at a joint, without the crank; 1 if it is alone."""
     masses = [body.mass for body in mechanism.bodies if body.name != mechanism.crank]
     felt = [
-        _felt_mass(mechanism, body, point)
+        _effective_mass(mechanism, body, point)
         for joint in mechanism.joints
         if isinstance(joint, Revolute)
         for body, point in ((joint.a, joint.point_a), (joint.b, joint.point_b))
@@ -149,8 +154,8 @@ def mass_ratio(mechanism: Mechanism) -> float:
     return max(masses) / min([*masses, *felt]) if masses else 1.0
 
 
-def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
-    """Mass [kg] of a link as felt at a point: 1 / (1/m + d^2/I), d from its centre of gravity."""
+def _effective_mass(mechanism: Mechanism, name: str, point: Point) -> float:
+    """Mass [kg] of a link as felt at a point: 1 / (1/m + d^2/I), with d from its centre of gravity."""
     body = mechanism.body(name)
     if any(isinstance(joint, Prismatic) for joint in mechanism.joints_on(name)):
         return body.mass  # cannot turn
@@ -163,10 +168,11 @@ def _felt_mass(mechanism: Mechanism, name: str, point: Point) -> float:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Of all quantities to one property of one body.
+    """Derivatives of all force quantities by one mass property of one body.
 
     Attributes:
-        derivatives: by the name of the quantity, "drive torque" or "joint.component", (T,), by the property.
+        quality: name of the property, one of `PROPERTIES`.
+        derivatives: (T,) by name of the quantity, "drive torque" or "joint.component".
     """
 
     body: str
@@ -175,34 +181,34 @@ class Sensitivity:
     derivatives: dict[str, Array]
 
 
-def sensitivities(kinematics: Kinematics, state: State) -> Iterator[Sensitivity]:
-    """Of drive torque and reactions in a motion, to each property of each body, one after the other."""
+def sensitivities(kinematics: Kinematics, state: CrankMotion) -> Iterator[Sensitivity]:
+    """Yield the derivatives of drive torque and reactions by each mass property of each body."""
     mechanism = kinematics.mechanism
-    poses, rates, accelerations = motion_of(kinematics, state)
+    poses, rates, accelerations = motion_of_bodies(kinematics, state)
     factors = kinematics.factors(poses)
     for body in mechanism.bodies:
-        changes = dict.fromkeys((CENTRE_X, CENTRE_Y), LENGTH_STEP * _length(kinematics, body))
+        changes = dict.fromkeys((CENTRE_X, CENTRE_Y), LENGTH_STEP * _body_length(kinematics, body))
         changes |= {MASS: MASS_STEP * body.mass, INERTIA: INERTIA_STEP * body.inertia}
-        for name, right in _derivatives(mechanism, body, poses, rates, accelerations).items():
-            derivatives = quantities(_forces_of(mechanism, factors.solve_transposed(list(right.T))))
+        for name, right in _inertia_force_derivatives(mechanism, body, poses, rates, accelerations).items():
+            derivatives = quantities(_joint_forces_from(mechanism, factors.solve_transposed(list(right.T))))
             yield Sensitivity(body.name, name, changes[name], derivatives)
 
 
 def quantities(forces: JointForces) -> dict[str, Array]:
-    """Drive torque and the components of reactions by name, each (T,)."""
+    """Drive torque and all components of reactions by name, each (T,)."""
     reactions = {f"{joint}.{name}": value for joint, some in forces.components.items() for name, value in some.items()}
     return {TORQUE: forces.drive_torque} | reactions
 
 
-def _derivatives(
+def _inertia_force_derivatives(
     mechanism: Mechanism, body: Body, poses: Array, rates: Array, accelerations: Array
 ) -> dict[str, Array]:
-    """Of M q'' - Q, each (T, 3 n), as `inertia_forces` has it."""
+    """Derivatives (T, 3 n) of `inertia_forces` by each mass property of a body."""
     i = 3 * mechanism.body_index[body.name]
     phi = poses[:, i + 2]
     push = mechanism.push_on(body.name)
     spin, turn = rates[:, i + 2], accelerations[:, i + 2]
-    rx, ry = turned(body.centre_of_gravity, phi)
+    rx, ry = rotate_planar(body.centre_of_gravity, phi)
     ax = accelerations[:, i] - turn * ry - spin**2 * rx - mechanism.gravity[0]
     ay = accelerations[:, i + 1] + turn * rx - spin**2 * ry - mechanism.gravity[1]
     result = {name: np.zeros_like(poses) for name in PROPERTIES}
@@ -216,8 +222,8 @@ def _derivatives(
     return result
 
 
-def _length(kinematics: Kinematics, body: Body) -> float:
-    """Largest distance [m] of a joint on the body from its origin; the size of the mechanism where there is none."""
+def _body_length(kinematics: Kinematics, body: Body) -> float:
+    """Largest distance [m] of a joint from the body's origin; the mechanism's size if that is 0."""
     ends = []
     for joint in kinematics.mechanism.joints:
         for name, point in ((joint.a, "point_a"), (joint.b, "point_b")):

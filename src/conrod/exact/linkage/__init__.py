@@ -1,4 +1,4 @@
-"""Classic quantities of a linkage: those of a whole turn, and the motion of all links at one crank angle."""
+"""Classic quantities of a linkage: over one revolution, and the motion of all links at one crank angle."""
 
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ from itertools import pairwise
 import numpy as np
 
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.course import TURN, Course, CrankRange, bisect, course_of, crank_range
+from conrod.exact.linkage.crank_range import CrankRange, SampledMotion, bisect, crank_range, sample_motion
 from conrod.exact.linkage.transmission import TransmissionAngle, transmission_angles
 from conrod.exact.motion import Array, Motion
 from conrod.mechanism.mechanism import GROUND, LowerPair, Prismatic
+from conrod.mechanism.units import REVOLUTION
 
-# A rate this much smaller than its largest is that of a link at rest.
-AT_REST = 1e-11
-# So small a share of a link's way is rounding of a way that leads back.
-RETURNED = 1e-9
-ROUNDED = 1e-9  # [rad]
+MAX_REST_RATE = 1e-11  # a link rests below this share of its largest rate
+RETURN_TOLERANCE = 1e-9  # share of a link's stroke that rounding adds to a motion that returns
+ANGLE_ROUNDING = 1e-9  # [rad], below a full turn: taken for angle 0
 
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """The place where a driven link turns back."""
+    """A position in which a driven link rests and turns back."""
 
     angle: float  # crank angle [rad] at which the link comes to rest; in [0, 2 pi) where the crank turns fully
     until: float  # crank angle [rad] at which it leaves again, `angle` unless it dwells; may pass 2 pi
@@ -32,13 +31,13 @@ class DeadCentre:
 
 
 @dataclass(frozen=True)
-class Output:
-    """Motion of a link that a slide or a pin guides in the ground.
+class OutputLink:
+    """Motion of a driven link that a slide or a pin guides in the ground.
 
     Attributes:
-        gain: what every turn of the crank adds to the link's way or turn [m] or [rad]; 0 for a link that comes back.
-        forward: crank angle [rad] between least and greatest value, at rest not counted; None without one stroke to and
-            one fro in a turn.
+        gain: change of the link's displacement or rotation over a turn of the crank [m] or [rad]; 0 if it returns.
+        forward: crank angle [rad] from the least to the greatest value without dwells; None unless each turn has
+            exactly one stroke to and one fro.
     """
 
     link: str  # its name
@@ -52,30 +51,31 @@ class Output:
 
     @property
     def time_ratio(self) -> float | None:
-        """Time of the slow stroke through that of the quick one, at constant crank speed; 1 without a quick return."""
+        """Time of the slower stroke over that of the quicker one at constant speed; 1 without a quick return."""
         if self.forward is None or self.backward is None:
             return None
         return max(self.forward, self.backward) / min(self.forward, self.backward)
 
 
-def outputs(course: Course) -> tuple[Output, ...]:
-    """Every driven link that is guided in the ground, by name."""
+def output_links(course: SampledMotion) -> tuple[OutputLink, ...]:
+    """Motions of all driven links that the ground guides, by name."""
     mechanism = course.kinematics.mechanism
     links = sorted(name for name in mechanism.body_index if name != mechanism.crank)
     return tuple(_output(course, link, guide) for link in links if (guide := mechanism.guide(link)))
 
 
-def _output(course: Course, link: str, joint: LowerPair) -> Output:
+def _output(course: SampledMotion, link: str, joint: LowerPair) -> OutputLink:
+    """Motion of one link that a joint guides in the ground."""
     weights = _weights(course, link, joint)
-    values, rates, angles = course.samples @ weights, course.slopes @ weights, course.angles
+    values, rates, angles = course.samples @ weights, course.derivatives @ weights, course.angles
     full, count = course.kinematics.repeats, len(angles)
     gain = float(values[-1] - values[0]) if full else _steady_gain(course, weights, values)
     unit = "m" if isinstance(joint, Prismatic) else "rad"
-    limit = AT_REST * float(np.abs(rates).max())
+    limit = MAX_REST_RATE * float(np.abs(rates).max())
     signs = np.where(np.abs(rates) <= limit, 0.0, np.sign(rates))
     if full:
         # Twice round, so that a rest across angle 0 is seen whole.
-        angles, count = np.concatenate([angles[:-1], angles[:-1] + TURN]), count - 1
+        angles, count = np.concatenate([angles[:-1], angles[:-1] + REVOLUTION]), count - 1
         signs = np.concatenate([signs[:-1], signs[:-1]])
     # At each change of sign the last sample before and the first after it; at rest over several lies a dwell.
     turns = [(i, j) for i, j in pairwise(np.flatnonzero(signs).tolist()) if signs[i] != signs[j] and i < count]
@@ -84,27 +84,27 @@ def _output(course: Course, link: str, joint: LowerPair) -> Output:
         for i, j in turns
     )
     centres = sorted(found, key=lambda centre: centre.angle)
-    if abs(gain) > RETURNED * float(np.ptp(values)):
-        return Output(link, joint.name, unit, tuple(centres), gain, None, None, None)
+    if abs(gain) > RETURN_TOLERANCE * float(np.ptp(values)):
+        return OutputLink(link, joint.name, unit, tuple(centres), gain, None, None, None)
     reached = [*values, *(centre.value for centre in centres)]
     stroke, forward, backward = float(max(reached) - min(reached)), None, None
     if full and len(centres) == 2 and centres[0].greatest != centres[1].greatest:
         least, greatest = sorted(centres, key=lambda centre: centre.greatest)
-        forward, backward = (greatest.angle - least.until) % TURN, (least.angle - greatest.until) % TURN
-    return Output(link, joint.name, unit, tuple(centres), 0.0, stroke, forward, backward)
+        forward, backward = (greatest.angle - least.until) % REVOLUTION, (least.angle - greatest.until) % REVOLUTION
+    return OutputLink(link, joint.name, unit, tuple(centres), 0.0, stroke, forward, backward)
 
 
-def _steady_gain(course: Course, weights: Array, values: Array) -> float:
-    """Gain of a first turn, if the next one adds the same, as to a wheel in a train of gears; 0 otherwise."""
+def _steady_gain(course: SampledMotion, weights: Array, values: Array) -> float:
+    """Gain of the first turn if the next one adds the same, as for a wheel of a gear train; else 0."""
     if not course.kinematics.turns_fully:
         return 0.0
     gain = float(values[-1] - values[0])
-    after_next = float((course.kinematics.poses(np.array([2.0 * TURN])) @ weights)[0])
-    return gain if abs(after_next - values[-1] - gain) <= RETURNED * float(np.ptp(values)) else 0.0
+    after_next = float((course.kinematics.poses(np.array([2.0 * REVOLUTION])) @ weights)[0])
+    return gain if abs(after_next - values[-1] - gain) <= RETURN_TOLERANCE * float(np.ptp(values)) else 0.0
 
 
-def _weights(course: Course, link: str, joint: LowerPair) -> Array:
-    """Weights of the stacked poses that give the link's way along its slide, or its turn; (3 n,)."""
+def _weights(course: SampledMotion, link: str, joint: LowerPair) -> Array:
+    """Weights (3 n,) of the stacked poses that give a link's displacement along its slide, or its rotation."""
     mechanism = course.kinematics.mechanism
     weights = np.zeros(3 * len(mechanism.bodies))
     first = 3 * mechanism.body_index[link]
@@ -118,8 +118,10 @@ def _weights(course: Course, link: str, joint: LowerPair) -> Array:
 
 
 def _dead_centre(
-    course: Course, weights: Array, limit: float, between: tuple[float, float], greatest: bool, dwells: bool
+    course: SampledMotion, weights: Array, limit: float, between: tuple[float, float], greatest: bool, dwells: bool
 ) -> DeadCentre:
+    """Locate the dead centre between two crank angles, and the end of its dwell."""
+
     def rate(at: float) -> float:
         return float((course.kinematics.derivatives(np.array([at]), 1)[1] @ weights)[0])
 
@@ -133,26 +135,26 @@ def _dead_centre(
     angle = stops
     if course.kinematics.repeats:
         # Rounding just below angle 0 is angle 0.
-        angle = stops % TURN if TURN - stops % TURN > ROUNDED else 0.0
+        angle = stops % REVOLUTION if REVOLUTION - stops % REVOLUTION > ANGLE_ROUNDING else 0.0
     return DeadCentre(angle, angle + (leaves - stops), value, greatest)
 
 
 @dataclass(frozen=True)
 class TurnQuantities:
-    """Quantities of a linkage over a turn, its driver's span, or all that it reaches.
+    """Quantities of a linkage over one revolution, its driver's span, or all that it reaches.
 
     Attributes:
-        transmission: transmission and pressure angles of those that are pushed by a rod, a block or a cam.
+        transmission: transmission and pressure angles of links that a rod, a block or a cam pushes.
     """
 
     crank_range: CrankRange  # limits of the input
-    outputs: tuple[Output, ...]  # strokes, dead centres and time ratios of the links that are guided in the ground
+    outputs: tuple[OutputLink, ...]  # strokes, dead centres and time ratios of the links that are guided in the ground
     transmission: tuple[TransmissionAngle, ...]
 
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """Motion of one link; each array is (3,)."""
+    """Motion of one link at an instant; each array is (3,)."""
 
     link: str  # its name
     pose: Array  # place of its frame's origin and turn [m, m, rad]
@@ -162,7 +164,7 @@ class LinkMotion:
 
 @dataclass(frozen=True)
 class InstantQuantities:
-    """Motion of a linkage at a crank angle."""
+    """Motion of all links and observed points at one crank angle."""
 
     angle: float  # of the crank [rad]
     speed: float  # of the crank [rad/s]
@@ -171,13 +173,13 @@ class InstantQuantities:
 
 
 def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
-    """Those of a turn."""
-    course = course_of(kinematics)
-    return TurnQuantities(crank_range(kinematics), outputs(course), transmission_angles(course))
+    """Crank range, strokes, dead centres and transmission angles of a linkage."""
+    course = sample_motion(kinematics)
+    return TurnQuantities(crank_range(kinematics), output_links(course), transmission_angles(course))
 
 
 def instant_quantities(kinematics: Kinematics, angle: float, speed: float) -> InstantQuantities:
-    """Those at a crank angle [rad] and a constant speed [rad/s] of the crank."""
+    """Motion of all links at a crank angle [rad] and a constant crank speed [rad/s]."""
     at = np.array([angle])
     in_time = [d.reshape(-1, 3) * speed**k for k, d in enumerate(kinematics.derivatives(at, 2))]
     links = [

@@ -1,7 +1,7 @@
-"""Transmission angles of driven links: how well a mechanism passes force on.
+"""Transmission angles of driven links: how well a mechanism transmits force.
 
-It is the angle between the line along which a driven link is pushed (through both pins of a rod, across a slot, or
-normal to a cam) and the normal to the path of the point that is pushed (Alt's definition; for a cam it is 90 degrees
+A transmission angle lies between the line along which a driven link is pushed (through both pins of a rod, across a
+slot, or normal to a cam) and the normal to the path of the pushed point (Alt's definition; for a cam it is 90 degrees
 minus the pressure angle). At zero the mechanism is locked.
 """
 
@@ -16,19 +16,21 @@ import numpy as np
 
 from conrod.exact.joint_equations import pose_jet
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.linkage.course import Course
+from conrod.exact.linkage.crank_range import SampledMotion
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute, beside
+from conrod.mechanism.units import REVOLUTION
 
-# An extreme is closed in upon by so many parts of its interval, so many times: to rounding of its value.
-PARTS, TIMES = 16, 10
-SIGNS = (1.0, -1.0)  # times the angle: of what is least for the least angle, and for the greatest
+# The interval around an extreme is divided into `SUBDIVISIONS`, `REFINEMENTS` times: its value is then exact to
+# rounding.
+SUBDIVISIONS, REFINEMENTS = 16, 10
+SIGNS = (1.0, -1.0)  # factors of the angle whose minima are its least and its greatest value
 RodEnd: TypeAlias = tuple[str, Point, Point, Point]  # the partner, its pin, the rod's own pin there, and its other one
 
 
 @dataclass(frozen=True)
 class Push:
-    """The push on a driven link, at T poses."""
+    """Line of the force on a driven link and path of the pushed point, at T poses."""
 
     driven: str  # the link that is pushed; the ground guides it
     through: str  # the rod, the block or the cam that pushes it
@@ -37,28 +39,29 @@ class Push:
 
     @property
     def angle(self) -> Array:
-        """Angle (T,) [rad] in [0, pi] between the line and the normal on the right of the path.
+        """Transmission angle (T,) [rad] in [0, pi], between the line and the normal on the right of the path.
 
-        Of a rod that drives a rocker, between the rod and the line from the rocker's pivot to their pin: it passes
-        through a right angle, the best value, smoothly. Its sine is the share of the push along the path.
+        For a rod that drives a rocker it lies between the rod and the line from the rocker's pivot to their pin, and
+        passes smoothly through a right angle, the best value. Its sine is the share of the push along the path.
         """
         normal = np.column_stack([self.path[:, 1], -self.path[:, 0]])
         return np.asarray(np.arctan2(np.abs(self._inner(self.path)), self._inner(normal)))
 
     def _inner(self, other: Array) -> Array:
+        """Cosine (T,) of the angle between the line and another vector (T, 2)."""
         inner = np.sum(self.line * other, axis=1)
         return np.asarray(inner / np.linalg.norm(self.line, axis=1) / np.linalg.norm(other, axis=1))
 
 
 def pushes(kinematics: Kinematics, poses: Array) -> list[Push]:
-    """Every driven link that is guided by the ground, and pushed by a cam, a rod or a block, at poses (T, 3 n)."""
+    """Pushes on all driven links that the ground guides, by a cam, rod or block, at poses (T, 3 n)."""
     found = [*_cam_pushes(kinematics, poses), *_rod_pushes(kinematics.mechanism, poses)]
     return sorted(found, key=lambda push: (push.driven, push.through))
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """A value [rad] and the crank angle [rad] where it is taken."""
+    """An extreme value [rad] and the crank angle [rad] where it occurs."""
 
     value: float
     angle: float
@@ -66,11 +69,11 @@ class Extreme:
 
 @dataclass(frozen=True)
 class TransmissionAngle:
-    """The transmission angle of a driven link.
+    """Extremes of the transmission angle of one driven link.
 
     Attributes:
-        least, greatest: of the angle in [0, pi] between the line of the push and the normal of the path, over all poses
-            (`Push.angle`).
+        least, greatest: extremes over all poses of the angle in [0, pi] between the line of the push and the normal of
+            the path (`Push.angle`).
     """
 
     driven: str  # the link
@@ -80,32 +83,32 @@ class TransmissionAngle:
 
     @property
     def worst(self) -> Extreme:
-        """The least acute transmission angle (Alt): at zero the linkage is locked."""
+        """Smallest acute transmission angle (Alt); at zero the linkage is locked."""
         other = Extreme(math.pi - self.greatest.value, self.greatest.angle)
         return min(self.least, other, key=lambda extreme: extreme.value)
 
     @property
     def greatest_pressure_angle(self) -> Extreme:
-        """A right angle less the worst transmission angle."""
+        """Largest pressure angle: a right angle less the worst transmission angle."""
         return Extreme(0.5 * math.pi - self.worst.value, self.worst.angle)
 
 
-def transmission_angles(course: Course) -> tuple[TransmissionAngle, ...]:
-    """Of every driven link that is guided by the ground; empty where none is pushed by a rod, a block or a cam."""
+def transmission_angles(course: SampledMotion) -> tuple[TransmissionAngle, ...]:
+    """Transmission angles of all driven links that the ground guides; empty if none is pushed."""
     samples = pushes(course.kinematics, course.samples)
     if not samples:
         return ()
-    extremes = _least(course, np.array([sign * push.angle for push in samples for sign in SIGNS]))
+    extremes = _row_minima(course, np.array([sign * push.angle for push in samples for sign in SIGNS]))
     return tuple(
         TransmissionAngle(push.driven, push.through, least, Extreme(-greatest.value, greatest.angle))
         for push, least, greatest in zip(samples, extremes[::2], extremes[1::2], strict=True)
     )
 
 
-def _least(course: Course, values: Array) -> list[Extreme]:
-    """The least of each row of values (E, T) at the samples, and between them; a push has a row for each sign.
+def _row_minima(course: SampledMotion, values: Array) -> list[Extreme]:
+    """Minimum of each row of values (E, T), refined between the samples; each push has a row for either sign.
 
-    All are closed in upon together: what takes time in solving for poses is not how many they are.
+    All are refined together, because the cost of solving for poses hardly depends on their number.
     """
     angles, rows, last = course.angles, np.arange(len(values)), values.shape[1] - 1
     k = values.argmin(axis=1)
@@ -114,8 +117,8 @@ def _least(course: Course, values: Array) -> list[Extreme]:
         around = (k == 0) | (k == last)
         low, high = np.where(around, -angles[1], low), np.where(around, angles[1], high)
     value, place = values[rows, k], angles[k]
-    for _ in range(TIMES):
-        some = np.linspace(low, high, PARTS + 1, axis=1)
+    for _ in range(REFINEMENTS):
+        some = np.linspace(low, high, SUBDIVISIONS + 1, axis=1)
         found = [
             push.angle.reshape(some.shape) for push in pushes(course.kinematics, course.kinematics.poses(some.ravel()))
         ]
@@ -123,38 +126,40 @@ def _least(course: Course, values: Array) -> list[Extreme]:
         j = here.argmin(axis=1)
         less = here[rows, j] < value
         value, place = np.where(less, here[rows, j], value), np.where(less, some[rows, j], place)
-        low, high = some[rows, np.maximum(j - 1, 0)], some[rows, np.minimum(j + 1, PARTS)]
-    place = place % (2.0 * math.pi) if course.kinematics.repeats else place
+        low, high = some[rows, np.maximum(j - 1, 0)], some[rows, np.minimum(j + 1, SUBDIVISIONS)]
+    place = place % REVOLUTION if course.kinematics.repeats else place
     return [Extreme(*extreme) for extreme in zip(value.tolist(), place.tolist(), strict=True)]
 
 
 def _cam_pushes(kinematics: Kinematics, poses: Array) -> Iterator[Push]:
+    """Pushes of cams on followers that the ground guides."""
     mechanism = kinematics.mechanism
     row = 0
     for joint in mechanism.joints:
         if isinstance(joint, CamContact) and mechanism.guide(joint.b) is not None:
             column = 3 * mechanism.body_index[joint.b]
             line = kinematics.jacobian(poses)[:, row, column : column + 2]
-            yield Push(joint.b, joint.a, line, _path(mechanism, poses, joint.b, joint.b, joint.roller_centre))
+            yield Push(joint.b, joint.a, line, _path_direction(mechanism, poses, joint.b, joint.b, joint.roller_centre))
         row += kinematics.equations_of(joint)
 
 
 def _rod_pushes(mechanism: Mechanism, poses: Array) -> Iterator[Push]:
+    """Pushes of rods and blocks on links that the ground guides."""
     away = _joints_from_crank(mechanism)
     for rod in mechanism.bodies:
         ends = _rod_ends(mechanism, rod.name)
         # Of two rockers on a rod, the one farther from the crank is driven.
         farthest = max((away[driven] for driven, *_ in ends), default=0)
         for driven, point, own, other in ends:
-            # A rod that is reached by way of a link does not push that one: it is itself moved by it.
+            # A rod that is reached through a link does not push that link, but is moved by it.
             if away[driven] >= max(farthest, away[rod.name]) and mechanism.guide(driven) is not None:
-                line = _place(mechanism, poses, rod.name, own) - _place(mechanism, poses, rod.name, other)
-                yield Push(driven, rod.name, line, _path(mechanism, poses, driven, driven, point))
+                line = _point_place(mechanism, poses, rod.name, own) - _point_place(mechanism, poses, rod.name, other)
+                yield Push(driven, rod.name, line, _path_direction(mechanism, poses, driven, driven, point))
         yield from _block_pushes(mechanism, rod.name, away, poses)
 
 
 def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int], poses: Array) -> Iterator[Push]:
-    """A block on a pin of one link that slides in another: it pushes at right angles to the slide, through its pin."""
+    """Push of a block that turns on one link and slides in another: across the slide, through its pin."""
     joints = mechanism.joints_on(block)
     slide = next((j for j in joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)), None)
     pin = next((j for j in joints if isinstance(j, Revolute) and GROUND not in (j.a, j.b)), None)
@@ -163,12 +168,12 @@ def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int], pos
     driven = max(beside(slide, block)[0], beside(pin, block)[0], key=away.__getitem__)
     if driven != mechanism.crank and mechanism.guide(driven) is not None:
         turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + (slide.direction + 0.5 * math.pi)
-        path = _path(mechanism, poses, driven, block, beside(pin, block)[2])
+        path = _path_direction(mechanism, poses, driven, block, beside(pin, block)[2])
         yield Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
 
 
 def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
-    """Number of joints from the crank to each link, by way of moving links."""
+    """Number of joints from the crank to each link, through moving links."""
     away, front = {mechanism.crank: 0}, [mechanism.crank]
     for link in front:
         for joint in mechanism.joints:
@@ -180,7 +185,7 @@ def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
 
 
 def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
-    """Of a body with two pins and nothing else: its ends at driven partners."""
+    """Driven ends of a body with two pins and no other joint; empty for other bodies."""
     joints = mechanism.joints_on(name)
     ends = [beside(joint, name) for joint in joints if isinstance(joint, Revolute)]
     if len(joints) != 2 or len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]):
@@ -192,17 +197,18 @@ def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
     ]
 
 
-def _path(mechanism: Mechanism, poses: Array, driven: str, body: str, point: Point) -> Array:
-    """Direction (T, 2) in which a guided body moves where a point of a body is."""
+def _path_direction(mechanism: Mechanism, poses: Array, driven: str, body: str, point: Point) -> Array:
+    """Direction (T, 2) in which a guided body moves at a point of a body."""
     joint = mechanism.guide(driven)
     if isinstance(joint, Prismatic):
         direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
         return np.broadcast_to(direction, (len(poses), 2))
     assert joint is not None
-    arm = _place(mechanism, poses, body, point) - np.asarray(beside(joint, driven)[1])
+    arm = _point_place(mechanism, poses, body, point) - np.asarray(beside(joint, driven)[1])
     return np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
-def _place(mechanism: Mechanism, poses: Array, name: str, point: Point) -> Array:
+def _point_place(mechanism: Mechanism, poses: Array, name: str, point: Point) -> Array:
+    """Position (T, 2) [m] of a body's point."""
     x, y = pose_jet(mechanism, [poses], name).point(point)
     return np.column_stack([np.broadcast_to(c.coefficients[0], len(poses)) for c in (x, y)])

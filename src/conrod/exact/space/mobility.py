@@ -1,7 +1,7 @@
-"""A closed machine in space by the Jacobian of its closures: its freedom, and its forces along the exact motion.
+"""Mobility of a closed machine in space from the rank of its closures' Jacobian, and its forces along the exact motion.
 
-What the closures take, which are redundant, and what the drives determine; driving torques and reactions at the
-closures by Newton and Euler.
+The rank gives the freedoms that closures take, redundant closures, and what the drives determine. Driving torques and
+closure reactions follow from the Newton-Euler equations.
 """
 
 from __future__ import annotations
@@ -15,29 +15,28 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialBody, SpatialPoint
 from conrod.exact.space.assembly import RANK_TOLERANCE
-from conrod.exact.space.closing import antisymmetric, jacobian, point_jacobian
+from conrod.exact.space.forward_kinematics import Poses, Series, forward_kinematics
+from conrod.exact.space.loop_closure import antisymmetric, jacobian, point_jacobian
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.exact.space.poses import Poses, Series, poses
 
-# A freedom moves what it moves by at least this share of the most that it moves.
-MOVES = 1e-6
-LOOKED_AT = 7  # poses along the motion
-SEEN = 1e-6  # of a reaction: below this share of it, none of it is open
+MIN_MOTION = 1e-6  # velocity of a point that a freedom moves, over its largest
+POSES_EXAMINED = 7  # along the motion
+MIN_REACTION_SHARE = 1e-6  # of a reaction component that is indeterminate
 
 
 @dataclass(frozen=True)
 class Mobility:
-    """Count by rank at a closed pose, and along the motion.
+    """Degrees of freedom of a machine, from ranks at a closed pose and along the motion.
 
     Attributes:
-        freedom: degrees of freedom of all joints, those that are held not among them.
+        freedom: degrees of freedom of all joints that are not held.
         rows, rank: scalar equations of the closures, and how many are independent.
-        redundant: by closure, its equations that those before them say already.
-        undetermined: points that the drives do not determine.
-        rigid: points that closures cannot move: rigid with what is driven or held.
-        idle: joints that the freedoms move that are left, such as a rod's spin about itself.
-        margin: least singular value that counts, along the motion, over the largest.
-        margin_time: when that is [s].
+        redundant: number of equations of each closure that the closures before it imply.
+        undetermined: observed points that the drives do not determine.
+        rigid: points that closures cannot move, because they are rigid with driven or held bodies.
+        idle: joints that remaining freedoms move, such as a rod's spin about its axis.
+        margin: smallest singular value within the rank over the largest, least along the motion.
+        margin_time: time of the least margin [s].
     """
 
     freedom: int
@@ -51,13 +50,13 @@ class Mobility:
     rigid: tuple[str, ...] = ()
 
     @property
-    def left(self) -> int:
+    def remaining_dof(self) -> int:
         """Degrees of freedom that the closures leave."""
         return self.freedom - self.rank
 
 
 class TooManyDrivesError(InvalidInput):
-    """Drives that the closures do not let move independently, or at all.
+    """Drives that the closures do not allow to move independently, or at all.
 
     Attributes:
         stuck: whether none of them can move the machine.
@@ -67,13 +66,13 @@ class TooManyDrivesError(InvalidInput):
 
 
 def check_drives(machine: DrivenTree, start: Array) -> None:
-    """Refuse drives that are too few or too many for a closed pose (nq, 1).
+    """Refuse too few or too many drives for a closed pose (nq, 1).
 
     Raises:
-        InvalidInput: names what is missing or too many.
+        InvalidInput: names the drives that are missing or too many.
     """
-    found = poses(machine.tree, start)
-    matrix, columns = _matrix(machine, found)
+    found = forward_kinematics(machine.tree, start)
+    matrix, columns = _scaled_jacobian(machine, found)
     rank, left = _rank(matrix), len(columns) - _rank(matrix)
     names, driven = list(machine.laws), len(machine.laws)
     loops = f"its closures take {rank} of {len(columns)} degrees of freedom"
@@ -83,8 +82,8 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
         error = TooManyDrivesError(f"{loops}, which leaves {left}; {much}: {can}")
         error.stuck = driven <= over
         raise error
-    left_free = _null(matrix[:, driven:])
-    number, missing = _missing(machine, found, left_free) if left_free.shape[1] else (0, [])
+    left_free = _null_space(matrix[:, driven:])
+    number, missing = _missing_drives(machine, found, left_free) if left_free.shape[1] else (0, [])
     if not number:
         return
     others = [name for name in machine.joints_of(left_free) if name not in missing][:3]
@@ -97,30 +96,31 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     )
 
 
-def _missing(machine: DrivenTree, found: Poses, loose: Array) -> tuple[int, list[str]]:
-    """Number of directions (free, k) that move joints or pins of the loops, and joints that would hold them.
+def _missing_drives(machine: DrivenTree, found: Poses, free_directions: Array) -> tuple[int, list[str]]:
+    """Count free directions (free, k) that move joints or pins of the loops; choose joints that would hold them.
 
-    Others, such as a rod's spin about itself, are idle. Joints with springs come first, as they have a rest.
+    Other directions, such as a rod's spin about its axis, are idle. Joints with springs come first, as they have a
+    rest.
     """
     tree = machine.tree
     pins = [point for closure in tree.closures for point in closure.points]
-    pins += [SpatialPoint(joint.body, joint.anchor) for joint in tree.looped if joint.kind != "free"]
-    moved = [_movement(machine, found, pin, loose) for pin in pins]
-    moved += [loose[machine.free == rate] for closure in tree.closures for s in closure.sums for rate in s]
+    pins += [SpatialPoint(joint.body, joint.anchor) for joint in tree.loop_joints if joint.kind != "free"]
+    moved = [_point_velocity(machine, found, pin, free_directions) for pin in pins]
+    moved += [free_directions[machine.free == rate] for closure in tree.closures for s in closure.sums for rate in s]
     values, directions = np.linalg.svd(np.concatenate(moved))[1:]
-    seen = loose @ directions[: int(np.sum(values > MOVES))].T
+    seen = free_directions @ directions[: int(np.sum(values > MIN_MOTION))].T
     chosen, rows = list[str](), seen[:0]
     for joint in sorted((j for j in tree.joints if j.kind in ("hinge", "slide")), key=lambda j: not j.stiffness):
         more = np.concatenate([rows, seen[machine.free == joint.rate]])
-        if more.size and np.linalg.matrix_rank(more, MOVES) > len(rows):
+        if more.size and np.linalg.matrix_rank(more, MIN_MOTION) > len(rows):
             rows, chosen = more, [*chosen, joint.name]
     return seen.shape[1], chosen
 
 
-def mobility(machine: DrivenTree) -> Mobility:
-    """Freedom along the way that a machine went."""
+def count_mobility(machine: DrivenTree) -> Mobility:
+    """Count the degrees of freedom of a machine along its tracked motion."""
     start = machine.knots[0]
-    matrix, columns = _matrix(machine, poses(machine.tree, start.coordinates))
+    matrix, columns = _scaled_jacobian(machine, forward_kinematics(machine.tree, start.coordinates))
     redundant, before = {}, 0
     for name, rows in machine.tree.rows.items():
         after = _rank(matrix[: rows.stop])
@@ -128,14 +128,14 @@ def mobility(machine: DrivenTree) -> Mobility:
             redundant[name] = spare
         before = after
     undetermined, idle = dict[str, None](), dict[str, None]()
-    for k in _looked_at(machine):
+    for k in _examined_knots(machine):
         left_free, found = (
-            loose(machine, machine.knots[k].coordinates),
-            poses(machine.tree, machine.knots[k].coordinates),
+            free_directions(machine, machine.knots[k].coordinates),
+            forward_kinematics(machine.tree, machine.knots[k].coordinates),
         )
         idle |= dict.fromkeys(machine.joints_of(left_free)) if left_free.shape[1] else {}
         for name, point in machine.tree.points.items() if left_free.shape[1] else ():
-            if np.abs(_movement(machine, found, point, left_free)).max() > MOVES:
+            if np.abs(_point_velocity(machine, found, point, left_free)).max() > MIN_MOTION:
                 undetermined[name] = None
     rank = start.rows.shape[1]
     margins = [knot.values[rank - 1] / knot.values[0] if rank else 1.0 for knot in machine.knots]
@@ -147,50 +147,56 @@ def mobility(machine: DrivenTree) -> Mobility:
 
 
 def rigid_points(machine: DrivenTree, points: Mapping[str, SpatialPoint]) -> tuple[str, ...]:
-    """Names of points that closures cannot move along the way: they are rigid with what is driven or held."""
-    directions, looked_at = np.eye(len(machine.free)), _looked_at(machine)
-    every = [poses(machine.tree, machine.knots[k].coordinates) for k in looked_at]
+    """Names of points that closures cannot move along the motion, rigid with driven or held bodies."""
+    directions, looked_at = np.eye(len(machine.free)), _examined_knots(machine)
+    every = [forward_kinematics(machine.tree, machine.knots[k].coordinates) for k in looked_at]
 
     def is_moved(point: SpatialPoint) -> bool:
-        return any(np.abs(_movement(machine, found, point, directions)).max(initial=0.0) > MOVES for found in every)
+        return any(
+            np.abs(_point_velocity(machine, found, point, directions)).max(initial=0.0) > MIN_MOTION for found in every
+        )
 
     return tuple(name for name, point in points.items() if not is_moved(point))
 
 
-def _looked_at(machine: DrivenTree) -> list[int]:
+def _examined_knots(machine: DrivenTree) -> list[int]:
     """Indices of a few knots of the motion, evenly spread."""
-    return [int(k) for k in dict.fromkeys(np.linspace(0, len(machine.knots) - 1, LOOKED_AT).round())]
+    return [int(k) for k in dict.fromkeys(np.linspace(0, len(machine.knots) - 1, POSES_EXAMINED).round())]
 
 
-def _matrix(machine: DrivenTree, found: Poses) -> tuple[Array, list[int]]:
-    """The closures' Jacobian, turns in m of the extent, driven joints first; without those that are held."""
+def _scaled_jacobian(machine: DrivenTree, found: Poses) -> tuple[Array, list[int]]:
+    """Closures' Jacobian (rows, columns) with its rates, driven ones first; rotations in m of the extent."""
     columns = [*(joint.rate for joint in machine.driven), *machine.free.tolist()]
     weights = [1.0 / machine.tree.extent if joint.unit == "rad" else 1.0 for joint in machine.driven]
     return jacobian(found, 1)[0][:, columns] * np.array([*weights, *machine.weights]), columns
 
 
 def _rank(matrix: Array) -> int:
+    """Number of singular values that are not rounding."""
     values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(1)
     return int(np.sum(values > RANK_TOLERANCE * values[0]))
 
 
-def loose(machine: DrivenTree, coordinates: Array) -> Array:
-    """Directions (free, k) in which the closures let a closed pose (nq, 1) move with its drives held."""
-    return _null(machine.scaled(poses(machine.tree, coordinates)))
+def free_directions(machine: DrivenTree, coordinates: Array) -> Array:
+    """Basis (free, k) of the directions in which the closures let a pose (nq, 1) move with its drives held."""
+    return _null_space(machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates)))
 
 
-def _null(matrix: Array) -> Array:
+def _null_space(matrix: Array) -> Array:
+    """Basis of a matrix's null space, as columns."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
     return np.asarray(np.linalg.svd(matrix)[2][_rank(matrix) :].T)
 
 
-def _movement(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Array) -> Array:
+def _point_velocity(machine: DrivenTree, found: Poses, point: SpatialPoint, free_directions: Array) -> Array:
     """Velocity (3, k) of a point in directions (free, k)."""
-    way = np.zeros((machine.tree.freedom, loose.shape[1]))
-    way[machine.free] = machine.weights[:, None] * loose
+    way = np.zeros((machine.tree.freedom, free_directions.shape[1]))
+    way[machine.free] = machine.weights[:, None] * free_directions
     linear, _ = point_jacobian(found, point)
-    return sum((np.einsum("int,nk->ik", block, way[rates]) for rates, block in linear), np.zeros((3, loose.shape[1])))
+    return sum(
+        (np.einsum("int,nk->ik", block, way[rates]) for rates, block in linear), np.zeros((3, free_directions.shape[1]))
+    )
 
 
 # -- forces ------------------------------------------------------------------------------------------------------------
@@ -198,13 +204,13 @@ def _movement(machine: DrivenTree, found: Poses, point: SpatialPoint, loose: Arr
 
 @dataclass(frozen=True, eq=False)
 class SpatialForces:
-    """Forces at T times.
+    """Driving forces and closure reactions at T times.
 
     Attributes:
         drives: torque or force of each driven joint (T,) [N m or N].
-        reactions: of each connect and weld: force (T, 3) [N], seen from the ground, on its first body; components that
-            redundant closures leave open are not numbers.
-        least: the same, the least of those possible where they are open.
+        reactions: force (T, 3) [N] of each connect and weld on its first body, in the ground's directions; nan in
+            components that redundant closures leave indeterminate.
+        least: the reactions with the smallest norm, where they are indeterminate.
     """
 
     drives: Mapping[str, Array]
@@ -212,20 +218,20 @@ class SpatialForces:
     least: Mapping[str, Array]
 
     @property
-    def ambiguous(self) -> tuple[str, ...]:
-        """Closures whose reaction redundant ones leave open, or a component of it."""
+    def indeterminate(self) -> tuple[str, ...]:
+        """Closures whose reaction, or a component of it, redundant closures leave indeterminate."""
         return tuple(name for name, force in self.reactions.items() if np.isnan(force).any())
 
 
 def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
-    """Driving forces of a machine along its exact motion, and those that its closures carry.
+    """Compute driving forces and closure reactions of a machine along its exact motion.
 
     With the joints' equations tau = J' f + drives, the closures' forces f are the shortest solution of those rows that
     are not driven (Penrose, Proc. Cambridge Phil. Soc. 52, 1956).
     """
     tree, samples = machine.tree, len(motion.times)
-    found = poses(tree, motion.coordinates, motion.rates[:2])
-    needed = needed_forces(found, motion)
+    found = forward_kinematics(tree, motion.coordinates, motion.rates[:2])
+    needed = required_forces(found, motion)
     matrix = jacobian(found, samples)
     transposed = np.swapaxes(matrix[:, :, machine.free] * machine.weights, 1, 2)
     inverse = np.linalg.pinv(transposed, rcond=RANK_TOLERANCE)
@@ -233,7 +239,7 @@ def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
     open_rows = np.eye(matrix.shape[1]) - inverse @ transposed
     left = needed - np.einsum("tmn,tm->nt", matrix, carried)
     begins = {closure.name: tree.rows[closure.name].start for closure in tree.closures if closure.points}
-    known = np.where(np.abs(open_rows).max(axis=(0, 2)) > SEEN, np.nan, carried)
+    known = np.where(np.abs(open_rows).max(axis=(0, 2)) > MIN_REACTION_SHARE, np.nan, carried)
     return SpatialForces(
         {joint.name: left[joint.rate] for joint in machine.driven},
         {name: known[:, row : row + 3] for name, row in begins.items()},
@@ -241,8 +247,8 @@ def forces(machine: DrivenTree, motion: SpatialMotion) -> SpatialForces:
     )
 
 
-def needed_forces(found: Poses, motion: SpatialMotion) -> Array:
-    """Along all joints (nv, T), of inertia and weight and the joints' springs, dampers and armatures."""
+def required_forces(found: Poses, motion: SpatialMotion) -> Array:
+    """Joint forces (nv, T) of inertia and weight, and of the joints' springs, dampers and armatures."""
     tree, samples = found.tree, len(motion.times)
     needed = np.zeros((tree.freedom, samples))
     for joint in tree.joints:
@@ -251,9 +257,9 @@ def needed_forces(found: Poses, motion: SpatialMotion) -> Array:
         if joint.kind in ("hinge", "slide"):
             needed[joint.rate] += joint.stiffness * (motion.coordinates[joint.coordinate] - joint.spring)
     for number, body in enumerate(tree.bodies):
-        if number == 0 or not tree.above[number] or not (body.mass or np.any(body.inertia)):
+        if number == 0 or not tree.joints_above[number] or not (body.mass or np.any(body.inertia)):
             continue
-        force, torque = _inertial(found, number, body)
+        force, torque = _inertia_wrench(found, number, body)
         linear, angular = point_jacobian(found, SpatialPoint(number, body.centre))
         for rates, block in linear:
             needed[rates] += np.einsum("int,it->nt", block, force - body.mass * tree.gravity[:, None])
@@ -262,18 +268,18 @@ def needed_forces(found: Poses, motion: SpatialMotion) -> Array:
     return needed
 
 
-def _inertial(found: Poses, number: int, body: SpatialBody) -> tuple[Array, Array]:
+def _inertia_wrench(found: Poses, number: int, body: SpatialBody) -> tuple[Array, Array]:
     """Force (3, T) and torque about the centre of gravity (3, T) that accelerate a body."""
     turn, centre = found.turns[number], found.point(SpatialPoint(number, body.centre))
-    spin, gain = _spin(turn, 1), _spin(turn, 2)
+    spin, gain = _angular_velocity(turn, 1), _angular_velocity(turn, 2)
     inertia = np.einsum("ijt,jk,lkt->ilt", turn[0], body.inertia, turn[0])
     momentum = np.einsum("ijt,jt->it", inertia, spin)
     acceleration = 2.0 * centre[2] if len(centre) > 2 else np.zeros_like(centre[0])
     return body.mass * acceleration, np.einsum("ijt,jt->it", inertia, gain) + np.cross(spin, momentum, axis=0)
 
 
-def _spin(turn: Series, order: int) -> Array:
-    """Angular velocity (3, T) of a turn for order 1, acceleration for 2: the antisymmetric part of R^(k) R'."""
+def _angular_velocity(turn: Series, order: int) -> Array:
+    """Angular velocity (3, T) of a rotation for order 1, acceleration for 2: antisymmetric part of R^(k) R'."""
     if len(turn) <= order:
         return np.zeros((3, turn[0].shape[2]))
     matrix = order * np.einsum("ijt,kjt->ikt", turn[order], turn[0])

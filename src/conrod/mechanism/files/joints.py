@@ -7,18 +7,18 @@ from collections.abc import Callable
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.cam import DWELL, LAWS, CamProfile, Segment, symmetric_cam
-from conrod.mechanism.cam_law import TURN, LawProfile, check_cut
+from conrod.mechanism.cam_law import LawProfile, check_cut
 from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_apart
 from conrod.mechanism.files.fields import ANGLE, COORDINATE, LENGTH, SENSES, SHOWN, SPEED, SPEED_NAME, Fields
 from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prismatic, Rack, Revolute, Rolling
-from conrod.mechanism.units import Parameter
+from conrod.mechanism.units import REVOLUTION, Parameter
 
 MOST_JOINTS, MOST_SEGMENTS = 200, 100
 # What written digits may leave of a turn, and of the largest lift.
 CLOSED = 1e-6
 # A motion is sampled every half degree where its joints are looked for.
 SHORTEST = math.radians(1.0)
-OVER = Parameter("rad", SHORTEST, TURN)
+OVER = Parameter("rad", SHORTEST, REVOLUTION)
 
 
 def read_joints(fields: Fields, places: Places) -> tuple[Joint, ...]:
@@ -162,7 +162,7 @@ def _segments(fields: Fields) -> tuple[Segment, ...]:
     place, tables = fields.at("segments"), fields.tables("segments", "segments", MOST_SEGMENTS)
     laws = [some.choice("law", LAWS) for some in tables]
     given = [some.optional("over", OVER, "cam angle of a segment of the cam") for some in tables]
-    overs = _closed(place, given, "over", TURN)
+    overs = _closed(place, given, "over", REVOLUTION)
     given = [
         0.0 if law == DWELL else some.optional("lift", COORDINATE, "lift in a segment of the cam")
         for some, law in zip(tables, laws, strict=True)

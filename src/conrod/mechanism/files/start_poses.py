@@ -28,7 +28,7 @@ from conrod.mechanism.mechanism import (
     beside,
     to_world,
 )
-from conrod.mechanism.units import Parameter
+from conrod.mechanism.units import REVOLUTION, Parameter
 
 # Two places give a body's turn if they are this far apart, of the larger distance from its origin.
 APART = 1e-6
@@ -142,7 +142,7 @@ def _turn_between(known: list[tuple[Point, Point]]) -> float | None:
         return None
     (a, there_a), (b, there_b) = known[i], known[j]
     turned = math.atan2(there_b[1] - there_a[1], there_b[0] - there_a[0])
-    return math.remainder(turned - math.atan2(b[1] - a[1], b[0] - a[0]), 2.0 * math.pi)
+    return math.remainder(turned - math.atan2(b[1] - a[1], b[0] - a[0]), REVOLUTION)
 
 
 def fitted(joint: Joint, poses: Mapping[str, Pose]) -> Joint:

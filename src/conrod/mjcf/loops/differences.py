@@ -9,10 +9,10 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import Closure, SpatialBody, SpatialTree, moved
-from conrod.exact.space.laws import Law
+from conrod.exact.space import SpatialBody, SpatialClosure, SpatialTree, displace
+from conrod.exact.space.drive_laws import DriveLaw
+from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.exact.space.poses import poses
 
 # Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
 SAME = 1e-6
@@ -46,7 +46,7 @@ class Comparison:
 
 
 def compared(
-    name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, Law], held: tuple[str, ...],
+    name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, DriveLaw], held: tuple[str, ...],
     motion: SpatialMotion, inactive: Collection[str] = (),
 ) -> Comparison:  # fmt: skip
     """A model's exact motion against a machine's, by the names of points, with what is different in numbers.
@@ -67,7 +67,7 @@ def compared(
     different = (*_other_zeros(model, machine, laws), *changes(model, machine, inactive))
     kinds = any(_have_other_kinds(model, machine))
     try:
-        driven.go(driven.assembled(), float(motion.times[-1]))
+        driven.track_branch(driven.assemble_start(), float(motion.times[-1]))
     except InvalidInput:
         return Comparison(name, None, "", different, other_kinds=kinds)
     exact = driven.motion(motion.times, order=2)
@@ -90,12 +90,12 @@ def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMo
         way = np.zeros((machine.freedom, 1))
         way[driven.free] = random.uniform(-np.pi, np.pi, (len(driven.free), 1))
         try:
-            pose, _ = driven.closed(moved(machine, machine.start[:, None], way), 0.0)
-            there = poses(machine, pose)
+            pose, _ = driven.close_loops(displace(machine, machine.start[:, None], way), 0.0)
+            there = forward_kinematics(machine, pose)
             off = [np.abs(there.point(machine.points[name])[0][:, 0] - place).max() for name, place in start.items()]
             if max(off) >= same:
                 continue
-            driven.go(pose, float(motion.times[-1]))
+            driven.track_branch(pose, float(motion.times[-1]))
         except InvalidInput:
             continue
         found = driven.motion(motion.times, order=2)
@@ -196,7 +196,9 @@ def _angle(one: Array, two: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(one, two)), one @ two))
 
 
-def _closure_changes(model: SpatialTree, closure: Closure, machine: SpatialTree, theirs: Closure) -> Iterator[str]:
+def _closure_changes(
+    model: SpatialTree, closure: SpatialClosure, machine: SpatialTree, theirs: SpatialClosure
+) -> Iterator[str]:
     name = closure.name
     if closure.kind != theirs.kind:
         own, right_kind = (COUPLINGS.get(one.kind, one.kind) for one in (closure, theirs))
@@ -218,7 +220,7 @@ def _closure_changes(model: SpatialTree, closure: Closure, machine: SpatialTree,
         yield f"{name} has another polynomial"
 
 
-def _ends(tree: SpatialTree, closure: Closure) -> tuple[str, ...]:
+def _ends(tree: SpatialTree, closure: SpatialClosure) -> tuple[str, ...]:
     """Names of the two bodies, or of the two sums of joints with their factors, that a closure ties."""
     if closure.points:
         return tuple(tree.bodies[point.body].name for point in closure.points)

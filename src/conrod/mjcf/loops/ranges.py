@@ -10,8 +10,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialJoint, SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
+from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.motion import DrivenTree
-from conrod.exact.space.poses import poses
 
 TRIED = 60  # poses at random inside the ranges, where the start moved into them leads to no closed pose inside
 INSIDE = 1e-9  # [rad or m], by which a joint may be beyond its range: rounding
@@ -19,7 +19,7 @@ INSIDE = 1e-9  # [rad or m], by which a joint may be beyond its range: rounding
 
 def joints_outside(tree: SpatialTree, coordinates: Array) -> Iterator[SpatialJoint]:
     """Joints of loops whose coordinates (nq,) are outside their ranges."""
-    for joint in tree.looped:
+    for joint in tree.loop_joints:
         if joint.range is not None and joint.kind in ("hinge", "slide"):
             low, high = joint.range
             if not low - INSIDE <= coordinates[joint.coordinate] <= high + INSIDE:
@@ -45,7 +45,7 @@ def is_folded(machine: DrivenTree, inside: Array) -> bool:
     """True if closures hold fewer freedoms in the start pose than in a closed pose (nq, 1) inside the ranges."""
 
     def rank(coordinates: Array) -> int:
-        values = np.linalg.svd(machine.scaled(poses(machine.tree, coordinates)), compute_uv=False)
+        values = np.linalg.svd(machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates)), compute_uv=False)
         return int(np.sum(values > RANK_TOLERANCE * values[0]))
 
     return rank(machine.tree.start[:, None]) < rank(inside)
@@ -59,17 +59,17 @@ def closed_pose_inside(machine: DrivenTree) -> Array | None:
         clamped[joint.coordinate] = np.clip(clamped[joint.coordinate], *joint.range or ())
     for k in range(TRIED):
         guess = clamped.copy()
-        for joint in tree.looped if k else ():
+        for joint in tree.loop_joints if k else ():
             if joint.kind in ("hinge", "slide"):
                 turn = np.pi if joint.kind == "hinge" else 0.0
                 around = float(clamped[joint.coordinate, 0])
                 guess[joint.coordinate] = random.uniform(*(joint.range or (around - turn, around + turn)))
         try:
-            pose = machine.closed(guess, 0.0)[0]
+            pose = machine.close_loops(guess, 0.0)[0]
         except InvalidInput:
             continue
         if next(joints_outside(tree, pose[:, 0]), None) is None:
             found.append(pose)
             if k == 0:
                 break
-    return min(found, key=lambda pose: float(np.abs(machine.reach * (pose - clamped)).max()), default=None)
+    return min(found, key=lambda pose: float(np.abs(machine.coordinate_sizes * (pose - clamped)).max()), default=None)

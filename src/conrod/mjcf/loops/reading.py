@@ -12,10 +12,10 @@ import numpy as np
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
-from conrod.exact.space import Closure, SpatialBody, SpatialJoint, SpatialPoint, SpatialTree
-from conrod.exact.space.laws import FORMS, Law, law_of
+from conrod.exact.space import SpatialBody, SpatialClosure, SpatialJoint, SpatialPoint, SpatialTree
+from conrod.exact.space.drive_laws import FORMS, DriveLaw, parse_drive_law
+from conrod.exact.space.forward_kinematics import rotation_matrices
 from conrod.exact.space.mobility import Mobility
-from conrod.exact.space.poses import turn_of
 from conrod.mjcf.equalities import closure_name, disabling_flag, kind_of
 from conrod.mjcf.loops.driving import site_points
 from conrod.mjcf.loops.results import Question
@@ -58,7 +58,9 @@ def _moves(model: mujoco.MjModel, body: int) -> bool:
 
 
 def _rotation(quaternion: Array) -> Array:
-    return np.asarray(turn_of(np.asarray(quaternion, dtype=float)[:, None] / np.linalg.norm(quaternion))[:, :, 0])
+    return np.asarray(
+        rotation_matrices(np.asarray(quaternion, dtype=float)[:, None] / np.linalg.norm(quaternion))[:, :, 0]
+    )
 
 
 def _body(model: mujoco.MjModel, k: int) -> SpatialBody:
@@ -93,7 +95,7 @@ def _of_site(model: mujoco.MjModel, k: int) -> SpatialPoint:
     return SpatialPoint(int(model.site_bodyid[k]), model.site_pos[k].copy())
 
 
-def _closure(model: mujoco.MjModel, k: int) -> Closure:
+def _closure(model: mujoco.MjModel, k: int) -> SpatialClosure:
     name, kind = closure_name(model, k), kind_of(model, k)
     if not kind:
         raise InvalidInput(f"{name}: an equality constraint of a flex: its motion is no rigid one")
@@ -104,15 +106,15 @@ def _closure(model: mujoco.MjModel, k: int) -> Closure:
         )
         sums = tuple(sum_of(model, name, k) if k >= 0 else {} for k in (one, two))
         references = tuple(float(rests[k]) if k >= 0 else 0.0 for k in (one, two))
-        return Closure(name, kind, sums=sums, references=references, polynomial=tuple(data[:5].tolist()))
+        return SpatialClosure(name, kind, sums=sums, references=references, polynomial=tuple(data[:5].tolist()))
     if int(model.eq_objtype[k]) == SITE:
         points = (_of_site(model, one), _of_site(model, two))
         first, second = (_rotation(model.site_quat[s]) for s in (one, two))
-        return Closure(name, kind, points, first @ second.T if kind == "weld" else None)
+        return SpatialClosure(name, kind, points, first @ second.T if kind == "weld" else None)
     if kind == "connect":
-        return Closure(name, kind, (SpatialPoint(one, data[:3].copy()), SpatialPoint(two, data[3:6].copy())))
+        return SpatialClosure(name, kind, (SpatialPoint(one, data[:3].copy()), SpatialPoint(two, data[3:6].copy())))
     points = (SpatialPoint(one, data[3:6].copy()), SpatialPoint(two, data[:3].copy()))
-    return Closure(name, kind, points, _rotation(data[6:10]))
+    return SpatialClosure(name, kind, points, _rotation(data[6:10]))
 
 
 def _joint_sum(model: mujoco.MjModel, name: str, joint: int) -> dict[int, float]:
@@ -164,13 +166,15 @@ def machine_tree(machine: str) -> SpatialTree:
     return tree_of(model, data_at_start(model, OWN_POSE)[0].qpos)
 
 
-def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tuple[dict[str, Law], tuple[str, ...]]:
+def laws_of(
+    model: mujoco.MjModel, tree: SpatialTree, question: Question
+) -> tuple[dict[str, DriveLaw], tuple[str, ...]]:
     """Laws of the driven joints, and the joints that are held: those in no loop, such as a floating base.
 
     Raises:
         InvalidInput: a drive is no joint, no hinge or slide, or its law leaves the joint's range.
     """
-    by_name, laws = {joint.name: joint for joint in tree.joints}, dict[str, Law]()
+    by_name, laws = {joint.name: joint for joint in tree.joints}, dict[str, DriveLaw]()
     drivable = [one.name for one in tree.joints if one.kind in ("hinge", "slide")]
     for name, text in question.drives.items():
         if name not in by_name:
@@ -180,7 +184,7 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
             raise InvalidInput(
                 f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {listed(drivable)}"
             )
-        laws[name] = law_of(text, joint.unit, float(tree.start[joint.coordinate]), name)
+        laws[name] = parse_drive_law(text, joint.unit, float(tree.start[joint.coordinate]), name)
     if all(law.duration == math.inf for law in laws.values()):
         raise InvalidInput(
             f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}"
@@ -200,10 +204,10 @@ def laws_of(model: mujoco.MjModel, tree: SpatialTree, question: Question) -> tup
                     f"--drive {name}={law.text}: it goes from {values.min():.4g} to {values.max():.4g}, the joint's "
                     f"range is {span[0]:.4g} to {span[1]:.4g} {by_name[name].unit}{begins}{keyframes}"
                 )
-    return laws, tuple(j.name for j in tree.joints if j not in tree.looped and j.name not in laws)
+    return laws, tuple(j.name for j in tree.joints if j not in tree.loop_joints and j.name not in laws)
 
 
-def duration(laws: Mapping[str, Law]) -> float:
+def duration(laws: Mapping[str, DriveLaw]) -> float:
     """Time [s] after which the slowest drive has been through its law."""
     return max(law.duration for law in laws.values() if law.duration < math.inf)
 
@@ -223,7 +227,9 @@ def judged_points(
             raise InvalidInput(
                 f"--point {name}: its drives do not determine it: {', '.join(freedom.idle)} can still move"
             )
-    carried = [name for name, point in tree.points.items() if set(tree.above[point.body]) & set(tree.looped)]
+    carried = [
+        name for name, point in tree.points.items() if set(tree.joints_above[point.body]) & set(tree.loop_joints)
+    ]
     judged = [name for name in carried if name not in freedom.undetermined]
     judged = [name for name in judged if name not in freedom.rigid] or judged
     sites = [name_or_number(model, "site", k) for k in range(model.nsite)]

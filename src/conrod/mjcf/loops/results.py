@@ -26,7 +26,7 @@ class Question:
     """Question that a user asks of a model.
 
     Attributes:
-        drives: law of each driven joint, as given (`conrod.exact.space.laws`).
+        drives: law of each driven joint, as given (`conrod.exact.space.drive_laws`).
         keyframe: to assemble it from; None for its reference pose.
         controls: inputs of actuators where it is run as its file has it.
         seconds: length of the runs; None for that of the slowest drive.

@@ -14,10 +14,10 @@ from conrod.engines.mujoco.compiled_edits import harden, set_step
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import RATES, SpatialTree, lengths
+from conrod.exact.space import RATES, SpatialTree, coordinate_lengths
+from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.mobility import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.exact.space.poses import poses
 from conrod.mjcf.force_watch import ForceWatch, geom_name
 from conrod.mjcf.loops.driving import RESET, Recording, advanced, gaps_of, opens, start_state
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
@@ -118,7 +118,7 @@ def errors_of(
     here, there = (found[:, far : far + 1] for found in (run.coordinates, motion.coordinates))
     time = float(run.times[far])
     if errors["position"] > near and flipped(machine, run.points, here, time, there, near):
-        return LoopRun(label, step, Outcome.FLIPPED, f"on another branch {machine.where(time)}", gap=gap)
+        return LoopRun(label, step, Outcome.FLIPPED, f"on another branch {machine.describe_drives(time)}", gap=gap)
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
         drives = _relative(run.drives, exact.drives)
@@ -135,10 +135,10 @@ def flipped(
         names: of points that drives determine, which are no further apart than `near` where it is.
     """
     try:
-        nearest = machine.closed(coordinates, time)[0]
+        nearest = machine.close_loops(coordinates, time)[0]
     except InvalidInput:
         return False
-    there = poses(machine.tree, np.concatenate([nearest, exact], axis=1))
+    there = forward_kinematics(machine.tree, np.concatenate([nearest, exact], axis=1))
     places = [there.point(machine.tree.points[name])[0] for name in names]
     return max(float(np.linalg.norm(place[:, 0] - place[:, 1])) for place in places) > near
 
@@ -267,7 +267,7 @@ def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[st
     size, ranges = np.median(np.abs(changes), axis=0), np.ptp(rates, axis=0)
     swing = size / np.maximum(ranges, 1e-9)
     # What settles while others move, or rounds, swings in nothing.
-    weights = np.concatenate([lengths(tree, joint, RATES) for joint in tree.joints])
+    weights = np.concatenate([coordinate_lengths(tree, joint, RATES) for joint in tree.joints])
     swing[(ranges < 1e-6) | (size * weights < SWING * float(np.max(ranges * weights)))] = 0.0
     worst = int(np.argmax(np.where(back > TURNS_BACK, swing, 0.0)))
     if back[worst] <= TURNS_BACK or swing[worst] <= SWING:

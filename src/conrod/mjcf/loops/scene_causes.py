@@ -11,7 +11,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialPoint, SpatialTree
-from conrod.exact.space.poses import poses
+from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
 from conrod.mjcf.causes import about_closures
 from conrod.mjcf.loops.differences import COUPLINGS, SAME
@@ -92,11 +92,11 @@ def _on_ground(joint: object) -> bool:
 def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: Question, frame: Frame) -> float | None:
     """Angle [rad] of the one slide on the ground from the machine's, in a frame; None where there are others."""
     tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
-    slides = [joint for joint in tree.looped if joint.kind == "slide" and tree.bodies[joint.body].parent == 0]
+    slides = [joint for joint in tree.loop_joints if joint.kind == "slide" and tree.bodies[joint.body].parent == 0]
     right = [joint for joint in machine.mechanism().joints if isinstance(joint, Prismatic) and _on_ground(joint)]
     if len(slides) != 1 or len(right) != 1:
         return None
-    axis = poses(tree, tree.start[:, None]).axes[slides[0].rate][:, 0, 0]
+    axis = forward_kinematics(tree, tree.start[:, None]).axes[slides[0].rate][:, 0, 0]
     way = np.angle(frame.view.flat(axis[None])[0]) - frame.rotation
     return float(np.angle(np.exp(2j * (way - right[0].direction)))) / 2.0
 
@@ -143,19 +143,21 @@ def _point(model: mujoco.MjModel, place: Place) -> SpatialPoint:
 
 def tilted_axes(tree: SpatialTree) -> Iterator[str]:
     """Name hinges of loops that are not along the axis that most are along, and slides that are not across it."""
-    found = poses(tree, tree.start[:, None])
-    axes = {joint.name: found.axes[joint.rate][:, 0, 0] for joint in tree.looped if joint.kind in ("hinge", "slide")}
-    hinges = {joint.name: axes[joint.name] for joint in tree.looped if joint.kind == "hinge"}
+    found = forward_kinematics(tree, tree.start[:, None])
+    axes = {
+        joint.name: found.axes[joint.rate][:, 0, 0] for joint in tree.loop_joints if joint.kind in ("hinge", "slide")
+    }
+    hinges = {joint.name: axes[joint.name] for joint in tree.loop_joints if joint.kind == "hinge"}
     if not hinges:
         return
-    across = [axes[joint.name] for joint in tree.looped if joint.kind == "slide"]
+    across = [axes[joint.name] for joint in tree.loop_joints if joint.kind == "slide"]
     alike = {
         name: sum(_between(axis, other) <= PARALLEL for other in hinges.values())
         + sum(np.pi / 2.0 - _between(axis, slide) <= PARALLEL for slide in across)
         for name, axis in hinges.items()
     }
     most = max(alike, key=lambda name: alike[name])
-    for joint in tree.looped:
+    for joint in tree.loop_joints:
         if joint.kind == "hinge" and (tilt := _between(axes[joint.name], axes[most])) > PARALLEL:
             if alike[joint.name] == alike[most]:  # which of both is tilted cannot be told
                 yield f"the axes of {most} and {joint.name} are {np.degrees(tilt):.3g} deg apart"
@@ -167,8 +169,8 @@ def tilted_axes(tree: SpatialTree) -> Iterator[str]:
 
 def axial_gaps(tree: SpatialTree) -> Iterator[str]:
     """Name connects whose two points are apart along the hinges, by which no planar motion can bring them together."""
-    found = poses(tree, tree.start[:, None])
-    hinges = [found.axes[joint.rate][:, 0, 0] for joint in tree.looped if joint.kind == "hinge"]
+    found = forward_kinematics(tree, tree.start[:, None])
+    hinges = [found.axes[joint.rate][:, 0, 0] for joint in tree.loop_joints if joint.kind == "hinge"]
     for closure in tree.closures if hinges else ():
         if closure.kind == "connect":
             one, other = (found.point(point)[0][:, 0] for point in closure.points)

@@ -12,7 +12,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.exact.motion import Array
-from conrod.exact.space.laws import law_of
+from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.causes import causes_named
 from conrod.mjcf.loops.driving import Recording, driven_run, recorded
@@ -153,7 +153,7 @@ class Bench:
         model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
         elapsed = turning.time_at(self.frame.zero + self.frame.sense * self._begin)
         rate, crank = self.frame.sense * self.speed, turning.crank.name
-        law = law_of(f"{rate!r}rad/s", "rad", turning.first + elapsed, crank)
+        law = parse_drive_law(f"{rate!r}rad/s", "rad", turning.first + elapsed, crank)
         coordinates, rates = turning.state(elapsed)
         start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
         machine, motion = DrivenTree(turning.machine.tree, {crank: law}), SpatialMotion(self._times(step), *start, {})
@@ -251,4 +251,4 @@ class Bench:
             if flipped(machine, machine.tree.points, there, time, here, near / self.frame.unit):
                 starts = "it starts so, and is " if size[0] > OPEN_GAP * travel else ""
                 far = f"{starts}up to {1e3 * size[worst]:.3g} mm off"
-                yield Verdict(Outcome.FLIPPED, f"on another branch {machine.where(round(time, 9))}, {far}")
+                yield Verdict(Outcome.FLIPPED, f"on another branch {machine.describe_drives(round(time, 9))}, {far}")

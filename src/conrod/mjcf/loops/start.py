@@ -10,9 +10,9 @@ import numpy as np
 from conrod.engines.mujoco.dynamics import warnings_kept_quiet
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
-from conrod.exact.space.closing import jacobian
+from conrod.exact.space.forward_kinematics import forward_kinematics
+from conrod.exact.space.loop_closure import jacobian
 from conrod.exact.space.motion import DrivenTree
-from conrod.exact.space.poses import poses
 from conrod.mjcf.equalities import close_loops, closure_name, handles, openings
 from conrod.own.models.request import AJAR, OpenStart, StartRates
 
@@ -55,16 +55,16 @@ def start_rates(machine: DrivenTree, data: mujoco.MjData) -> StartRates | None:
         machine: whose drives are not asked for their laws.
         data: at the start.
     """
-    tree, found = machine.tree, poses(machine.tree, np.array(data.qpos)[:, None])
+    tree, found = machine.tree, forward_kinematics(machine.tree, np.array(data.qpos)[:, None])
     rates, matrix = np.array(data.qvel), jacobian(found, 1)[0]
-    speed = float(np.abs(machine.sweep * rates).max(initial=0.0))
+    speed = float(np.abs(machine.rate_sizes * rates).max(initial=0.0))
     opening = float(np.abs(matrix @ rates).max(initial=0.0))
     if not opening > AJAR * speed:
         return None
-    step = np.linalg.lstsq(machine.scaled(found), -(matrix @ rates), rcond=RANK_TOLERANCE)[0]
+    step = np.linalg.lstsq(machine.scaled_jacobian(found), -(matrix @ rates), rcond=RANK_TOLERANCE)[0]
     asked = rates.copy()
     asked[machine.free] += machine.weights * step
-    worst = int(np.argmax(np.abs(machine.sweep * (asked - rates))))
+    worst = int(np.argmax(np.abs(machine.rate_sizes * (asked - rates))))
     joint = next(one for one in tree.joints if worst in range(tree.freedom)[one.rates])
     unit = "m/s" if joint.unit == "m" else "rad/s"
     return StartRates(opening, joint.name, float(rates[worst]), float(asked[worst]), unit)

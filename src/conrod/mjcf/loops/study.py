@@ -13,8 +13,8 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.immobile import mend_words, mends, spare_closures
-from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, forces, mobility
+from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_closures
+from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.causes import about_closures, with_causes
 from conrod.mjcf.equalities import inactive_closures, inactive_words
@@ -83,11 +83,11 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
     except TooManyDrivesError as error:
         if explained:
             raise
-        searched = len(machine.tree.looped) <= MOST_JOINTS
-        spare = list(spare_closures(machine, start))
-        found = mends(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
+        searched = len(machine.tree.loop_joints) <= MOST_JOINTS
+        spare = list(removable_closures(machine, start))
+        found = explain_immobility(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
         # Where some of the drives can stay they are simply too many.
-        words = f"; {mend_words(found)}" if found or (searched and error.stuck) else ""
+        words = f"; {describe_corrections(found)}" if found or (searched and error.stuck) else ""
         if spare:
             words = f"; without {' or '.join(spare)} it moves"
         raise InvalidInput(f"{error}{words}") from None
@@ -108,9 +108,9 @@ def _go(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
     """
     outside, refused = outside_words(machine.tree, pose), None
     try:
-        start = machine.assembled()
+        start = machine.assemble_start()
         _check_drives(machine, start, explained)
-        machine.go(start, seconds)
+        machine.track_branch(start, seconds)
     except InvalidInput as error:
         refused = error
     stays_outside = refused is None and any(joints_outside(machine.tree, machine.knots[0].coordinates[:, 0]))
@@ -142,7 +142,7 @@ def _go_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str
     folded, nearest = ", and is folded" if is_folded(machine, inside) else "", f'qpos="{pose_words(inside[:, 0])}"'
     try:
         _check_drives(machine, inside, explained)
-        machine.go(inside, seconds)
+        machine.track_branch(inside, seconds)
     except InvalidInput as error:
         raise InvalidInput(f"and from {nearest}, the nearest pose inside, {error}; --keyframe for another") from None
     return f"{folded}: the motion starts from the nearest closed pose inside, {nearest} (--keyframe for another)"
@@ -179,7 +179,7 @@ class _Bench:
             raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
         moved_start = _go(machine, seconds, start_words(model, key), explained)
-        freedom = mobility(machine)
+        freedom = count_mobility(machine)
         points = judged_points(model, tree, freedom, question)
         return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
 
@@ -206,7 +206,7 @@ class _Bench:
         paste = "" if best is None else pasted(best.label, best.timestep, self.period, bool(self.freedom.idle))
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
-            self.machine.misfit, kinematic, () if exact is None else exact.ambiguous, unknown, remarks,
+            self.machine.misfit, kinematic, () if exact is None else exact.indeterminate, unknown, remarks,
             shipped, runs, steps, best, paste,
             self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
             self._begins(), self.moved_start, self._about(), tuple(judged),
@@ -216,10 +216,10 @@ class _Bench:
         """What closures show, and the axis or anchor by which they contradict each other; empty where they do not."""
         machine, said = self.machine, about_closures(self.model)
         closes = machine.misfit <= SAME * machine.tree.extent
-        if closes or self.question.machine is not None or len(machine.tree.looped) > MOST_JOINTS:
+        if closes or self.question.machine is not None or len(machine.tree.loop_joints) > MOST_JOINTS:
             return said
-        found = mends(machine.tree, machine.laws, machine.held, machine.knots[0].coordinates)
-        return f"{said}{'; ' if said else ''}its closures contradict each other: {mend_words(found)}"
+        found = explain_immobility(machine.tree, machine.laws, machine.held, machine.knots[0].coordinates)
+        return f"{said}{'; ' if said else ''}its closures contradict each other: {describe_corrections(found)}"
 
     def _begins(self) -> OpenStart | None:
         """Loops that are open where the file's own run starts."""

@@ -11,9 +11,9 @@ import numpy as np
 from conrod.engines.numerics import secant_root
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import SpatialJoint, moved
-from conrod.exact.space.laws import law_of
-from conrod.exact.space.mobility import Mobility, check_drives, loose, mobility
+from conrod.exact.space import SpatialJoint, displace
+from conrod.exact.space.drive_laws import parse_drive_law
+from conrod.exact.space.mobility import Mobility, check_drives, count_mobility, free_directions
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.equalities import inactive_words
 from conrod.mjcf.loops.reading import check_rigid, tree_of
@@ -95,19 +95,19 @@ class Turning:
             InvalidInput: they cannot be brought to touch.
         """
         machine, data, extent = self.machine, mujoco.MjData(self.model), float(self.model.stat.extent)
-        base = machine.closed(coordinates, time)[0]
+        base = machine.close_loops(coordinates, time)[0]
         way = np.zeros((self.model.nv, 1))
-        way[machine.free] = machine.weights[:, None] * loose(machine, base)[:, :1]
+        way[machine.free] = machine.weights[:, None] * free_directions(machine, base)[:, :1]
 
         def moved_by(size: float) -> float:
-            data.qpos[:] = machine.closed(moved(machine.tree, base, size * way), time)[0][:, 0]
+            data.qpos[:] = machine.close_loops(displace(machine.tree, base, size * way), time)[0][:, 0]
             mujoco.mj_kinematics(self.model, data)
             return distance(self.model, data, geoms)
 
         secant_root(moved_by, 0.0, NUDGE * extent, TOUCHING * extent)
         if abs(distance(self.model, data, geoms)) > NUDGE * extent:
             names = " and ".join(name_or_number(self.model, "geom", geom) for geom in geoms)
-            raise InvalidInput(f"{names} cannot be brought to touch {machine.where(time)}")
+            raise InvalidInput(f"{names} cannot be brought to touch {machine.describe_drives(time)}")
         return np.array(data.qpos)[:, None]
 
 
@@ -138,21 +138,23 @@ def prepare(path: Path, question: Question) -> Turning:
     for pose in poses:
         tree = tree_of(model, pose)
         crank = next(joint for joint in tree.joints if joint.name == question.crank)
-        machine = DrivenTree(tree, {crank.name: law_of("1rad/s", "rad", float(pose[crank.coordinate]), crank.name)})
+        machine = DrivenTree(
+            tree, {crank.name: parse_drive_law("1rad/s", "rad", float(pose[crank.coordinate]), crank.name)}
+        )
         try:
-            start = machine.closed(tree.start[:, None], 0.0)[0]
+            start = machine.close_loops(tree.start[:, None], 0.0)[0]
             break
         except InvalidInput as error:
             if pose is poses[-1]:  # the model's unit of length is not known yet
                 raise InvalidInput(str(error).partition(" stays open")[0]) from None
     machine.knots = [machine.knot(start, 0.0)]
-    made = Turning(model, machine, crank, points, start, mobility(machine))
+    made = Turning(model, machine, crank, points, start, count_mobility(machine))
     _check_freedom(made, question)
-    if question.contacts and made.freedom.left > question.mobility:
+    if question.contacts and made.freedom.remaining_dof > question.mobility:
         return replace(made, touching=_geoms(made))
     if question.span is not None:
         return _one_pass(made, question.width)
-    machine.go(start, 2.0 * np.pi)
+    machine.track_branch(start, 2.0 * np.pi)
     return made
 
 
@@ -172,18 +174,18 @@ def _one_pass(made: Turning, width: float) -> Turning:
             f"its crank goes from {low} to {high} alone, {np.degrees(back + ahead):.5g} deg: the pass of the machine "
             f"takes {np.degrees(width):.5g} deg"
         )
-    law = law_of("1rad/s", "rad", float(lowest[made.crank.coordinate, 0]), made.crank.name)
+    law = parse_drive_law("1rad/s", "rad", float(lowest[made.crank.coordinate, 0]), made.crank.name)
     machine = DrivenTree(made.machine.tree, {made.crank.name: law})
-    machine.go(lowest, back + ahead)
+    machine.track_branch(lowest, back + ahead)
     return replace(made, machine=machine, start=lowest, reach=(back, ahead))
 
 
 def _gone(made: Turning, sense: float, width: float) -> tuple[float, Array, str]:
     """How far [rad] the crank goes one way, at most a width, the pose (nq, 1) there, and its coordinate in words."""
-    law = law_of(f"{sense!r}rad/s", "rad", made.first, made.crank.name)
+    law = parse_drive_law(f"{sense!r}rad/s", "rad", made.first, made.crank.name)
     machine = DrivenTree(made.machine.tree, {made.crank.name: law})
     try:
-        machine.go(made.start, width)
+        machine.track_branch(made.start, width)
         time = width
     except InvalidInput:
         time = max(machine.knots[-1].time - OFF_LIMIT * width, 0.0)
@@ -197,14 +199,14 @@ def _check_freedom(made: Turning, question: Question) -> None:
     A higher pair takes one freedom, when it touches: the closures alone may leave so many more.
     """
     found, least = made.freedom, question.mobility
-    if found.left > least + question.contacts:
+    if found.remaining_dof > least + question.contacts:
         by_contact = f", or {least + question.contacts} where it is closed by contact" if question.contacts else ""
         raise InvalidInput(
-            f"its mobility is {found.left} ({found.freedom} degrees of freedom of its joints, of which its closures "
-            f"take {found.rank}), that of the machine is {least}{by_contact}: with the crank held, "
+            f"its mobility is {found.remaining_dof} ({found.freedom} degrees of freedom of its joints, of which its "
+            f"closures take {found.rank}), that of the machine is {least}{by_contact}: with the crank held, "
             f"{', '.join(found.idle)} can still move; {inactive_words(made.model) or 'is a closure missing?'}"
         )
-    if found.left <= least:
+    if found.remaining_dof <= least:
         check_drives(made.machine, made.start)
 
 
@@ -217,7 +219,7 @@ def _geoms(made: Turning) -> tuple[int, int]:
     model, data = made.model, mujoco.MjData(made.model)
     data.qpos[:] = made.start[:, 0]
     mujoco.mj_kinematics(model, data)
-    above = made.machine.tree.above
+    above = made.machine.tree.joints_above
     turning = [g for g in range(model.ngeom) if made.crank in above[int(model.geom_bodyid[g])]]
     others = [g for g in range(model.ngeom) if g not in turning and above[int(model.geom_bodyid[g])]]
     paired = {frozenset(pair) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}

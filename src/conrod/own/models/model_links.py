@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.exact.space import Closure, SpatialPoint, SpatialTree
-from conrod.exact.space.poses import poses
+from conrod.exact.space import SpatialClosure, SpatialPoint, SpatialTree
+from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.mechanism.mechanism import GROUND
 from conrod.own.models.links import LinkGraph
 
@@ -45,7 +45,10 @@ class _PlanarModel:
     """
 
     def __init__(self, tree: SpatialTree, crank: str) -> None:
-        joint, found = next(joint for joint in tree.joints if joint.name == crank), poses(tree, tree.start[:, None])
+        joint, found = (
+            next(joint for joint in tree.joints if joint.name == crank),
+            forward_kinematics(tree, tree.start[:, None]),
+        )
         self.tree, self.crank = tree, joint.body
         self.axis = found.axes[joint.rate][:, 0, 0]
         self.turns = [turn[0][..., 0] for turn in found.turns]
@@ -59,7 +62,7 @@ class _PlanarModel:
             if closure.turn is not None:
                 self._put_together(closure, closure.turn)
 
-    def _put_together(self, weld: Closure, turn: Array) -> None:
+    def _put_together(self, weld: SpatialClosure, turn: Array) -> None:
         """Make one link of two that a weld ties, in the frame of the first."""
         (one, two) = weld.points
         root, first, place = self.frames[one.body]
@@ -124,7 +127,7 @@ class _PlanarModel:
             made.link(self.name(point.body)).points[name] = self.across(point.body, point.offset)
         return made
 
-    def _add(self, made: LinkGraph, closure: Closure) -> None:
+    def _add(self, made: LinkGraph, closure: SpatialClosure) -> None:
         """A connect as a pin, unless there is one at its place."""
         if closure.kind == "weld":
             return

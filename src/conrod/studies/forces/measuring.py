@@ -21,7 +21,15 @@ from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Preset
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import ExactReference
-from conrod.exact.dynamics.inverse import SEEN, TORQUE, State, component_names, joint_forces, quantities, sensitivities
+from conrod.exact.dynamics.inverse import (
+    MIN_RELATIVE_CHANGE,
+    TORQUE,
+    CrankMotion,
+    component_names,
+    joint_forces,
+    quantities,
+    sensitivities,
+)
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact, Mechanism
@@ -93,22 +101,22 @@ def tolerance_of(
     return allowed, reason
 
 
-def exact_quantities(kinematics: Kinematics, state: State) -> dict[str, Array]:
+def exact_quantities(kinematics: Kinematics, state: CrankMotion) -> dict[str, Array]:
     """The exact forces in a motion by quantity, (T,) each."""
     parts = []
     for start in range(0, len(state.angle), CHUNK):
         some = slice(start, start + CHUNK)
-        one = State(state.angle[some], state.rate[some], state.acceleration[some], state.time[some])
+        one = CrankMotion(state.angle[some], state.rate[some], state.acceleration[some], state.time[some])
         parts.append(quantities(joint_forces(kinematics, one)))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def even_state(scene: ExactReference) -> State:
+def even_state(scene: ExactReference) -> CrankMotion:
     """A turn, or the one pass, at constant speed; change points are left out."""
     angle = np.linspace(*scene.kinematics.span, SAMPLES)
     angle = angle[~scene.kinematics.near_change(angle, NEAR)]
     still = np.zeros_like(angle)
-    return State(angle, still + scene.speed, still, angle / scene.speed)
+    return CrankMotion(angle, still + scene.speed, still, angle / scene.speed)
 
 
 def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
@@ -122,10 +130,10 @@ def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
     force = max((peak for name, peak in own.items() if not is_moment(name)), default=0.0) or 1.0
     moment = max((peak for name, peak in own.items() if is_moment(name)), default=0.0)
     lever = force * scene.kinematics.size
-    if moment <= SEEN * lever:
+    if moment <= MIN_RELATIVE_CHANGE * lever:
         moment = lever
     largest = {True: moment, False: force}
-    has = {name: peak > SEEN * largest[is_moment(name)] for name, peak in own.items()}
+    has = {name: peak > MIN_RELATIVE_CHANGE * largest[is_moment(name)] for name, peak in own.items()}
     return {name: (peak if has[name] else largest[is_moment(name)], has[name]) for name, peak in own.items()}
 
 
@@ -138,7 +146,7 @@ class Measured:
     def __init__(self, scene: ExactReference, tracks: ForceTracks, peaks: Peaks, step: float) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
-        self.state = state = State(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
+        self.state = state = CrankMotion(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
         self.angle, self.peaks = state.angle, peaks
         reported = {f"{j}.{name}": values for j, some in tracks.joints.items() for name, values in some.items()}
         if tracks.drive_torque is not None:
@@ -191,7 +199,7 @@ class LawOfForces:
         ]
         return (1.0 + self._share) * max(found, default=0.0)
 
-    def at(self, state: State, name: str) -> Array:
+    def at(self, state: CrankMotion, name: str) -> Array:
         """Errors (T,) of a quantity in a run; zero where the law has other instants than these."""
         if np.array_equal(self._errors.state.time, state.time) and name in self._errors.reported:
             return self._errors.signed(name)
@@ -222,7 +230,7 @@ def seen_in(scene: ExactReference, names: Sequence[str], peaks: Peaks) -> set[tu
         (one.body, one.quality): max(float(np.abs(one.derivatives[n]).max()) * one.change / peaks[n][0] for n in names)
         for one in found
     }
-    return {which for which, share in shown.items() if share >= SEEN}
+    return {which for which, share in shown.items() if share >= MIN_RELATIVE_CHANGE}
 
 
 def likenesses(
@@ -241,7 +249,7 @@ def likenesses(
     some = measured.clear()
     some = some[np.unique(np.linspace(0, len(some) - 1, MOST).astype(int))]
     at = measured.state
-    state = State(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
+    state = CrankMotion(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
     peaks = {name: measured.peaks[name][0] for name in reported}
     own = {name: 0.0 if law is None else law.at(at, name) for name in reported}
     errors = np.concatenate([(measured.signed(n) - own[n])[some] / peaks[n] for n in reported])

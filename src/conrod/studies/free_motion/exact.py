@@ -13,8 +13,8 @@ from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics import coordinate_jet
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import joint_forces_in
-from conrod.exact.dynamics.line import Line
+from conrod.exact.dynamics.inverse import joint_forces_of_motion
+from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -73,7 +73,7 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     if fastest_turn(mechanism, motion) == math.inf:
         raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
     steps = chosen(plan, grid, mechanism, pace)
-    unresolved = _unresolved(mechanism, motion, dynamics.line, steps.step)
+    unresolved = _unresolved(mechanism, motion, dynamics.reduced, steps.step)
     return ExactCourse(mechanism, steps, motion, scene.lengths, pace, unresolved)
 
 
@@ -94,7 +94,7 @@ def _pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:
     return Pace(min(fastest_turn(mechanism, motion), shortest_pulse(mechanism, motion)), bool(motion.crossings))
 
 
-def _unresolved(mechanism: Mechanism, motion: FreeMotion, line: Line, step: float) -> str:
+def _unresolved(mechanism: Mechanism, motion: FreeMotion, reduced: ReducedDynamics, step: float) -> str:
     """The reason why no law of errors comes of the motion alone: a step [s] too long, or rounding that grows."""
     loops = len(mechanism.joints) - len(mechanism.bodies)
     if motion.crossings and loops > MOST_CROSSING:
@@ -102,7 +102,7 @@ def _unresolved(mechanism: Mechanism, motion: FreeMotion, line: Line, step: floa
             f"where branches cross, {loops} loops are singular at once, and what an engine rounds grows there: with "
             f"more than {MOST_CROSSING} errors are measured, and judged by --tolerance alone"
         )
-    if _crank_stands_at_a_crossing(mechanism, motion, line):
+    if _crank_stands_at_a_crossing(mechanism, motion, reduced):
         return (
             "the crank stands in a dead centre just where branches cross: closures are singular more than once there, "
             "and what an engine rounds grows; errors are measured, and judged by --tolerance alone"
@@ -118,12 +118,12 @@ def _unresolved(mechanism: Mechanism, motion: FreeMotion, line: Line, step: floa
     )
 
 
-def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, line: Line) -> bool:
+def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, reduced: ReducedDynamics) -> bool:
     if not motion.crossings:
         return False
     turning = 3 * mechanism.body_index[mechanism.crank] + 2
-    crossings = line.crossings(float(motion.along.min()), float(motion.along.max()))
-    tangents = np.abs([line.point(along)[1] for along in crossings])[:, 2::3]
+    crossings = reduced.crossings(float(motion.along.min()), float(motion.along.max()))
+    tangents = np.abs([reduced.poses_with_derivatives(along)[1] for along in crossings])[:, 2::3]
     return bool((tangents[:, turning // 3] < STANDING * tangents.max(axis=1)).any())
 
 
@@ -131,7 +131,9 @@ def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
     """Refuse a motion in which a cam would have to pull: the exact motion does not know flight."""
     if not mechanism.cam_contacts:
         return
-    forces = joint_forces_in(Kinematics(mechanism), motion.poses, motion.rates, motion.accelerations, motion.times)
+    forces = joint_forces_of_motion(
+        Kinematics(mechanism), motion.poses, motion.rates, motion.accelerations, motion.times
+    )
     for joint in mechanism.cam_contacts:
         push = forces.components[joint.name]["contact"]
         pulls = push < -NO_PULL * np.abs(push).max()

@@ -8,8 +8,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TypeVar
 
-from conrod.exact.linkage import outputs
-from conrod.exact.linkage.course import course_of
+from conrod.exact.linkage import output_links
+from conrod.exact.linkage.crank_range import sample_motion
 from conrod.mechanism.mechanism import GROUND, Mechanism, Revolute
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
@@ -105,7 +105,7 @@ def no_change_point(setup: Setup) -> str | None:
 @lru_cache(SCENES_KEPT)
 def dead_angles(scene: Scene) -> tuple[float, ...]:
     """Return the crank angles [deg] of the dead centres, where a driven link turns back without a dwell."""
-    centres = [centre for output in outputs(course_of(scene.kinematics)) for centre in output.dead_centres]
+    centres = [centre for output in output_links(sample_motion(scene.kinematics)) for centre in output.dead_centres]
     return tuple(sorted({math.degrees(centre.angle) for centre in centres if centre.angle == centre.until}))
 
 

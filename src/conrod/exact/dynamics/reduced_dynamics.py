@@ -1,6 +1,8 @@
-"""A mechanism of one degree of freedom as one mass on a line: its inertia, weight and loads by the arc length.
+"""A mechanism of one degree of freedom reduced to one coordinate: inertia, potential and loads by arc length.
 
-Kinetic energy is half of I(s) s'^2, so I s'' + I' s'^2 / 2 = -V'(s) + the loads' forces along s.
+Kinetic energy is I(s) s'^2 / 2, with the reduced inertia I, so I s'' + I' s'^2 / 2 = -V' + Q, with V the potential
+energy and Q the force along s of loads without a potential (Eksergian's equation; Paul, Kinematics and Dynamics of
+Planar Machinery).
 """
 
 from __future__ import annotations
@@ -15,60 +17,61 @@ from numpy.polynomial import chebyshev
 
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics import coordinate_jet
-from conrod.exact.dynamics.configurations import Configurations
-from conrod.exact.dynamics.pieces import DEGREE, Samples
+from conrod.exact.dynamics.configuration_series import ConfigurationSeries
+from conrod.exact.dynamics.curve_piece import DEGREE, CurvePiece
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import CONSERVATIVE, Coordinate, Load, Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
 ORDERS = np.arange(DEGREE + 1)
-# Of the inertia against its largest on a piece: below it, its series has lost too many digits.
-LEAST_INERTIA = 1e-6
+MIN_INERTIA_RATIO = 1e-6  # least over largest inertia on a piece: below it the series loses too many digits
 
 
 @dataclass(frozen=True)
-class At:
-    """The reduced mechanism at one arc length, see `_reduced`; values and rates of loads without a potential, (L,)."""
+class ReducedState:
+    """The reduced mechanism at one arc length; load coordinates and derivatives of L loads without a potential."""
 
-    inertia: float
-    slope: float
-    potential: float
-    descent: float
-    values: Array
-    rates: Array
+    inertia: float  # I [kg m^2]
+    inertia_derivative: float  # I'
+    potential: float  # V [J] of weight, constant forces and springs
+    conservative_force: float  # -V'
+    load_coordinates: Array  # (L,) [m or rad]
+    load_derivatives: Array  # (L,), by the arc length
 
 
-class Line:
-    """The reduced mechanism along its curve of configurations."""
+class ReducedDynamics:
+    """The mechanism reduced to the arc length of its configuration curve."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.configurations = Configurations(mechanism)
-        self._known: dict[int, tuple[Samples, Array]] = {}  # by identity of pieces, which are kept for it
-        # Loads whose coordinates come from the series, in their order; of them potentials, and what are none.
+        self.configurations = ConfigurationSeries(mechanism)
+        self._known: dict[int, tuple[CurvePiece, Array]] = {}  # by identity of pieces, which are kept for it
+        # Loads whose coordinates come from the series; springs on rotations among them, and loads without a potential.
         loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
         self._along = [load.along for load in loads]
-        self._wound = [(k, load.law) for k, load in enumerate(loads) if isinstance(load.law, CONSERVATIVE)]
+        self._turn_springs = [(k, load.law) for k, load in enumerate(loads) if isinstance(load.law, CONSERVATIVE)]
         self._driven = [k for k, load in enumerate(loads) if not load.conservative]
 
-    def at(self, along: float) -> At:
-        """The reduced mechanism at an arc length."""
-        piece, basis, turns = self._basis(along)
+    def evaluate(self, along: float) -> ReducedState:
+        """Return the reduced mechanism at an arc length."""
+        piece, basis, turns = self._locate(along)
         if id(piece) not in self._known:
             self._known[id(piece)] = piece, self._series(piece)
         columns = basis @ self._known[id(piece)][1]
         values, rates = columns[4:].reshape(2, -1)
-        inertia, slope, potential, descent = (float(some) for some in columns[:4])
+        inertia, inertia_derivative, potential, conservative_force = (float(some) for some in columns[:4])
         if turns:
-            values = values + turns * np.array([self._gain(coordinate) for coordinate in self._along])
-        for k, law in self._wound:
+            values = values + turns * np.array([self._gain_per_loop(coordinate) for coordinate in self._along])
+        for k, law in self._turn_springs:
             potential += float(law.energy(values[k]))
-            descent += float(law.force(values[k], rates[k], np.zeros(1))) * float(rates[k])
-        return At(inertia, slope, potential, descent, values[self._driven], rates[self._driven])
+            conservative_force += float(law.force(values[k], rates[k], np.zeros(1))) * float(rates[k])
+        return ReducedState(
+            inertia, inertia_derivative, potential, conservative_force, values[self._driven], rates[self._driven]
+        )
 
-    def _gain(self, along: Coordinate) -> float:
-        """Gain of a coordinate over each loop: a turn, whole turns."""
+    def _gain_per_loop(self, along: Coordinate) -> float:
+        """Change of a load's coordinate over one loop of the curve: whole turns of a rotation, else 0."""
         loop = self.configurations.loop
         if loop is None or not isinstance(along, Turn):
             return 0.0
@@ -76,15 +79,15 @@ class Line:
         gains[GROUND] = 0.0
         return gains[along.b] - gains[along.a]
 
-    def point(self, along: float) -> tuple[Array, Array, Array]:
+    def poses_with_derivatives(self, along: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""
-        piece, basis, turns = self._basis(along)
+        piece, basis, turns = self._locate(along)
         point, tangent, curvature = (basis @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
         loop, scale = self.configurations.loop, self.configurations.curve.scale
         return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
 
     def crossings(self, lowest: float, highest: float) -> list[float]:
-        """Arc lengths between two known ones where branches cross, growing."""
+        """Arc lengths between two known ones where branches cross, ascending."""
         pieces = chain(self.configurations.behind, self.configurations.ahead)
         found = [piece.crossing for piece in pieces if piece.crossing is not None]
         loop = self.configurations.loop
@@ -93,10 +96,10 @@ class Line:
             found = [crossing + turn * loop.length for turn in turns for crossing in found]
         return sorted(crossing for crossing in found if lowest < crossing < highest)
 
-    def _basis(self, along: float) -> tuple[Samples, Array, float]:
-        """The piece of an arc length, Chebyshev polynomials (K,) there, and how many times the loop was gone round."""
+    def _locate(self, along: float) -> tuple[CurvePiece, Array, float]:
+        """Find the piece at an arc length, its Chebyshev polynomials (K,) there, and the number of loops passed."""
         known, turns = self.configurations, 0.0
-        known.reach(along)
+        known.extend_to(along)
         if known.loop is not None:
             turns = float(np.floor(along / known.loop.length))
             along = max(0.0, along - turns * known.loop.length)  # rounding may leave it just before the start
@@ -108,13 +111,13 @@ class Line:
         local = 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0
         return piece, np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))), turns
 
-    def _series(self, piece: Samples) -> Array:
-        """Chebyshev series of what `_reduced` gives, in one matrix (DEGREE + 1, columns)."""
+    def _series(self, piece: CurvePiece) -> Array:
+        """Chebyshev series (DEGREE + 1, columns) of the columns of `_reduce_piece`."""
         with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
-            columns = _reduced(self.configurations, piece, self.mechanism.loads)
+            columns = _reduce_piece(self.configurations, piece, self.mechanism.loads)
         inertia = np.ascontiguousarray(columns[:, 0])
-        least = _least(piece.series(inertia)) / inertia.max()
-        if not least > LEAST_INERTIA:
+        least = _series_minimum(piece.series(inertia)) / inertia.max()
+        if not least > MIN_INERTIA_RATIO:
             raise InvalidInput(
                 f"{self.mechanism.name}: where hardly anything that has mass moves, its inertia falls to "
                 f"{max(least, 0.0):.1g} of what it is nearby: give the crank an inertia"
@@ -124,45 +127,45 @@ class Line:
         return piece.series(columns)
 
 
-def _least(series: Array) -> float:
-    """The least value of a Chebyshev series: on a grid, and at the vertex of the parabola there."""
+def _series_minimum(series: Array) -> float:
+    """Smallest value of a Chebyshev series: on a grid, refined by the vertex of a parabola."""
     grid = np.linspace(-1.0, 1.0, 129)
     values = chebyshev.chebval(grid, series)
     k = min(max(int(np.argmin(values)), 1), len(grid) - 2)
     before, least, after = values[k - 1 : k + 2]
-    bend, slope = before - 2.0 * least + after, 0.5 * (after - before)
-    vertex = least - 0.5 * slope**2 / bend if bend > abs(slope) else values.min()
+    bend, inertia_derivative = before - 2.0 * least + after, 0.5 * (after - before)
+    vertex = least - 0.5 * inertia_derivative**2 / bend if bend > abs(inertia_derivative) else values.min()
     return float(min(vertex, values.min()))
 
 
-def _reduced(configurations: Configurations, piece: Samples, loads: Sequence[Load]) -> Array:
-    """The reduced mechanism at the nodes of a piece, by the arc length; (K, 4 + 2 L).
+def _reduce_piece(configurations: ConfigurationSeries, piece: CurvePiece, loads: Sequence[Load]) -> Array:
+    """Reduce the mechanism at the nodes of a piece to functions of arc length; (K, 4 + 2 L).
 
-    Columns: inertia I [kg m^2], for arc lengths are angles, and its derivative; potential of weight, constant forces
-    and springs [J] and minus its derivative; coordinates of the L other loads, and their derivatives. Loads on turns,
-    which whole turns of the crank make more of, are among these.
+    Columns: inertia I [kg m^2], as arc lengths are angles, and its derivative; potential V of weight, constant forces
+    and springs [J] and -V'; coordinates of the L other loads, and their derivatives. Loads on rotations are among
+    these, because they change with whole turns of the crank.
     """
     mechanism, scale = configurations.mechanism, configurations.curve.scale
     bodies = pose_jets(mechanism, [piece.points * scale, piece.tangents * scale, 0.5 * piece.curvatures * scale])
-    inertia, slope, potential, descent = (np.zeros(len(piece.points)) for _ in range(4))
+    inertia, inertia_derivative, potential, conservative_force = (np.zeros(len(piece.points)) for _ in range(4))
     for body in mechanism.bodies:
         pose = bodies[body.name]
         x, y = (jet.coefficients for jet in pose.point(body.centre_of_gravity))
         turn = pose.phi.coefficients
         inertia += body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
         # Twice the second coefficient is the second derivative.
-        slope += 4.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
+        inertia_derivative += 4.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
         push = mechanism.push_on(body.name)
         fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
         potential -= fx * x[0] + fy * y[0]
-        descent += fx * x[1] + fy * y[1]
+        conservative_force += fx * x[1] + fy * y[1]
     values, rates = [], []
     for load in loads:
         along = [np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients]
         if isinstance(load.law, CONSERVATIVE) and not isinstance(load.along, Turn):
             potential += load.law.energy(along[0])
-            descent += load.law.force(along[0], along[1], np.zeros_like(along[0])) * along[1]
+            conservative_force += load.law.force(along[0], along[1], np.zeros_like(along[0])) * along[1]
         else:
             values.append(along[0])
             rates.append(along[1])
-    return np.column_stack([inertia, slope, potential, descent, *values, *rates])
+    return np.column_stack([inertia, inertia_derivative, potential, conservative_force, *values, *rates])

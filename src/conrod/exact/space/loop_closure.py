@@ -1,4 +1,4 @@
-"""Openings of a machine's closures at given poses, as Taylor series, and their change with the joint rates."""
+"""Constraint violations of a machine's closures at given poses, as Taylor series, and their Jacobian."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.exact.space import Closure, SpatialPoint, SpatialTree
-from conrod.exact.space.poses import Poses, Series, added, product, scaled
+from conrod.exact.space import SpatialClosure, SpatialPoint, SpatialTree
+from conrod.exact.space.forward_kinematics import Poses, Series, add_series, multiply_series, scale_series
 
 
 def residuals(found: Poses, order: int) -> Array:
-    """Coefficients of what all closures leave open (order + 1, rows, T), in m.
+    """Taylor coefficients of all closures' constraint violations (order + 1, rows, T) [m].
 
-    Angles are weighed by the machine's extent. A weld's are those of the antisymmetric part of the turn that is left.
+    Angles are weighed by the machine's extent. A weld's angles are the antisymmetric part of the remaining rotation.
     """
     tree = found.tree
-    every = [series for closure in tree.closures for series in _residual(found, closure, order)]
+    every = [series for closure in tree.closures for series in _closure_residual(found, closure, order)]
     samples = max((one.shape[-1] for series in every for one in series), default=1)
     made = np.zeros((order + 1, sum(c.rows for c in tree.closures), samples))
     row = 0
@@ -29,48 +29,52 @@ def residuals(found: Poses, order: int) -> Array:
     return made
 
 
-def _residual(found: Poses, closure: Closure, order: int) -> list[Series]:
+def _closure_residual(found: Poses, closure: SpatialClosure, order: int) -> list[Series]:
+    """Violations of one closure as series of vectors (3, T) or numbers (T,)."""
     if not closure.points:
-        return [_coupling(found, closure, order)]
+        return [_coupling_residual(found, closure, order)]
     first, second = (found.point(point) for point in closure.points)
-    made = [added(first, [-one for one in second])]
+    made = [add_series(first, [-one for one in second])]
     if closure.turn is not None:
-        made.append([found.tree.extent * antisymmetric(one) for one in _left_turn(found, closure, closure.turn, order)])
+        made.append(
+            [found.tree.extent * antisymmetric(one) for one in _remaining_rotation(found, closure, closure.turn, order)]
+        )
     return made
 
 
-def _left_turn(found: Poses, closure: Closure, turn: Array, order: int) -> Series:
-    """From the second frame to where the first has it: the unit matrix where the weld is closed."""
+def _remaining_rotation(found: Poses, closure: SpatialClosure, turn: Array, order: int) -> Series:
+    """Rotation from the second frame to the place that the first gives it; the unit matrix if closed."""
     one, two = (found.turns[point.body] for point in closure.points)
     placed = [np.einsum("ijt,jk->ikt", part, turn) for part in one]
-    return product([np.swapaxes(part, 0, 1) for part in two], placed, order)
+    return multiply_series([np.swapaxes(part, 0, 1) for part in two], placed, order)
 
 
 def antisymmetric(matrix: Array) -> Array:
-    """The vector (3, T) whose cross product the antisymmetric part of a matrix makes."""
+    """Vector (3, T) w of the antisymmetric part of a matrix, with [w]x = (R - R^T) / 2."""
     return 0.5 * np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
 
 
-def _sum(found: Poses, factors: dict[int, float], reference: float) -> Series:
-    return added([np.array([-reference])], *([f * one for one in found.scalars[j]] for j, f in factors.items()))
+def _coordinate_sum(found: Poses, factors: dict[int, float], reference: float) -> Series:
+    """Weighted sum of joint coordinates less a reference, as a series."""
+    return add_series([np.array([-reference])], *([f * one for one in found.scalars[j]] for j, f in factors.items()))
 
 
-def _coupling(found: Poses, closure: Closure, order: int) -> Series:
+def _coupling_residual(found: Poses, closure: SpatialClosure, order: int) -> Series:
     """Dependent sum less the polynomial of the independent one, by Horner's rule."""
-    length = weight(found.tree, closure)
-    dependent = _sum(found, closure.sums[0], closure.references[0])
+    length = coupling_length(found.tree, closure)
+    dependent = _coordinate_sum(found, closure.sums[0], closure.references[0])
     value: Series = [np.array([closure.polynomial[-1]])]
     if closure.sums[1]:
-        independent = _sum(found, closure.sums[1], closure.references[1])
+        independent = _coordinate_sum(found, closure.sums[1], closure.references[1])
         for factor in closure.polynomial[-2::-1]:
-            value = added(scaled(value, independent, order), [np.array([factor])])
+            value = add_series(scale_series(value, independent, order), [np.array([factor])])
     else:
         value = [np.array([closure.polynomial[0]])]
-    return [length * one for one in added(dependent, [-one for one in value])]
+    return [length * one for one in add_series(dependent, [-one for one in value])]
 
 
-def weight(tree: SpatialTree, closure: Closure) -> float:
-    """1 for closures of points and couplings of lengths; the extent [m] for a coupling of angles."""
+def coupling_length(tree: SpatialTree, closure: SpatialClosure) -> float:
+    """Weight of a coupling: the extent [m] if it couples angles, otherwise 1; 1 for connects and welds."""
     joints = {joint.rate: joint for joint in tree.joints}
     return 1.0 if closure.points or any(joints[rate].unit == "m" for rate in closure.sums[0]) else tree.extent
 
@@ -82,7 +86,7 @@ def jacobian(found: Poses, samples: int) -> Array:
     for closure in tree.closures:
         block = made[tree.rows[closure.name]]
         if not closure.points:
-            _couple(found, closure, block)
+            _add_coupling_rows(found, closure, block)
             continue
         for point, sign in zip(closure.points, (1.0, -1.0), strict=True):
             linear, angular = point_jacobian(found, point)
@@ -95,12 +99,13 @@ def jacobian(found: Poses, samples: int) -> Array:
     return np.moveaxis(made, 2, 0)
 
 
-def _couple(found: Poses, closure: Closure, block: Array) -> None:
-    length = weight(found.tree, closure)
+def _add_coupling_rows(found: Poses, closure: SpatialClosure, block: Array) -> None:
+    """Add the derivatives of a coupling by its joints' rates to its rows of the Jacobian."""
+    length = coupling_length(found.tree, closure)
     for rate, factor in closure.sums[0].items():
         block[0, rate] += length * factor
     if closure.sums[1]:
-        independent = _sum(found, closure.sums[1], closure.references[1])[0]
+        independent = _coordinate_sum(found, closure.sums[1], closure.references[1])[0]
         slope = np.polynomial.Polynomial(closure.polynomial).deriv()(independent)
         for rate, factor in closure.sums[1].items():
             block[0, rate] -= length * slope * factor
@@ -110,9 +115,9 @@ Blocks: TypeAlias = list[tuple[slice, Array]]  # of a Jacobian: places among the
 
 
 def point_jacobian(found: Poses, point: SpatialPoint) -> tuple[Blocks, Blocks]:
-    """Derivatives of a point's place and of its body's turn by the rates of the joints above it."""
+    """Derivatives of a point's position and its body's rotation by the rates of the joints above it."""
     place, linear, angular = found.point(point)[0], list[tuple[slice, Array]](), list[tuple[slice, Array]]()
-    for joint in found.tree.above[point.body]:
+    for joint in found.tree.joints_above[point.body]:
         axes = found.axes[joint.rate]
         if joint.kind == "slide":
             linear.append((joint.rates, axes))
@@ -122,10 +127,11 @@ def point_jacobian(found: Poses, point: SpatialPoint) -> tuple[Blocks, Blocks]:
             linear.append((slice(joint.rate, joint.rate + 3), np.eye(3)[:, :, None]))
             turning = slice(joint.rate + 3, joint.rate + 6)
         arm = place - found.anchors[joint.rate]
-        linear.append((turning, _crossed(axes, arm[:, None])))
+        linear.append((turning, _cross(axes, arm[:, None])))
         angular.append((turning, axes))
     return linear, angular
 
 
-def _crossed(a: Array, b: Array) -> Array:
+def _cross(a: Array, b: Array) -> Array:
+    """Cross product of vectors (3, ...)."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

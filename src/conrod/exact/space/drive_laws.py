@@ -1,4 +1,4 @@
-"""Laws of driven joints: a joint's coordinate over time, with its derivatives to the third."""
+"""Laws of driven joints: a joint's coordinate as a function of time, with three derivatives."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mechanism.units import check_number, parse_quantity
+from conrod.mechanism.units import REVOLUTION, check_number, parse_quantity
 
 FORMS = "`60rpm`, `sine:20deg,1.5Hz`, `move:0deg,90deg,2s`, `table:FILE.csv` or `hold`"
 RATES = {"rad": "rad/s", "m": "m/s"}
-SIZES = (1e-6, 1e6)  # of amplitudes, ways, frequencies and times in SI: beyond them a slip of the unit is likelier
-# Of a polynomial from 0 to 1 whose velocity and acceleration vanish at both ends, from t^3 up.
+# Range of amplitudes, displacements, frequencies and times in SI: beyond it a slip of the unit is likelier.
+SIZES = (1e-6, 1e6)
+# Coefficients of t^3, t^4, t^5 of the quintic from 0 to 1 whose velocity and acceleration vanish at both ends.
 QUINTIC = np.array([10.0, -15.0, 6.0])
 
 
 @dataclass(frozen=True)
-class Law:
-    """A joint's coordinate over time.
+class DriveLaw:
+    """A prescribed joint coordinate as a function of time.
 
     Attributes:
-        text: as it was given.
-        duration: after which it has been through all that it does, or once through what it repeats [s]; infinite for
-            one that holds.
+        text: the law as the user wrote it.
+        duration: length of the movement, or of one period if it repeats [s]; infinite for a law that holds.
         derivatives: coordinate, rate, acceleration and jerk (4, T) at times (T,) [s], in rad or m.
     """
 
@@ -37,79 +37,83 @@ class Law:
     derivatives: Callable[[Array], Array]
 
 
-def law_of(text: str, unit: str, start: float, name: str) -> Law:
-    """The law that a text gives, `FORMS`; it begins at the joint's coordinate `start` where it names none.
+def parse_drive_law(text: str, unit: str, start: float, name: str) -> DriveLaw:
+    """Parse a drive law in one of `FORMS`; it starts from the coordinate `start` if the text names none.
 
     Args:
         unit: of the coordinate: rad or m.
         name: of the joint, for the error.
 
     Raises:
-        InvalidInput: it is no law, a value is out of range, or its table cannot be read.
+        InvalidInput: the text is no law, a value is out of range, or its table cannot be read.
     """
     kind, colon, rest = text.partition(":")
     parts = [part.strip() for part in rest.split(",")]
     if text == "hold":
-        return Law(text, math.inf, lambda times: _stacked(times, start))
+        return DriveLaw(text, math.inf, lambda times: _stack_derivatives(times, start))
     if not colon:
         rate = parse_quantity(name, text, RATES[unit])
         check_number(name, abs(rate), 1e-9, 1e9, RATES[unit])
-        return Law(text, (2.0 * math.pi if unit == "rad" else 1.0) / abs(rate), _line(start, rate))
+        return DriveLaw(text, (REVOLUTION if unit == "rad" else 1.0) / abs(rate), _constant_rate(start, rate))
     if kind == "sine" and len(parts) == 2:
         amplitude, frequency = parse_quantity(name, parts[0], unit), parse_quantity(name, parts[1], "Hz")
         check_number(f"amplitude of {name}", abs(amplitude), *SIZES, unit)
         check_number(f"frequency of {name}", frequency, *SIZES, "Hz")
-        return Law(text, 1.0 / frequency, _sine(start, amplitude, 2.0 * math.pi * frequency))
+        return DriveLaw(text, 1.0 / frequency, _sine(start, amplitude, REVOLUTION * frequency))
     if kind == "move" and len(parts) == 3:
         begin, end = (parse_quantity(name, part, unit) for part in parts[:2])
         check_number(f"way of {name}", abs(end - begin), *SIZES, unit)
         duration = parse_quantity(name, parts[2], "s")
         check_number(f"duration of {name}", duration, *SIZES, "s")
-        return Law(text, duration, quintic(begin, end, duration))
+        return DriveLaw(text, duration, quintic(begin, end, duration))
     if kind == "table" and rest:
-        return _table(text, Path(rest), name)
+        return _table_law(text, Path(rest), name)
     raise InvalidInput(f"{name} = {text!r} is no drive law: give {FORMS}")
 
 
-def _stacked(times: Array, *values: Array | float) -> Array:
+def _stack_derivatives(times: Array, *values: Array | float) -> Array:
+    """Stack a coordinate and its first derivatives (4, T); those not given are 0."""
     made = np.zeros((4, len(times)))
     for row, value in zip(made, values, strict=False):
         row[:] = value
     return made
 
 
-def _line(start: float, rate: float) -> Callable[[Array], Array]:
-    return lambda times: _stacked(times, start + rate * times, rate)
+def _constant_rate(start: float, rate: float) -> Callable[[Array], Array]:
+    """Derivatives of a coordinate that grows at a constant rate."""
+    return lambda times: _stack_derivatives(times, start + rate * times, rate)
 
 
 def _sine(start: float, amplitude: float, omega: float) -> Callable[[Array], Array]:
+    """Derivatives of a sine about the start, with its angular frequency [rad/s]."""
+
     def derivatives(times: Array) -> Array:
         sine, cosine = amplitude * np.sin(omega * times), amplitude * np.cos(omega * times)
-        return _stacked(times, start + sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine)
+        return _stack_derivatives(times, start + sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine)
 
     return derivatives
 
 
 def quintic(begin: float, end: float, duration: float) -> Callable[[Array], Array]:
-    """Derivatives (4, T) of a quintic from one coordinate to another, where it stays; at rest at both ends."""
+    """Derivatives (4, T) of a quintic from one coordinate to another, at rest before and after."""
     polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, *QUINTIC])
     forms = [(end - begin) / duration**k * np.array(polynomial.deriv(k).coef, dtype=float) for k in range(4)]
 
     def derivatives(times: Array) -> Array:
         share = np.clip(times / duration, 0.0, 1.0)
         value, *rows = (np.asarray(np.polynomial.polynomial.polyval(share, form), dtype=float) for form in forms)
-        return _at_rest_after(duration, times, _stacked(times, begin + value, *rows))
+        return _at_rest_after(duration, times, _stack_derivatives(times, begin + value, *rows))
 
     return derivatives
 
 
 def _at_rest_after(end: float, times: Array, derivatives: Array) -> Array:
-    """Derivatives (4, T) of a law that stays where it is after its end [s]."""
+    """Derivatives (4, T) set to zero after the end [s] of a movement."""
     derivatives[1:, times > end] = 0.0
     return derivatives
 
 
-def _table(text: str, path: Path, name: str) -> Law:
+def _table_law(text: str, path: Path, name: str) -> DriveLaw:
     """A quintic spline through a file's two columns, time [s] and coordinate [rad or m]."""
     from scipy.interpolate import make_interp_spline
 
@@ -127,4 +131,4 @@ def _table(text: str, path: Path, name: str) -> Law:
         inside = first + np.clip(at, 0.0, length)
         return _at_rest_after(length, at, np.array([spline(inside, nu=k) for k in range(4)]))
 
-    return Law(text, length, derivatives)
+    return DriveLaw(text, length, derivatives)
