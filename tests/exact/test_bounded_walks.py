@@ -14,7 +14,7 @@ from described import CATALOGUE, SHIPPED, SLIDER_CRANK, changed, tables
 from conrod.errors import InvalidInput
 from conrod.exact import assembly_branch, equations
 from conrod.exact.elimination import Elimination
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 # Ten seconds: one takes a third of a millisecond, of a machine as large as those that ship.
 MOST_SOLUTIONS = 20_000
@@ -58,14 +58,14 @@ def at_scale(path: Path, factor: float) -> dict[str, Any]:
 @pytest.mark.parametrize("start", ["0.001 mm", "1000 km"])
 def test_distant_start_pose_needs_few_solutions(start: str, solutions: Solutions) -> None:
     whole = changed(CAM, "start.follower.origin", [0, start])
-    assert scene_of(whole).lengths["roller"] == pytest.approx(0.033, rel=1e-9)
+    assert scene_from_tables(whole).lengths["roller"] == pytest.approx(0.033, rel=1e-9)
     assert solutions.count < 200
 
 
 @pytest.mark.parametrize("factor", [1e-5, 1e5])
 @pytest.mark.parametrize("path", [SIX_BAR, PARALLELOGRAM], ids=lambda path: path.stem)
 def test_motion_scales_with_machine_size(path: Path, factor: float, solutions: Solutions) -> None:
-    scaled, usual = scene_of(at_scale(path, factor)), scene_of(tables(path))
+    scaled, usual = scene_from_tables(at_scale(path, factor)), scene_from_tables(tables(path))
     assert {name: travel / factor for name, travel in scaled.lengths.items()} == pytest.approx(usual.lengths, rel=1e-9)
     np.testing.assert_allclose(scaled.kinematics.change_angles, usual.kinematics.change_angles, atol=1e-9)
     assert solutions.count < 1000
@@ -85,7 +85,7 @@ def test_tracking_is_refused_when_steps_run_out(monkeypatch: pytest.MonkeyPatch)
     # Negative control of the budget: with few steps left, a walk that needs single steps is refused.
     monkeypatch.setattr(assembly_branch, "MAX_STEPS_PER_REVOLUTION", 3)
     with pytest.raises(InvalidInput, match="its motion was not found beyond crank angle"):
-        scene_of(tables(CATALOGUE / "geneva.toml") | {"name": "other"})
+        scene_from_tables(tables(CATALOGUE / "geneva.toml") | {"name": "other"})
 
 
 def test_step_count_explodes_when_size_is_start_pose_alone(
@@ -96,4 +96,4 @@ def test_step_count_explodes_when_size_is_start_pose_alone(
     monkeypatch.setattr(equations, "_extent", lambda _: 0.0)
     monkeypatch.setattr(assembly_branch, "MAX_STEPS_PER_REVOLUTION", 10**9)
     with pytest.raises(TooMany):
-        scene_of(changed(CAM, "start.follower.origin", [0, "0.001 mm"]) | {"name": "other"})
+        scene_from_tables(changed(CAM, "start.follower.origin", [0, "0.001 mm"]) | {"name": "other"})

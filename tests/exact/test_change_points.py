@@ -17,7 +17,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.runs.outcome import judge
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 from conrod.studies.validation.plan import Plan, validate_dynamic
 
 PARALLELOGRAM, DOUBLE_ROCKER = CATALOGUE / "parallelogram.toml", CATALOGUE / "double-rocker.toml"
@@ -33,7 +33,7 @@ ANGLES = np.concatenate(
 
 @pytest.fixture(scope="module")
 def parallelogram() -> DescribedScene:
-    return scene_of(tables(PARALLELOGRAM))
+    return scene_from_tables(tables(PARALLELOGRAM))
 
 
 def circle(turn: Array, centre: float) -> list[Array]:
@@ -83,11 +83,11 @@ def test_crank_is_blocked_without_change_point_steps(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(smooth_course, "find_change_point", lambda *_: None)
     # Another name, so that no solved machine is at hand.
     with pytest.raises(InvalidInput, match="cannot turn fully"):
-        scene_of(changed(PARALLELOGRAM, "name", "not-stepped-over"))
+        scene_from_tables(changed(PARALLELOGRAM, "name", "not-stepped-over"))
 
 
 def test_loops_may_share_one_change_point() -> None:
-    scene = scene_of(with_third_crank())
+    scene = scene_from_tables(with_third_crank())
     assert np.abs(scene.kinematics.change_angles - CHANGES).max() < 1e-12
     found = errors(scene, "C", GROUND + 0.3, ANGLES[::3])
     assert found[0] < 1e-13
@@ -102,7 +102,7 @@ def antiparallelogram() -> Kinematics:
     along = (o - a) / np.linalg.norm(o - a)
     b = a + np.array([GROUND, 0.0])
     whole["start"] = {"coupler": {"B": list(map(float, 2.0 * (a + along * (along @ (b - a))) - b))}}
-    return scene_of(whole).kinematics
+    return scene_from_tables(whole).kinematics
 
 
 def test_antiparallelogram_stays_on_its_branch() -> None:
@@ -117,7 +117,7 @@ def test_antiparallelogram_stays_on_its_branch() -> None:
 @pytest.mark.parametrize("before", [1e-4, 0.5])
 def test_start_just_before_change_point_is_accepted(before: float) -> None:
     start = math.pi - math.radians(before)
-    scene = scene_of(changed(PARALLELOGRAM, "driver.start", start))
+    scene = scene_from_tables(changed(PARALLELOGRAM, "driver.start", start))
     assert scene.kinematics.change_angles[0] == pytest.approx(math.radians(before), abs=1e-11)
     assert errors(scene, "B", GROUND, np.linspace(0.0, 7.0, 200), start)[0] < 1e-12
 
@@ -125,19 +125,19 @@ def test_start_just_before_change_point_is_accepted(before: float) -> None:
 @pytest.mark.parametrize("start", [0.0, math.pi])
 def test_start_at_change_point_is_refused_with_hint(start: float) -> None:
     with pytest.raises(InvalidInput, match="a dead centre or a change point"):
-        scene_of(changed(PARALLELOGRAM, "driver.start", start))
+        scene_from_tables(changed(PARALLELOGRAM, "driver.start", start))
 
 
 @pytest.mark.parametrize("stop", [119.9, 120.0, 120.1])
 def test_pass_may_end_at_change_point(stop: float) -> None:
     whole = changed(PARALLELOGRAM, "driver.from", 0.0)
     whole["driver"]["to"] = math.radians(stop)
-    scene = scene_of(whole)
+    scene = scene_from_tables(whole)
     assert max(errors(scene, "B", GROUND, np.linspace(0.0, math.radians(stop), 50))[:2]) < 1e-12
 
 
 def test_near_parallelogram_has_no_change_point() -> None:
-    scene = scene_of(changed(PARALLELOGRAM, "bodies.follower.points.B", [CRANK + 1e-8, 0]))
+    scene = scene_from_tables(changed(PARALLELOGRAM, "bodies.follower.points.B", [CRANK + 1e-8, 0]))
     assert not scene.kinematics.change_angles.size
     follower = scene.kinematics.poses(np.linspace(0.0, 2.0 * math.pi, 100))[:, -1]
     assert np.ptp(follower) < math.pi  # it rocks; that of a parallelogram goes round
@@ -148,8 +148,8 @@ def test_dead_centre_is_no_change_point() -> None:
     whole = changed(DOUBLE_ROCKER, "driver.from", None)
     del whole["driver"]["to"]
     with pytest.raises(InvalidInput, match=r"reaches -22.67 to 21.42 deg"):
-        scene_of(whole)
-    kinematics = scene_of(tables(DOUBLE_ROCKER)).kinematics
+        scene_from_tables(whole)
+    kinematics = scene_from_tables(tables(DOUBLE_ROCKER)).kinematics
     assert kinematics.reachable_angle(math.pi) == pytest.approx(math.acos(0.4) - math.radians(45.0), abs=1e-7)
     assert not kinematics.change_angles.size
 
@@ -168,7 +168,7 @@ def test_run_flips_when_it_leaves_smooth_continuation(
 
 
 def test_run_through_change_points_is_not_judged(parallelogram: DescribedScene) -> None:
-    slider_crank = scene_of(tables(CATALOGUE / "slider-crank.toml"))
+    slider_crank = scene_from_tables(tables(CATALOGUE / "slider-crank.toml"))
     for scene, judged in ((parallelogram, False), (slider_crank, True)):
         plan = Plan(steps_per_revolution=80, revolutions=1.0)
         assert (validate_dynamic(scene.kind, scene, engine_named("pymunk"), "tuned", plan).passed is None) is not judged

@@ -21,7 +21,7 @@ from conrod.exact.elimination import triangular_blocks
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.runs.comparison import compare
 from conrod.runs.trajectory import Outcome
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 Point = tuple[float, float]
 
@@ -113,7 +113,7 @@ DEEP = "bodies.rocker19.points.P.y"
 
 @pytest.fixture(scope="module")
 def largest() -> DescribedScene:
-    return scene_of(large_mechanism(24))
+    return scene_from_tables(large_mechanism(24))
 
 
 def faulty(scene: DescribedScene) -> DescribedScene:

@@ -19,7 +19,7 @@ from conrod.exact.linkage.crank_range import CrankRange, SampledMotion, crank_ra
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, ObservedPoint, Revolute, Rolling
 from conrod.scenes import SCENES, catalogue_scene
-from conrod.scenes.described_scene import scene_of
+from conrod.scenes.described_scene import scene_from_tables
 
 TURN = 2.0 * math.pi
 CRANK_ROCKER = (0.1, 0.3, 0.25, 0.3)
@@ -133,7 +133,7 @@ def test_whitworth_slotted_link_turns_without_dead_centre() -> None:
     # Its ram has the quick return: (pi + 2 a) / (pi - 2 a), sin a = offset / crank.
     lean = 2.0 * math.asin(0.05 / 0.1)
     assert ram.time_ratio == pytest.approx((math.pi + lean) / (math.pi - lean), rel=1e-11)
-    other = scene_of(changed(CATALOGUE / "whitworth.toml", "ground.points.O4", [0, -0.06])).kinematics
+    other = scene_from_tables(changed(CATALOGUE / "whitworth.toml", "ground.points.O4", [0, -0.06])).kinematics
     assert abs((output_links(sample_motion(other))[1].time_ratio or 0.0) - (ram.time_ratio or 0.0)) > 0.05
 
 
@@ -178,7 +178,7 @@ def test_block_pushes_slotted_link_across_its_slot() -> None:
     given = changed(CATALOGUE / "inverted-slider-crank.toml", "bodies.link.points.S", [0, 0.03])
     given["bodies"]["link"]["ends"] = ["O", "T"]
     given["joints"]["slide"]["guide"] = "link.S"
-    beside = only_angle(scene_of(given).mechanism())
+    beside = only_angle(scene_from_tables(given).mechanism())
     assert beside.greatest_pressure_angle.value == pytest.approx(math.asin(0.03 / 0.15), rel=1e-12)
 
 

@@ -17,7 +17,7 @@ from conrod.mechanism.cam import DWELL, HARMONIC, LAWS, Segment, symmetric_cam
 from conrod.mechanism.cam_law import LawProfile, can_roll, check_cut, concave_reason
 from conrod.mechanism.units import REVOLUTION
 from conrod.scenes import catalogue_scene
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 from conrod.studies.limits.changed_machines import dead_angles
 from conrod.studies.validation.study import validate_kinematic
 
@@ -93,7 +93,7 @@ def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
     cam["joints"]["guide"]["guide"] = "ground.line"
     cam["start"] = {"follower": {"origin": [-offset, height]}}
     cam["driver"]["sense"] = way
-    scene = scene_of(cam)
+    scene = scene_from_tables(cam)
     angle = np.linspace(0.0, REVOLUTION, 499) + 0.01
     point, own = scene.motion(angle, 1.0).point("roller"), profile("3-4-5").lift(angle, 3)
     np.testing.assert_allclose(point.position[:, 0], -offset, rtol=0.0, atol=1e-15)
@@ -147,7 +147,7 @@ def test_a_cam_that_its_roller_undercuts_is_refused_with_the_least_base_radius()
 
 
 def test_engines_say_that_a_hollow_cam_has_no_convex_shape() -> None:
-    scene = scene_of(changed("cam-4-5-6-7", base_radius="30 mm"))
+    scene = scene_from_tables(changed("cam-4-5-6-7", base_radius="30 mm"))
     reason = concave_reason(scene.mechanism().cam_contacts[0].profile)
     assert reason is not None
     assert "hollow" in reason
@@ -177,7 +177,7 @@ REFUSED = {
 def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
     segments, told = REFUSED[case]
     with pytest.raises(InvalidInput) as refused:
-        scene_of(changed("cam-3-4-5", segments=segments))
+        scene_from_tables(changed("cam-3-4-5", segments=segments))
     assert told in str(refused.value)
     assert "joints.contact.profile" in str(refused.value)
     assert "\n" not in str(refused.value)
@@ -196,5 +196,5 @@ def test_a_dwell_is_no_dead_centre(name: str) -> None:
     # Where a rise and a fall meet without a dwell, there is one.
     assert dead_angles(catalogue_scene(name)) == ()
     rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
-    peaked = scene_of(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
+    peaked = scene_from_tables(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
     assert dead_angles(peaked) == pytest.approx((150.0,), abs=1e-3)

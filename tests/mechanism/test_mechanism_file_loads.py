@@ -25,7 +25,7 @@ from conrod.mechanism.loads import (
     Viscous,
 )
 from conrod.mechanism.mechanism import ConstantForce
-from conrod.scenes.described_scene import scene_of
+from conrod.scenes.described_scene import scene_from_tables
 
 LOADS: dict[str, Any] = {
     "springs": {
@@ -58,7 +58,7 @@ def loaded(**changes: Any) -> dict[str, Any]:
 
 
 def test_every_law_is_read_with_its_coordinate() -> None:
-    mechanism = scene_of(loaded()).mechanism()
+    mechanism = scene_from_tables(loaded()).mechanism()
     assert mechanism.forces == (ConstantForce("slider", (0.0, -10.0)),)
     slider, crank = Displacement("slider", (0.0, 0.0), 0.0), Turn("ground", "crank")
     assert {load.name: (load.along, load.law) for load in mechanism.loads} == {
@@ -77,7 +77,7 @@ def test_every_law_is_read_with_its_coordinate() -> None:
 
 
 def test_a_scene_is_known_by_its_loads_and_as_before_where_it_has_none() -> None:
-    bare, whole = scene_of(tables(SLIDER_CRANK)), scene_of(loaded())
+    bare, whole = scene_from_tables(tables(SLIDER_CRANK)), scene_from_tables(loaded())
     assert "loads" not in bare.identity()["mechanism"]
     assert "start_rates" not in bare.identity()
     assert [load["law"]["kind"] for load in whole.identity()["mechanism"]["loads"]].count("TimePulse") == 2
@@ -87,12 +87,12 @@ def test_a_scene_is_known_by_its_loads_and_as_before_where_it_has_none() -> None
 
 
 def test_a_motion_starts_at_the_rates_that_are_told_or_at_the_crank_speed() -> None:
-    bare = scene_of(tables(SLIDER_CRANK))
+    bare = scene_from_tables(tables(SLIDER_CRANK))
     assert bare.start_rates == {"crank": 30.0}
     given = loaded(start={"rod": {"turn": 0}, "crank": {"rate": "-60 rpm"}})
-    scene = scene_of(given)
+    scene = scene_from_tables(given)
     assert scene.start_rates == {"crank": pytest.approx(-2.0 * math.pi)}
-    assert scene.identity() != scene_of(loaded()).identity()
+    assert scene.identity() != scene_from_tables(loaded()).identity()
     motion = ForwardDynamics(scene.mechanism()).motion(np.array([0.0, 1e-3]), rates=scene.start_rates)
     assert motion.rates[0, 2] == pytest.approx(-2.0 * math.pi)
 
@@ -127,6 +127,6 @@ def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expect
     table, name = place.split(".")
     whole[table] = whole.get(table, {}) | {name: value}
     with pytest.raises(InvalidInput) as caught:
-        scene_of(whole)
+        scene_from_tables(whole)
     assert expected in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -15,7 +15,7 @@ from described import FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
 from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.scenes.described_scene import DescribedScene, read_scene, scene_of
+from conrod.scenes.described_scene import DescribedScene, read_scene, scene_from_tables
 from conrod.studies.frame.run import RunCase
 
 DOCS = Path(__file__).parents[2] / "docs" / "mechanism-files.md"
@@ -114,7 +114,7 @@ def test_another_power_is_another_unit(text: str, unit: str) -> None:
 
 
 def test_the_documented_example_is_a_mechanism() -> None:
-    scene = scene_of(tomllib.loads(EXAMPLE))
+    scene = scene_from_tables(tomllib.loads(EXAMPLE))
     assert (scene.kind, scene.output, scene.mechanism().driver.span) == ("crank-rocker", "P", None)
     assert scene.speed == pytest.approx(4.0 * math.pi)
     assert scene.mechanism().body("rocker").inertia == pytest.approx(0.9 * 0.2**2 / 12.0)
@@ -158,21 +158,21 @@ def key(scene: DescribedScene) -> str:
 def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
     scene = read_scene(SLIDER_CRANK)
     same = [
-        scene_of(shuffled(tables(SLIDER_CRANK), 3)),
-        scene_of(changed(SLIDER_CRANK, "title", "Another title")),
-        scene_of(changed(SLIDER_CRANK, "bodies.crank.points.A", [0.3, "0 mm"])),
+        scene_from_tables(shuffled(tables(SLIDER_CRANK), 3)),
+        scene_from_tables(changed(SLIDER_CRANK, "title", "Another title")),
+        scene_from_tables(changed(SLIDER_CRANK, "bodies.crank.points.A", [0.3, "0 mm"])),
         pickle.loads(pickle.dumps(scene)),
     ]
     assert {key(other) for other in same} == {key(scene)}
     other_machines = [
         scene.with_parameters(**{"bodies.rod.mass": 5.5}),
-        scene_of(changed(SLIDER_CRANK, "start.rod.turn", "180 deg")),
-        scene_of(changed(SLIDER_CRANK, "observed.G", "rod.A")),
+        scene_from_tables(changed(SLIDER_CRANK, "start.rod.turn", "180 deg")),
+        scene_from_tables(changed(SLIDER_CRANK, "observed.G", "rod.A")),
         read_scene(FOUR_BAR),
     ]
     assert len({key(other) for other in other_machines} | {key(scene)}) == 1 + len(other_machines)
 
 
 def test_braces_in_a_text_are_not_filled_in() -> None:
-    scene = scene_of(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
+    scene = scene_from_tables(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
     assert scene.description.format().startswith("A {crank} of {0.__class__}.")

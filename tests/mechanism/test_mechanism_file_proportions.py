@@ -12,13 +12,13 @@ from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed
 from conrod.errors import InvalidInput
 from conrod.mechanism.files import read_description, read_tables
 from conrod.mechanism.units import parse_quantity
-from conrod.scenes.described_scene import read_scene, scene_of
+from conrod.scenes.described_scene import read_scene, scene_from_tables
 from conrod.studies.frame.resolve_arguments import machine_text, scene
 
 
 def refusal(given: dict[str, Any]) -> str:
     with pytest.raises(InvalidInput) as told:
-        scene_of(given)
+        scene_from_tables(given)
     assert "\n" not in str(told.value)
     return str(told.value)
 
@@ -54,7 +54,7 @@ def test_an_angle_by_a_parameter_or_an_option_is_refused_alike() -> None:
     given.setdefault("parameters", {})["zero"] = 60
     assert "driver.start = 60 has no unit" in refusal(given)
     given["parameters"]["zero"] = "60 deg"
-    scene_of(given)
+    scene_from_tables(given)
     with pytest.raises(InvalidInput, match="--rotation = 90 has no unit"):
         parse_quantity("--rotation", "90", "rad")
     assert parse_quantity("--rotation", "6.28", "rad") == 6.28
@@ -62,7 +62,7 @@ def test_an_angle_by_a_parameter_or_an_option_is_refused_alike() -> None:
 
 def test_an_angle_with_its_unit_or_below_a_turn_is_taken() -> None:
     for value in ("60 deg", "60deg", "-6.2", 6.28, "7 rad", 0):
-        scene_of(changed(SLIDER_CRANK, "driver.start", value))
+        scene_from_tables(changed(SLIDER_CRANK, "driver.start", value))
 
 
 PROPORTIONS: dict[str, tuple[str, Any, str]] = {
@@ -133,7 +133,7 @@ def test_ground_farther_than_the_links_can_reach_is_refused() -> None:
 
 def test_flywheels_and_light_links_are_in_proportion() -> None:
     for place, value in (("bodies.slider.mass", 300), ("bodies.slider.mass", 1e-6), ("bodies.rod.mass", "1 g")):
-        scene_of(changed(SLIDER_CRANK, place, value))
+        scene_from_tables(changed(SLIDER_CRANK, place, value))
     # What is given anew is the user's own variant of a file in proportion.
     assert (
         read_scene(SLIDER_CRANK).with_parameters(**{"bodies.slider.mass": 1e4}).mechanism().body("slider").mass == 1e4

@@ -15,13 +15,13 @@ from described import CATALOGUE, FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuff
 
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
-from conrod.scenes.described_scene import read_scene, scene_of
+from conrod.scenes.described_scene import read_scene, scene_from_tables
 from conrod.studies.execution.local import isolated
 
 
 def refusal(given: dict[str, Any]) -> str:
     with pytest.raises(InvalidInput) as told:
-        scene_of(given)
+        scene_from_tables(given)
     assert "\n" not in str(told.value)
     return str(told.value)
 
@@ -42,14 +42,14 @@ def test_a_uniform_bar_and_a_uniform_disc_have_the_textbook_inertia() -> None:
     assert rod.inertia == pytest.approx(5.0 * 0.56**2 / 12.0, rel=1e-15)
     assert rod.centre_of_gravity == (0.28, 0.0)
     disc = {"uniform": "disc", "radius": "200 mm", "mass": 3, "points": {"A": [0.3, 0]}}
-    assert scene_of(changed(SLIDER_CRANK, "bodies.crank", disc)).mechanism().body("crank").inertia == pytest.approx(
-        0.06
-    )
+    assert scene_from_tables(changed(SLIDER_CRANK, "bodies.crank", disc)).mechanism().body(
+        "crank"
+    ).inertia == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize("path", [SLIDER_CRANK, CATALOGUE / "six-bar.toml", CATALOGUE / "planetary-gear.toml"])
 def test_order_of_declaration_does_not_matter(path: Path) -> None:
-    usual, other = read_scene(path), scene_of(shuffled(tables(path), 1))
+    usual, other = read_scene(path), scene_from_tables(shuffled(tables(path), 1))
     assert other.mechanism() == usual.mechanism()
     assert other.parameters_text == usual.parameters_text
     angles = np.linspace(*usual.kinematics.span, 9)
@@ -67,12 +67,12 @@ def test_points_given_where_they_are_drawn_make_the_same_machine() -> None:
     drawn["joints"]["slide"]["slider"] = "slider.B"
     drawn["observed"]["B"] = "slider.B"
     usual, angle = read_scene(SLIDER_CRANK), np.linspace(0.0, 6.0, 25)
-    ours, theirs = usual.motion(angle, 30.0).point("B"), scene_of(drawn).motion(angle, 30.0).point("B")
+    ours, theirs = usual.motion(angle, 30.0).point("B"), scene_from_tables(drawn).motion(angle, 30.0).point("B")
     assert np.abs(ours.position - theirs.position).max() < 1e-14
 
 
 def test_the_start_picks_the_branch() -> None:
-    other = scene_of(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
+    other = scene_from_tables(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
     assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
 
 

@@ -14,7 +14,7 @@ from table_files import ROWS, Columns, exact_table, judged
 from conrod import InvalidInput
 from conrod.report.trajectory import verdict_text
 from conrod.scenes import CamFollower, Saw
-from conrod.scenes.described_scene import scene_of
+from conrod.scenes.described_scene import scene_from_tables
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 SAW, TIGHT = Saw(speed=20.0), {"position": 1e-4}
@@ -68,7 +68,7 @@ def test_a_coordinate_that_stands_still_away_from_zero_judges_nothing(tmp_path: 
     given = tables(SLIDER_CRANK)
     given["ground"]["points"]["Q"] = [0, "20 mm"]
     given["joints"]["slide"]["guide"] = "ground.Q"
-    scene = scene_of(given)
+    scene = scene_from_tables(given)
     table = exact_table(scene)
     assert float(table["B.y"].min()) == pytest.approx(0.02)
     with pytest.raises(InvalidInput, match=r"the exact B\.y moves by no more"):

@@ -11,7 +11,7 @@ from table_files import Columns, exact_table, judged
 
 from conrod.own.tables.study import TableStudy
 from conrod.scenes import Scene, scene_named
-from conrod.scenes.described_scene import read_scene, scene_of
+from conrod.scenes.described_scene import read_scene, scene_from_tables
 
 MEANT = read_scene(SLIDER_CRANK)
 POINTS = ("B.x", "B.y", "G.x", "G.y")
@@ -22,7 +22,7 @@ def slider_crank(offset: str = "0 mm", tilt: str = "0 deg", rod: str = "560 mm")
     given["ground"]["points"]["Q"] = [0, offset]
     given["joints"]["slide"] |= {"guide": "ground.Q", "direction": tilt}
     given["bodies"]["rod"]["points"]["B"] = [rod, 0]
-    return scene_of(given)
+    return scene_from_tables(given)
 
 
 def study_of(scene: Scene, columns: tuple[str, ...], folder: Path, noise: float = 0.0) -> TableStudy:

@@ -31,13 +31,13 @@ NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")
 
 
-def test_a_machine_is_called_like_its_file() -> None:
+def test_machine_has_the_name_of_its_file() -> None:
     assert NAMES
     assert {name: catalogue_tables(name)["name"] for name in NAMES} == {n: n for n in NAMES}
     assert not set(NAMES) & set(SCENES)
 
 
-def test_every_machine_tells_where_it_comes_from_and_what_was_assumed() -> None:
+def test_every_machine_states_source_and_assumptions() -> None:
     for name in NAMES:
         tables = catalogue_tables(name)
         assert tables["title"]
@@ -47,27 +47,27 @@ def test_every_machine_tells_where_it_comes_from_and_what_was_assumed() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_machine_is_read_and_makes_its_turn_or_its_pass(name: str) -> None:
+def test_every_machine_makes_its_turn_or_pass(name: str) -> None:
     scene = catalogue_scene(name)
     assert scene.kind == name
     angles = np.linspace(*scene.kinematics.span, 37)
     assert all(np.isfinite(p.position).all() for p in scene.motion(angles, scene.speed).points.values())
 
 
-def test_a_name_is_found_wherever_it_ships_and_an_unknown_one_is_told_the_nearest() -> None:
+def test_scene_named_finds_shipped_names_and_suggests_nearest() -> None:
     assert scene_named("slider-crank") is catalogue_scene("slider-crank")
     assert scene_named("saw-40rpm") is SCENES["saw-40rpm"]
     with pytest.raises(InvalidInput, match=r"did you mean 'slider-crank'.*saw-40rpm"):
         scene_named("slidercrank")
 
 
-def test_the_word_catalogue_stands_for_all_machines_and_for_no_single_one() -> None:
+def test_word_catalogue_means_all_machines() -> None:
     assert list(select_scenes(["catalogue"], [])) == list(NAMES)
     with pytest.raises(InvalidInput, match="stands for many machines"):
         select_scene("catalogue", [])
 
 
-def test_a_changed_copy_may_keep_its_name_but_not_beside_the_machine_itself(tmp_path: Path) -> None:
+def test_changed_copy_may_not_run_beside_its_original(tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text(catalogue_text("slider-crank").replace("560 mm", "600 mm"))
     alone = select_scenes([str(own)], [])["slider-crank"]
@@ -78,14 +78,14 @@ def test_a_changed_copy_may_keep_its_name_but_not_beside_the_machine_itself(tmp_
             select_scenes(both, [])
 
 
-def test_the_page_on_the_catalogue_is_made_from_its_files() -> None:
+def test_catalogue_page_matches_its_files() -> None:
     docs = Path(__file__).parents[2] / "docs"
     page = runpy.run_path(str(docs / "catalogue.py"))["page"]
     assert (docs / "catalogue.md").read_text(encoding="utf-8") == page(), "python docs/catalogue.py > docs/catalogue.md"
 
 
 @pytest.mark.slow
-def test_the_wheel_has_the_files(tmp_path: Path) -> None:
+def test_wheel_contains_mechanism_files(tmp_path: Path) -> None:
     import subprocess
     import sys
 
@@ -109,19 +109,19 @@ def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> N
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", QUICK_MACHINES)
-def test_a_few_machines_meet_their_tolerances_with_few_steps(name: str, engine: str) -> None:
+def test_few_machines_meet_tolerances_with_few_steps(name: str, engine: str) -> None:
     check_met(name, engine, ("tuned",), Plan(200, 1.0))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", NAMES)
-def test_every_machine_meets_its_tolerances_or_the_engine_says_why_it_cannot(name: str, engine: str) -> None:
+def test_every_machine_meets_tolerances_or_is_refused(name: str, engine: str) -> None:
     check_met(name, engine, tuple(engine_named(engine).presets), Plan())
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_model_with_a_wrong_length_is_found_out(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kinematic_mode_detects_wrong_length(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, judged = catalogue_scene("slider-crank"), engine_named(engine)
     longer, solve = scene.with_parameters(**{"bodies.rod.points.B.x": 0.56 * 1.0001}), judged.solve_kinematics
     assert validate_kinematic("slider-crank", scene, judged).passed

@@ -70,7 +70,7 @@ PRINTED: dict[str, tuple[str, Quantity, str, str]] = {
 
 
 @pytest.mark.parametrize("number", PRINTED)
-def test_machine_has_the_printed_number_to_its_last_digit(number: str) -> None:
+def test_machine_reproduces_printed_number(number: str) -> None:
     machine, quantity, printed, length = PRINTED[number]
     scene = catalogue_scene(machine)
     assert abs(off(quantity(scene), printed)) <= 0.5 + 1e-9
@@ -81,7 +81,7 @@ def test_machine_has_the_printed_number_to_its_last_digit(number: str) -> None:
     assert abs(quantity(changed) - exact) > 1e-3 * abs(exact)
 
 
-def test_six_bar_moves_as_the_equations_of_its_bars_say() -> None:
+def test_six_bar_motion_satisfies_equations_of_its_bars() -> None:
     scene, bars = catalogue_scene("six-bar"), SixBar()
     motion = scene.motion(0.0, scene.speed)
     for name, key in {"A": "A", "B": "B", "C": "C", "D": "D", "X4": "X"}.items():
@@ -92,7 +92,7 @@ def test_six_bar_moves_as_the_equations_of_its_bars_say() -> None:
     assert np.linalg.norm(moved - bars.velocities["C"]) > 0.01
 
 
-def test_six_bar_stays_as_near_to_its_printed_polygon_as_its_description_says() -> None:
+def test_six_bar_stays_within_stated_distance_of_polygon() -> None:
     scene = catalogue_scene("six-bar")
     names = {"X": "X4"}
     worst = {
@@ -121,7 +121,7 @@ def test_web_cutter_is_a_crank_rocker() -> None:
     assert turned_angles(motion.point("B").position) == pytest.approx(2.0 * np.pi)
 
 
-def test_piston_moves_as_the_closed_form_of_a_slider_crank_says() -> None:
+def test_piston_motion_matches_slider_crank_closed_form() -> None:
     scene = catalogue_scene("one-cylinder-engine")
     r, rod, angle = 0.03, 0.11, np.linspace(0.0, 2.0 * np.pi, 73)
     sine, root = r * np.sin(angle), np.sqrt(rod**2 - (r * np.sin(angle)) ** 2)
@@ -140,7 +140,7 @@ ROLLING = {
 
 
 @pytest.mark.parametrize("machine", ROLLING)
-def test_contact_point_of_a_rolling_wheel_has_the_acceleration_of_the_document(machine: str) -> None:
+def test_rolling_contact_point_acceleration_matches_document(machine: str) -> None:
     scene = catalogue_scene(machine)
     r, track, side = ROLLING[machine]
     point, centre = (scene.motion(0.0, scene.speed).point(name) for name in "DC")

@@ -14,19 +14,19 @@ from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.comparison import compare
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 721)
 
 
 @cache
 def scene(name: str) -> DescribedScene:
-    return scene_of(tables(CATALOGUE / f"{name}.toml"))
+    return scene_from_tables(tables(CATALOGUE / f"{name}.toml"))
 
 
 def altered(name: str, place: str, value: Any) -> DescribedScene:
     """A planted defect."""
-    return scene_of(changed(CATALOGUE / f"{name}.toml", place, value))
+    return scene_from_tables(changed(CATALOGUE / f"{name}.toml", place, value))
 
 
 def turn_of(of: DescribedScene, body: str, angle: Array) -> Array:
@@ -39,19 +39,19 @@ def across(of: DescribedScene, point: str, angle: Array) -> Array:
     return np.asarray(of.motion(angle, 1.0).point(point).position[:, 0])
 
 
-def test_peaucelliers_point_runs_straight() -> None:
+def test_peaucellier_point_moves_on_a_line() -> None:
     of = scene("peaucellier")
     angle = of.kinematics.angles(721)
     assert np.abs(across(of, "C", angle) - 0.14).max() < 1e-12 * 0.14
     assert of.lengths["C"] == pytest.approx(2.0 * 0.14 * math.tan(math.radians(30.0)), rel=1e-6)
 
 
-def test_a_crank_circle_that_misses_the_pivot_bends_the_line() -> None:
+def test_peaucellier_line_bends_when_circle_misses_pivot() -> None:
     of = altered("peaucellier", "ground.points.Q", ["121 mm", 0])
     assert np.ptp(across(of, "C", of.kinematics.angles(721))) > 1e-4
 
 
-def test_watts_point_leaves_its_line_by_the_fifth_power() -> None:
+def test_watt_point_leaves_its_line_at_fifth_order() -> None:
     """x = L^2 a^5 / (8 c) for arms L and a coupler 2 c, to leading order in the arms' turn a."""
     of, arm, half = scene("watt-straight-line"), 0.2, 0.06
     angle = np.radians([16.0, 8.0, 4.0])
@@ -61,7 +61,7 @@ def test_watts_point_leaves_its_line_by_the_fifth_power() -> None:
     assert np.ptp(across(of, "P", of.kinematics.angles(721))) < 0.02 * of.lengths["P"]
 
 
-def test_a_point_beside_the_couplers_middle_leaves_it_at_once() -> None:
+def test_watt_point_off_the_middle_leaves_its_line_at_once() -> None:
     beside = altered("watt-straight-line", "bodies.coupler.points.P", [0, "6 mm"])
     angle = np.radians([0.0, 4.0])
     middle, off = (np.ptp(across(of, "P", angle)) for of in (scene("watt-straight-line"), beside))
@@ -75,19 +75,19 @@ def ground_phase(of: DescribedScene) -> tuple[float, float, float]:
     return float(low.mean()), float(np.ptp(foot[low, 0])), float(np.ptp(foot[:, 1]))
 
 
-def test_jansens_leg_keeps_its_foot_down_for_half_a_turn() -> None:
+def test_jansen_foot_stays_down_for_half_a_turn() -> None:
     share, step, height = ground_phase(scene("jansen-leg"))
     assert share > 0.5
     assert step > 0.55
     assert height < 0.5 * step
 
 
-def test_a_leg_with_one_rod_mistaken_does_not_walk() -> None:
+def test_jansen_leg_with_one_wrong_rod_does_not_walk() -> None:
     share, step, _ = ground_phase(altered("jansen-leg", "bodies.k.points.V", ["55 cm", 0]))
     assert share < 0.45 or step < 0.5
 
 
-def test_the_geneva_wheel_turns_by_a_quarter_and_starts_and_stops_without_a_jump() -> None:
+def test_geneva_wheel_turns_a_quarter_without_velocity_jump() -> None:
     """Its turn is -atan(m sin a / (1 - m cos a)), m = pin radius / centre distance = 1 / sqrt 2."""
     of, m = scene("geneva"), math.sqrt(0.5)
     angle = of.kinematics.angles(181)
@@ -100,13 +100,13 @@ def test_the_geneva_wheel_turns_by_a_quarter_and_starts_and_stops_without_a_jump
     assert speed.max() / 0.06 == pytest.approx(m / (1.0 - m))
 
 
-def test_a_geneva_wheel_at_another_distance_starts_with_a_jump() -> None:
+def test_geneva_wheel_at_wrong_distance_starts_with_jump() -> None:
     of = altered("geneva", "ground.points.O4", ["86 mm", 0])
     speed = np.linalg.norm(of.motion(of.kinematics.angles(181), 1.0).point("rim").velocity, axis=1)
     assert speed[0] > 1e-3 * speed.max()
 
 
-def test_the_carrier_and_the_planet_turn_by_willis_formula() -> None:
+def test_planetary_gear_turns_by_willis_formula() -> None:
     """Carrier: 1 / (1 + ring / sun) of the sun; against it the ring turns the planet by -ring / planet (1 - ...)."""
     of = scene("planetary-gear")
     carrier, planet = (turn_of(of, body, TURN) for body in ("carrier", "planet"))
@@ -114,13 +114,13 @@ def test_the_carrier_and_the_planet_turn_by_willis_formula() -> None:
     assert np.abs(planet - carrier * (1.0 - 50.0 / 15.0)).max() < 1e-12
 
 
-def test_other_teeth_give_another_ratio() -> None:
+def test_planetary_ratio_follows_teeth() -> None:
     whole = changed(CATALOGUE / "planetary-gear.toml", "joints.sun-mesh.radii", ["18 mm", "17 mm"])
     whole["joints"]["ring-mesh"]["radii"] = ["17 mm", "52 mm"]
-    assert turn_of(scene_of(whole), "carrier", TURN)[-1] == pytest.approx(2.0 * math.pi / (1.0 + 52.0 / 18.0))
+    assert turn_of(scene_from_tables(whole), "carrier", TURN)[-1] == pytest.approx(2.0 * math.pi / (1.0 + 52.0 / 18.0))
 
 
-def test_mujocos_law_knows_of_the_legs_fast_reactions() -> None:
+def test_mujoco_error_bound_covers_fast_reactions_of_leg() -> None:
     """Its foot's reactions peak within a tenth of a radian: what gives way to them moves faster than it opened."""
     of, engine = scene("jansen-leg"), engine_named("mujoco")
     settings = engine.presets["tuned"](of, 1000)

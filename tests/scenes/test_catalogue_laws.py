@@ -45,7 +45,7 @@ def over_the_law(scene: DescribedScene, engine: Any, settings: Any) -> float | N
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LINKAGES]
 )
-def test_no_error_is_larger_than_its_law_at_another_speed(name: str, factor: float) -> None:
+def test_errors_stay_within_bound_at_another_speed(name: str, factor: float) -> None:
     scene = at_speed(name, factor)
     for engine_name in ("mujoco", "pymunk"):
         engine = engine_named(engine_name)
@@ -55,7 +55,7 @@ def test_no_error_is_larger_than_its_law_at_another_speed(name: str, factor: flo
                 assert found is None or found < 1.0, (engine_name, preset)
 
 
-def test_too_few_iterations_break_pymunks_law() -> None:
+def test_pymunk_exceeds_bound_with_too_few_iterations() -> None:
     """From a start without stored impulses the two loops, run backwards, do not settle in the first steps."""
     scene, engine = at_speed("two-slider-linkage", -1.0), engine_named("pymunk")
     settings = engine.presets["tuned"](scene, 1000)
@@ -66,7 +66,7 @@ def test_too_few_iterations_break_pymunks_law() -> None:
     assert enough < 1.0 < few
 
 
-def test_pymunks_law_knows_what_the_start_leaves_of_the_first_acceleration() -> None:
+def test_pymunk_bound_covers_first_acceleration_after_start() -> None:
     """Backwards a Peaucellier linkage begins where it bends most: without that term it is 1.02 times its law."""
     scene, engine = at_speed("peaucellier", -1.0), engine_named("pymunk")
     found = over_the_law(scene, engine, engine.presets["tuned"](scene, 1000))
@@ -75,7 +75,7 @@ def test_pymunks_law_knows_what_the_start_leaves_of_the_first_acceleration() -> 
 
 
 @pytest.mark.parametrize("steps", [2, 12])
-def test_pymunks_law_looks_no_further_than_a_pass_goes(steps: int) -> None:
+def test_pymunk_bound_covers_no_more_than_the_pass(steps: int) -> None:
     """A double rocker has 1 to 3 of these steps in its pass, and cannot be assembled much beyond it."""
     for speed in (1.0, -1.0):
         scene = at_speed("double-rocker", speed)

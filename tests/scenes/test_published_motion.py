@@ -52,7 +52,7 @@ def tip_of_four_bars() -> Array:
     return np.concatenate([place[-1], rate[-1]])
 
 
-def test_published_runs_of_the_iftomm_four_bars_approach_the_exact_motion_at_order_2() -> None:
+def test_published_four_bar_runs_converge_at_order_2() -> None:
     published, exact = np.array(list(FOUR_BARS.values())), tip_of_four_bars()
     errors = np.abs(published - exact)
     orders = np.log2(errors[:-1] / errors[1:])
@@ -64,7 +64,7 @@ def test_published_runs_of_the_iftomm_four_bars_approach_the_exact_motion_at_ord
 
 
 @pytest.mark.slow
-def test_a_published_slider_crank_is_off_by_what_its_own_energy_is() -> None:
+def test_published_slider_crank_error_matches_its_energy_error() -> None:
     times, angles, rates = np.array([(0.0, 0.0, 0.0), *SLIDER_CRANK]).T
     found = ForwardDynamics(MACHINE).motion(times, {"crank": 0.0})
     assert found.poses[:, 2] == pytest.approx(angles, rel=2e-5)

@@ -48,7 +48,7 @@ ANGLES = ("bend", "phasing", "coupler", "other_twist")
 
 
 @pytest.mark.parametrize(("name", "power"), [("cardan", 1), ("double-cardan", 0), ("double-cardan-misphased", 2)])
-def test_the_output_shaft_fluctuates_as_its_phasing_says(name: str, power: int) -> None:
+def test_double_cardan_output_fluctuates_with_phasing(name: str, power: int) -> None:
     # Uicker, Pennock, Shigley: between cos and 1 / cos of the angle; two joints out of phase multiply, in phase cancel.
     machine, quarter_turns = MACHINES[name](), np.arange(8) * 0.125
     arm = machine.points(laws(machine, quarter_turns, 1))["output_arm"]
@@ -60,7 +60,7 @@ def test_the_output_shaft_fluctuates_as_its_phasing_says(name: str, power: int) 
 @pytest.mark.parametrize(
     ("angles", "place"), [((0.0, 0.0, 0.0), (0.0, 0.0, -1.065)), ((10.0, 20.0, 30.0), (0.108, -0.180, -1.244))]
 )
-def test_the_delta_stands_where_williams_says(angles: tuple[float, ...], place: tuple[float, ...]) -> None:
+def test_delta_position_matches_williams(angles: tuple[float, ...], place: tuple[float, ...]) -> None:
     # Williams (2016), The Delta Parallel Robot: Kinematics Solutions, forward position examples, ABB FlexPicker. Its
     # dimensions are printed to a millimetre, and so are its results.
     drives = {f"input_{k}": np.array([[angle * DEGREE]]) for k, angle in enumerate(angles, 1)}
@@ -88,7 +88,7 @@ def errors(machine: SpatialMachine, motion: SpatialMotion) -> Array:
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_the_solver_moves_a_model_as_its_closed_form_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_spatial_solver_matches_closed_form(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.exact.space.motion.POSES", 12)  # a fifth of a period needs no more
     machine, (freedoms, change) = MACHINES[name](), KNOWN[name]
     tree = driven(machine.mjcf, dict(machine.drives), DURATION)

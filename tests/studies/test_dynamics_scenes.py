@@ -20,17 +20,17 @@ from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import CrankMotion, joint_forces
 from conrod.exact.motion import Array
 from conrod.scenes import (
-    MOST_CHAIN,
+    MAX_CHAIN_LENGTH,
     CamFollower,
     Saw,
     catalogue_scene,
     catalogue_text,
     dynamics_names,
 )
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 NAMES = dynamics_names()
-QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MOST_CHAIN}")  # which is that of 2, and slow
+QUICK = tuple(name for name in NAMES if name != f"four-bar-chain-{MAX_CHAIN_LENGTH}")  # which is that of 2, and slow
 # Times [s] that show what a scene is about, and samples; else 2 s by 301.
 SHOWN = {
     **dict.fromkeys(("press-cutting", "press-cutting-flywheel"), (0.9, 601)),
@@ -117,14 +117,14 @@ def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: 
         assert load.name in header[header.index("NOT IN THIS MODEL") :]
         kind, _, its_name = load.name.partition(".")
         del tables[kind][its_name]
-    scene = scene_of(tables)
+    scene = scene_from_tables(tables)
     exact = exact_acceleration(scene, scene.kinematics.span[0])
     found = crank_acceleration(name, catalogue_scene(name))
     assert found == pytest.approx(exact, rel=1e-3)
     for some in ("springs", "dampers", "torques"):
         without = tables.pop(some, None)
         if without and name != "slider-crank-spring":  # whose damper is at rest in this pose: not a word of it is lost
-            assert found != pytest.approx(exact_acceleration(scene_of(tables), 0.0), rel=1e-2)
+            assert found != pytest.approx(exact_acceleration(scene_from_tables(tables), 0.0), rel=1e-2)
 
 
 def exact_acceleration(scene: DescribedScene, angle: float) -> float:
@@ -148,5 +148,5 @@ def test_what_soft_joints_give_way_to_a_cut_is_within_the_law_that_knows_of_it(e
     if engine == "mujoco":  # whose joints give way; without the loads the law is much narrower
         tables = tomllib.loads(catalogue_text("press-cutting"))
         del tables["forces"], tables["torques"]
-        unloaded = scene_of(tables)
+        unloaded = scene_from_tables(tables)
         assert engine_named(engine).expected_error(unloaded, settings_of(unloaded, 500)).position < 0.3 * found

@@ -14,7 +14,7 @@ from synthetic import completed
 from conrod import InvalidInput
 from conrod.engines import engine_named
 from conrod.exact.dynamics import load_forces
-from conrod.exact.dynamics.inverse import inertia_forces
+from conrod.exact.equations import inertia_forces
 from conrod.runs.plain import plain
 from conrod.scenes import CamFollower, Saw, Scene, scene_named
 from conrod.studies.frame.case import Measurement

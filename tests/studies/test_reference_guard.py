@@ -25,7 +25,7 @@ from conrod.report.trajectory import verdict_text
 from conrod.runs.comparison import Stretch
 from conrod.runs.trajectory import BodyTracks
 from conrod.scenes import SCENES, catalogue_scene, scene_named
-from conrod.scenes.slider_cranks import Saw
+from conrod.scenes.saw import Saw
 from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.prediction import Prediction, contradictions, misfit_words, reference_misfit

@@ -34,13 +34,13 @@ LENGTHS = {"centre_of_gravity.x": (1.0, 0.0), "centre_of_gravity.y": (0.0, 1.0)}
 
 
 @cache
-def scene_of(name: str) -> Scene:
+def scene_from_tables(name: str) -> Scene:
     return select_scene(name, ())[1]
 
 
 @cache
 def measured(name: str, engine: str, preset: str, plan: ForcePlan) -> ForceResult:
-    return validate_forces(name, scene_of(name), engine_named(engine), preset, plan)
+    return validate_forces(name, scene_from_tables(name), engine_named(engine), preset, plan)
 
 
 # -- bars ------------------------------------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ def test_torque_and_reactions_are_within_what_is_required_with_their_orders(
 )
 def test_slow_light_links_have_exact_reactions_in_every_pose(name: str, speed: float) -> None:
     """The solver ends after one iteration in some poses of slow links; it left up to 1e-3 of a slide's moment there."""
-    slow = scene_of(name).with_parameters(speed=speed)
+    slow = scene_from_tables(name).with_parameters(speed=speed)
     found = validate_forces(name, slow, engine_named("mujoco"), "hardened", ForcePlan(1000, 1.0, refined=False))
     assert found.passed
     assert (found.judged_error("reactions") or np.inf) < 2e-8
@@ -96,7 +96,7 @@ PRESET_OF = dict(JUDGED)
 
 @cache
 def variant_forces(name: str, number: int, engine: str) -> tuple[Scene, ForceResult, ForceTracks, LawOfForces]:
-    made = variant(scene_of(name), number)[0]
+    made = variant(scene_from_tables(name), number)[0]
     result, tracks, law = recorded_forces(name, made, engine_named(engine), PRESET_OF[engine], FULL)
     assert law is not None
     return made, result, tracks, law
@@ -135,7 +135,7 @@ def test_forces_that_are_off_by_more_than_the_scheme_are_out_of_tolerance() -> N
 
 def test_wrong_masses_show_beside_errors_of_the_scheme() -> None:
     """Errors of the scheme alone looked like a follower that is too heavy by 2.6 changes."""
-    geneva = scene_of("geneva")
+    geneva = scene_from_tables("geneva")
     assert not validate_forces("geneva", geneva, engine_named("pymunk"), "tuned", FULL).mistaken()
     inertia = geneva.mechanism().body("wheel").inertia
     found = validate_forces("geneva", geneva, defective("pymunk", "wheel", "inertia", 0.05 * inertia), "tuned", FULL)
@@ -195,13 +195,13 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
     # So many steps that an engine's own errors look like a tenth of a change at most.
     plan = ForcePlan({"mujoco": 125, "pymunk": 500}[engine], 1.0, refined=False)
     assert measured(name, engine, preset, plan).passed
-    scene, peaks = scene_of(name), peaks_of(scene_of(name))
+    scene, peaks = scene_from_tables(name), peaks_of(scene_from_tables(name))
     seen = seen_in(scene, list(peaks), peaks)
     for one in sensitivities(scene.kinematics, even_state(scene)):
         body, quality, unseen = one.body, one.quality, (one.body, one.quality) not in seen
         # What nothing depends on may be wrong by much.
         wrong = defective(engine, body, quality, (20.0 if unseen else 1.0) * one.change)
-        found = validate_forces(name, scene_of(name), wrong, preset, plan)
+        found = validate_forces(name, scene_from_tables(name), wrong, preset, plan)
         assert found.outcome == "completed"
         assert bool(found.passed) == unseen, (body, quality, found.exceeded(), found.mistaken())
         if not unseen:
@@ -211,7 +211,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
 @pytest.mark.parametrize("quality", ["mass", "centre_of_gravity.x"])
 @pytest.mark.slow
 def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -> None:
-    scene = scene_of("cam-follower")
+    scene = scene_from_tables("cam-follower")
     found_by = sensitivities(scene.kinematics, even_state(scene))
     change = next(one.change for one in found_by if (one.body, one.quality) == ("follower", quality))
     plan = ForcePlan(31416, 1.0, refined=False)
@@ -221,7 +221,7 @@ def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -
     assert not few.mistaken()
     assert "follower.mass" not in (few.likeness or {})
     wrong = defective("pymunk", "follower", quality, change)
-    found = validate_forces("cam-follower", scene_of("cam-follower"), wrong, "tuned", plan)
+    found = validate_forces("cam-follower", scene_from_tables("cam-follower"), wrong, "tuned", plan)
     assert found.passed is False
     assert (found.likeness or {})[f"follower.{quality}"] == pytest.approx(1.0, abs=0.2)
 
@@ -244,13 +244,13 @@ def test_what_an_engine_does_not_report_is_unsupported_with_its_reason() -> None
 
 def test_a_run_that_did_not_come_to_its_end_has_failed() -> None:
     none = np.zeros(0)
-    joints = [joint.name for joint in scene_of("shear-press").kinematics.mechanism.joints]
+    joints = [joint.name for joint in scene_from_tables("shear-press").kinematics.mechanism.joints]
     unreported = dict.fromkeys(["drive torque", *joints], "it opened")
     opened = ForceTracks(Instants(none, none, none, none), None, {}, unreported, Outcome.OPENED)
     broken = with_forces("pymunk", lambda *_: opened)
-    found = validate_forces("shear-press", scene_of("shear-press"), broken, "tuned", FEW)
+    found = validate_forces("shear-press", scene_from_tables("shear-press"), broken, "tuned", FEW)
     assert (found.outcome, found.reason, found.passed) == ("opened", "it opened", False)
-    assert validate_forces("shear-press", scene_of("shear-press"), broken, "stock", FEW).passed is None
+    assert validate_forces("shear-press", scene_from_tables("shear-press"), broken, "stock", FEW).passed is None
 
 
 def test_the_documented_example_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -28,13 +28,13 @@ from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, Motion
 SHORT = MotionPlan(FREE, 2.0)
 
 
-def scene_of(name: str) -> Scene:
+def scene_from_tables(name: str) -> Scene:
     return select_scene(name, ())[1]
 
 
 @cache
 def course(name: str, seconds: float = 2.0, step: float | None = None) -> ExactCourse:
-    return exact_course(name, scene_of(name), MotionPlan(FREE, seconds, step))
+    return exact_course(name, scene_from_tables(name), MotionPlan(FREE, seconds, step))
 
 
 def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", plan: MotionPlan = SHORT) -> MotionResult:
@@ -45,7 +45,7 @@ def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", pl
 
 
 def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
-    held = MotionStudy("it", scene_of("pendulum"), (result(course("pendulum")),), FREE, ())
+    held = MotionStudy("it", scene_from_tables("pendulum"), (result(course("pendulum")),), FREE, ())
     assert held.passed
     lost = ExactSummary(2.0 * EXACT_DRIFT, "", 1.0)
     drifting, measured = (replace(result(course("pendulum"), preset=one), exact=lost) for one in ("hardened", "stock"))
@@ -119,7 +119,7 @@ def moved(mechanism: Mechanism) -> Mechanism:
 def with_defect(right: ExactCourse, name: str, defect: Callable[[Mechanism], Mechanism]) -> ExactCourse:
     """A wrong machine that begins in poses which fit its own lengths, held against the right one's motion."""
     wrong = defect(right.mechanism)
-    rates = scene_of(name).start_rates
+    rates = scene_from_tables(name).start_rates
     start, motion = ForwardDynamics(wrong).motion(np.zeros(1), rates=rates), right.motion
     poses, turning = (np.vstack([a, b[1:]]) for a, b in ((start.poses, motion.poses), (start.rates, motion.rates)))
     return replace(right, mechanism=wrong, motion=replace(motion, poses=poses, rates=turning))
@@ -167,7 +167,7 @@ def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) ->
 
 
 def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
-    scene = scene_of("press-cutting")
+    scene = scene_from_tables("press-cutting")
     free = MotionPlan(FREE).mechanism(scene.mechanism(), "press-cutting")
     driven = MotionPlan(TORQUE).mechanism(scene.mechanism(), "press-cutting")
     assert driven is scene.mechanism()

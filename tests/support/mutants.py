@@ -19,7 +19,7 @@ from conrod.engines.engine import run_extent
 from conrod.engines.run import run
 from conrod.errors import InvalidInput
 from conrod.mechanism.files import parse
-from conrod.scenes.described_scene import DescribedScene, scene_of
+from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 LONGEST = 1500  # characters of a refusal
 LONGEST_TIME = 20  # [s] of CPU time; a machine under load must not decide what hangs
@@ -167,7 +167,7 @@ def mutant(path: Path, seed: int) -> bytes | Tables:
 def read(given: bytes | Tables) -> DescribedScene | str:
     """The scene that a file or its tables describe, or the one line that refuses them."""
     try:
-        return scene_of(parse(given) if isinstance(given, bytes) else given)
+        return scene_from_tables(parse(given) if isinstance(given, bytes) else given)
     except InvalidInput as error:
         return one_line(error)
 

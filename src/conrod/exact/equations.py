@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from conrod.errors import InvalidInput
 from conrod.exact.elimination import Elimination, Entry, PivotOrder
 from conrod.exact.joint_equations import PoseJet, active_arcs, joint_jacobian, joint_residual, pose_jets
-from conrod.exact.motion import BREAK_WIDTH, Array, Side
+from conrod.exact.motion import BREAK_WIDTH, Array, Side, rotate_planar
 from conrod.mechanism.mechanism import GROUND, CamContact, HigherPair, Joint, Mechanism, Mesh, Point, Prismatic, Rack
 
 MAX_NEWTON_STEPS = 30
@@ -233,3 +233,19 @@ def check_meshes(mechanism: Mechanism, poses: Array) -> None:
                 f"{mechanism.name}: {mesh.name}: the centres, or centre and line, are {worst:.9g} m apart, the radii "
                 f"ask for {wanted:.9g} m; other joints must hold them so"
             )
+
+
+def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
+    """Generalised forces M q'' - Q (T, 3 n) of every body about the origin of its frame."""
+    result = np.zeros_like(poses)
+    for i, body in enumerate(mechanism.bodies):
+        rx, ry = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
+        spin, turn = rates[:, 3 * i + 2], accelerations[:, 3 * i + 2]
+        push = mechanism.push_on(body.name)
+        ax = accelerations[:, 3 * i] - turn * ry - spin**2 * rx
+        ay = accelerations[:, 3 * i + 1] + turn * rx - spin**2 * ry
+        fx = body.mass * (ax - mechanism.gravity[0]) - push[0]
+        fy = body.mass * (ay - mechanism.gravity[1]) - push[1]
+        result[:, 3 * i], result[:, 3 * i + 1] = fx, fy
+        result[:, 3 * i + 2] = body.inertia * turn + rx * fy - ry * fx
+    return result

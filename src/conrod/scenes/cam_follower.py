@@ -1,4 +1,4 @@
-"""The symmetric disc cam of document 004 with its translating radial roller follower."""
+"""The cam-follower of document 004: a symmetric disc cam with a translating radial roller follower."""
 
 from __future__ import annotations
 
@@ -27,19 +27,23 @@ from conrod.mechanism.mechanism import (
 from conrod.mechanism.units import REVOLUTION
 from conrod.scenes.scene import Scene, circular, combine, constant, projection
 
-# Document 004 works with flank radii down to the least one; a length this close to it counts as the least.
-LEAST_FLANK_WIDTH = 1e-9  # [m]
-# A flank beyond this many times the cam's size is a straight line for every purpose, and costs digits.
-LONGEST_FLANK = 100.0
+FLANK_RADIUS_ROUNDING = 1e-9  # [m], above the least flank radius, which document 004 uses: taken for the least
+MAX_FLANK_RATIO = 100.0  # flank radius over the cam's size; a larger one is a straight line, and costs digits
 
 
 @dataclass(frozen=True)
 class CamFollower(Scene):
-    """Symmetric disc cam of tangent circular arcs, document 004, Figure 5.
+    """Symmetric disc cam of tangent circular arcs with a translating radial roller follower.
 
     Frame: shaft at the origin, x right, y up; the roller moves on x = 0 above the shaft, at
-    (0, base + roller + lift). The crank angle is the document's theta: 0 in the middle of the dwell, pi with the
-    nose up; the cam turns counter-clockwise. Masses and preload are conrod's. SI throughout.
+    (0, base + roller + lift).
+
+    Signs: the crank angle is the document's theta, 0 in the middle of the dwell and pi with the nose up; the cam turns
+    counter-clockwise. Lift is positive away from the shaft.
+
+    Units: SI.
+
+    Source: document 004, Figure 5 and equations (8) to (11). Masses and preload are conrod's.
 
     The preload is the constant force that holds the follower down, as a multiple of
     (follower mass x largest downward acceleration): above 1 the exact motion never parts. It acts in place of
@@ -85,12 +89,12 @@ class CamFollower(Scene):
 
     @property
     def is_one_circle(self) -> bool:
-        """At the least flank radius the cam is one circle about (C + R1 - R) / 2: no dwell, no jumps."""
-        return abs(self.flank_radius - self.least_flank_radius) <= LEAST_FLANK_WIDTH
+        """True at the least flank radius, where the cam is one circle about (C + R1 - R) / 2 without dwell."""
+        return abs(self.flank_radius - self.least_flank_radius) <= FLANK_RADIUS_ROUNDING
 
     @property
     def flank(self) -> float:
-        """The flank radius in force [m]: the given one, or the least one where it is meant."""
+        """Flank radius used [m]: the given one, or the least one within rounding of it."""
         return self.least_flank_radius if self.is_one_circle else self.flank_radius
 
     @property
@@ -105,8 +109,8 @@ class CamFollower(Scene):
                 f"centre_distance = {c:g} m gives no cam: it must exceed |base_radius - nose_radius| = "
                 f"{abs(r1 - r):g} m"
             )
-        least, longest = self.least_flank_radius, LONGEST_FLANK * (r + r1 + c)
-        if not least - LEAST_FLANK_WIDTH <= self.flank_radius <= longest:
+        least, longest = self.least_flank_radius, MAX_FLANK_RATIO * (r + r1 + c)
+        if not least - FLANK_RADIUS_ROUNDING <= self.flank_radius <= longest:
             raise InvalidInput(
                 f"flank_radius = {self.flank_radius:g} m is out of range: (base_radius + nose_radius + centre_distance)"
                 f" / 2 = {least:g} m <= flank_radius <= {longest:g} m"
@@ -114,10 +118,10 @@ class CamFollower(Scene):
 
     @cached_property
     def joint_angles(self) -> tuple[float, float]:
-        """Angles [rad] of joint B (base to flank) and joint C (flank to nose), document 004, Figure 5.
+        """Crank angles [rad] of joint B (base to flank) and joint C (flank to nose), document 004, Figure 5.
 
-        Both from the triangle of the centres O, O1, O2. At B the flank's centre is straight below the shaft, so the
-        angle is the triangle's at O; at C the roller's centre lies on the line from O2 through O1.
+        Both follow from the triangle of the centres O, O1, O2. At B the flank's centre is straight below the shaft, so
+        the angle is the triangle's at O; at C the roller's centre lies on the line from O2 through O1.
         """
         if self.is_one_circle:
             return 0.0, math.pi
@@ -133,7 +137,7 @@ class CamFollower(Scene):
         return at_shaft, math.pi - math.atan2(reach * math.sin(normal), c + reach * math.cos(normal))
 
     def break_angles(self) -> tuple[float, ...]:
-        """The four joints of the arcs; none where the cam is one circle."""
+        """Crank angles [rad] of the four joints of arcs; empty if the cam is one circle."""
         if self.is_one_circle:
             return ()
         base_joint, nose_joint = self.joint_angles
@@ -145,13 +149,14 @@ class CamFollower(Scene):
         return {"roller": (constant(0.0), self._height(angle, side))}
 
     def _height(self, angle: Array, side: Side) -> Derivatives:
-        """Height of the roller's centre and its derivatives.
+        """Height of the roller's centre with three derivatives, at crank angles (T,).
 
-        It keeps the distance R_arc + r from the active arc's centre, which lies at d from the shaft, straight below
-        it at crank angle b: h = -d cos(t - b) + sqrt((R_arc + r)^2 - d^2 sin^2(t - b)). Document 004's equations
+        The roller's centre keeps the distance R_arc + r from the active arc's centre, which lies at d from the shaft,
+        straight
+        below it at crank angle b: h = -d cos(t - b) + sqrt((R_arc + r)^2 - d^2 sin^2(t - b)). Document 004's equations
         (8) to (11) are this, with the root cut after its first term.
         """
-        piece = self._piece(angle, side)
+        piece = self._active_arc(angle, side)
         base_joint, _ = self.joint_angles
         to_base, c, r = self.flank - self.base_radius, self.centre_distance, self.roller_radius
         distance = np.array([0.0, to_base, c, to_base, 0.0])[piece]
@@ -160,8 +165,8 @@ class CamFollower(Scene):
         down, across = circular(distance, np.sin(angle - lowest), np.cos(angle - lowest))
         return combine((-1.0, down), (1.0, projection(arc + r, across)))
 
-    def _piece(self, angle: Array, side: Side) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-        """0 base, 1 rising flank, 2 nose, 3 falling flank, 4 base."""
+    def _active_arc(self, angle: Array, side: Side) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+        """Index of the arc in contact: 0 base, 1 rising flank, 2 nose, 3 falling flank, 4 base."""
         if self.is_one_circle:
             return np.ones(np.shape(angle), dtype=np.intp)
         wrapped = np.remainder(angle, REVOLUTION)
@@ -180,11 +185,11 @@ class CamFollower(Scene):
 
     @property
     def preload_force(self) -> float:
-        """The force [N] that holds the follower down."""
+        """Constant force [N] that holds the follower down."""
         return self.preload * self.follower_mass * -self.least_acceleration
 
     def mechanism(self) -> Mechanism:
-        """Ground, cam and follower; the roller rests on the cam by contact."""
+        """Build ground, cam and follower; the roller rests on the cam by contact."""
         r = self.roller_radius
         profile = symmetric_cam(self.base_radius, self.flank, self.nose_radius, self.centre_distance)
         return Mechanism(

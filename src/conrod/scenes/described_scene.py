@@ -1,4 +1,4 @@
-"""A scene that a file describes."""
+"""Scenes described by mechanism files."""
 
 from __future__ import annotations
 
@@ -20,16 +20,13 @@ from conrod.exact.motion import Array, PointDerivatives, Side
 from conrod.mechanism.files import Description, read_description, read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import REVOLUTION, Parameter
-from conrod.scenes.scene import Scene, canonical
+from conrod.scenes.scene import Scene, canonical_json
 
-# A body that Newton iteration turns by more than this from its given start has gone to another assembly.
-STRAYED = math.radians(60.0)
-# Smallest singular value of the scaled equations: below it, something moves though the crank is held.
-SINGULAR = 1e-9
-POSE_DIGITS = 9  # of a start pose [m, rad]
-# Errors are measured over the travel of a point: over less than this part of the size, rounding alone is 1e-10.
-LEAST_TRAVEL = 1e-6
-SCENES_KEPT = 128  # of those that came from another process
+MAX_START_DEVIATION = math.radians(60.0)  # rotation of a body from its given start; beyond it the branch is another
+MIN_SINGULAR_VALUE = 1e-9  # of the scaled Jacobian; below it a link can move although the crank is held
+POSE_DIGITS = 9  # decimals of a start pose [m, rad]
+MIN_TRAVEL = 1e-6  # of a point, over the machine's size: errors over a shorter travel are 1e-10 by rounding alone
+MAX_CACHED_SCENES = 128
 
 
 @dataclass(frozen=True)
@@ -48,25 +45,27 @@ class DescribedScene(Scene):
             object.__setattr__(self, name, getattr(about, name))
         object.__setattr__(self, "kind", about.name)
         super().__post_init__()
-        # Reports fill parameters in where braces stand; a file has none to fill in.
-        object.__setattr__(self, "description", (about.about + self._changes()).replace("{", "{{").replace("}", "}}"))
+        # Reports fill in parameters at braces; those of a file's text are literal.
+        object.__setattr__(
+            self, "description", (about.about + self._change_point_sentence()).replace("{", "{{").replace("}", "}}")
+        )
 
     def as_saved(self) -> dict[str, object]:
         return {"document": self.document, "given_anew": dict(self.given_anew)}
 
     def __reduce__(self) -> tuple[object, ...]:
-        # The checks walk a mechanism around its turn: a process that meets a scene again has made them already.
-        return _met, (type(self), self.document, self.given_anew)
+        # Checks track a whole revolution: a process that unpickles a scene again need not repeat them.
+        return _cached_scene, (type(self), self.document, self.given_anew)
 
     @cached_property
     def described(self) -> Description:
-        """The content of the file."""
+        """The parsed content of the file."""
         return read_description(json.loads(self.document), dict(self.given_anew))
 
     # -- facts ---------------------------------------------------------------------------------------------------
 
-    def _changes(self) -> str:
-        """Words on change points; empty where there are none."""
+    def _change_point_sentence(self) -> str:
+        """Sentence on the change points for the description; empty if there are none."""
         angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]
         listed = " and ".join([", ".join(angles[:-1]), angles[-1]] if angles[1:] else angles)
         if not angles:
@@ -87,21 +86,21 @@ class DescribedScene(Scene):
         return type(self)(self.document, tuple(sorted((dict(self.given_anew) | values).items())))
 
     def identity(self) -> dict[str, Any]:
-        """The mechanism and its speed, whatever a file calls things or in which order; not its texts."""
+        """The mechanism and its speed as plain values, independent of names' order and of texts in the file."""
         mechanism = self.mechanism()
         kinds = [type(joint).__name__ for joint in mechanism.joints]
-        # Start poses pick the assembly, and are worked out: their last digit may differ between machines.
+        # Start poses only pick the branch; they are computed, so their last digit may differ between processors.
         poses = {body: [round(value, POSE_DIGITS) for value in pose] for body, pose in mechanism.poses.items()}
         parts = asdict(mechanism) | {"poses": poses, "loads": [load.identity() for load in mechanism.loads]}
         if not mechanism.loads:
-            del parts["loads"]  # as it was known before there were any
-        # The exact motion at a prescribed angle has nothing of it, and was known without it.
+            del parts["loads"]  # keeps keys of runs from before loads existed
+        # Rates do not affect motion at a prescribed angle; left out, they keep earlier keys too.
         rates = {"start_rates": dict(self.described.rates)} if self.described.rates else {}
         return {"mechanism": parts, "kinds": kinds, "speed": self.speed} | rates
 
     @property
     def start_rates(self) -> dict[str, float]:
-        """Those that the file gives in [start]; where it gives none, the crank's at its speed."""
+        """Turn rates [rad/s] given in [start]; if none are, the crank's speed."""
         return dict(self.described.rates) or super().start_rates
 
     def mechanism(self) -> Mechanism:
@@ -112,16 +111,16 @@ class DescribedScene(Scene):
 
     # -- checks --------------------------------------------------------------------------------------------------
 
-    def _start(self) -> Array:
+    def _checked_start(self) -> Array:
         """Exact poses at crank angle 0; refuses a start where the crank does not determine them."""
         start = np.array([self.mechanism().poses[body.name] for body in self.mechanism().bodies]).reshape(1, -1)
         try:
             start = self.kinematics.start
         except InvalidInput:
-            # No iteration settles where links can move though the crank is held, not even from poses that fit.
-            if self.kinematics.conditioning(start)[0] >= SINGULAR:
+            # Newton iteration fails even from exact poses where links can move although the crank is held.
+            if self.kinematics.conditioning(start)[0] >= MIN_SINGULAR_VALUE:
                 raise
-        if self.kinematics.conditioning(start)[0] < SINGULAR:
+        if self.kinematics.conditioning(start)[0] < MIN_SINGULAR_VALUE:
             raise InvalidInput(
                 f"{self.kind}: at crank angle 0 the crank does not determine the other bodies: a dead centre or a "
                 "change point, or a part that moves by itself while another one is locked"
@@ -129,12 +128,12 @@ class DescribedScene(Scene):
         return start
 
     def _check_geometry(self) -> None:
-        start = self._start()
+        start = self._checked_start()
         check_meshes(self.mechanism(), start)
         for body, hint in self.described.hints.items():
             turn = start[0, 3 * self.mechanism().body_index[body] + 2]
             off = 0.0 if hint.turn is None else math.remainder(turn - hint.turn, REVOLUTION)
-            if hint.turn is not None and abs(off) > STRAYED:
+            if hint.turn is not None and abs(off) > MAX_START_DEVIATION:
                 raise InvalidInput(
                     f"start.{body}.turn = {math.degrees(hint.turn):.6g} deg leads to an assembly where it is "
                     f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
@@ -147,7 +146,7 @@ def _check_reach(kinematics: Kinematics) -> None:
     """Refuse an input that does not reach all crank angles of its turn, or of its pass.
 
     Raises:
-        InvalidInput: says how far it reaches.
+        InvalidInput: gives the range that it reaches.
     """
     span = kinematics.mechanism.driver.span
     if span is None and kinematics.turns_fully:
@@ -171,31 +170,34 @@ def _check_reach(kinematics: Kinematics) -> None:
 
 
 def _check_travel(kinematics: Kinematics) -> None:
-    """Refuse an observed point that stands still; raises InvalidInput, which names it."""
+    """Refuse an observed point that does not move; InvalidInput names it."""
     for name, travel in kinematics.lengths.items():
-        if travel < LEAST_TRAVEL * kinematics.size:
+        if travel < MIN_TRAVEL * kinematics.size:
             raise InvalidInput(
                 f"observed.{name}: the point moves {travel:.3g} m in all, too little to normalise errors by: observe "
                 f"points that move by a millionth of the machine's size, {kinematics.size:.3g} m, at least"
             )
 
 
-@lru_cache(SCENES_KEPT)
-def _met(scene_class: type[DescribedScene], document: str, given_anew: tuple[tuple[str, float], ...]) -> DescribedScene:
+@lru_cache(MAX_CACHED_SCENES)
+def _cached_scene(
+    scene_class: type[DescribedScene], document: str, given_anew: tuple[tuple[str, float], ...]
+) -> DescribedScene:
+    """Build a scene once for each document and values, so that a process checks it once."""
     return scene_class(document, given_anew)
 
 
 def read_scene(path: Path) -> DescribedScene:
-    """The scene that a file describes; raises InvalidInput, which names the file, the field and what was expected."""
+    """Read a scene from a file; InvalidInput names the file, the field and what was expected."""
     tables = read_tables(path)
     try:
-        return scene_of(tables)
+        return scene_from_tables(tables)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
 
 
-def scene_of(tables: Mapping[str, Any]) -> DescribedScene:
-    """The scene of tables that a TOML text gave; raises InvalidInput, which names the field and what was expected."""
-    # Read before it is written as JSON: what JSON does not know (dates, numbers that are none) is refused by its place.
+def scene_from_tables(tables: Mapping[str, Any]) -> DescribedScene:
+    """Build a scene from the tables of a TOML text; InvalidInput names the field and what was expected."""
+    # Parsed before it is written as JSON, so that values that JSON lacks (dates, nan) are refused with their place.
     read_description(tables, {})
-    return DescribedScene(canonical(tables))
+    return DescribedScene(canonical_json(tables))

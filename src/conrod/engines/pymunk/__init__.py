@@ -29,7 +29,8 @@ from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine
 from conrod.engines.numerics import NEAR_CHANGE_POINT, inverse_masses, iteration_matrix, joint_rows, poses_by_centres
 from conrod.errors import unknown_choice
 from conrod.exact.dynamics import load_forces
-from conrod.exact.dynamics.inverse import inertia_forces, mass_ratio
+from conrod.exact.dynamics.inverse import mass_ratio
+from conrod.exact.equations import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic

@@ -18,6 +18,7 @@ from typing import assert_never
 import numpy as np
 
 from conrod.exact.dynamics import load_forces
+from conrod.exact.equations import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.mechanism import (
@@ -123,22 +124,6 @@ def component_names(joint: Joint) -> tuple[str, ...]:
             return ("tangential",)
         case _:
             assert_never(joint)
-
-
-def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, accelerations: Array) -> Array:
-    """Generalised forces M q'' - Q (T, 3 n) of every body about the origin of its frame."""
-    result = np.zeros_like(poses)
-    for i, body in enumerate(mechanism.bodies):
-        rx, ry = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
-        spin, turn = rates[:, 3 * i + 2], accelerations[:, 3 * i + 2]
-        push = mechanism.push_on(body.name)
-        ax = accelerations[:, 3 * i] - turn * ry - spin**2 * rx
-        ay = accelerations[:, 3 * i + 1] + turn * rx - spin**2 * ry
-        fx = body.mass * (ax - mechanism.gravity[0]) - push[0]
-        fy = body.mass * (ay - mechanism.gravity[1]) - push[1]
-        result[:, 3 * i], result[:, 3 * i + 1] = fx, fy
-        result[:, 3 * i + 2] = body.inertia * turn + rx * fy - ry * fx
-    return result
 
 
 def mass_ratio(mechanism: Mechanism) -> float:

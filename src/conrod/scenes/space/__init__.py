@@ -11,7 +11,7 @@ from conrod.scenes.space.machine import SpatialMachine
 from conrod.scenes.space.several_loops import delta, double_cardan, sarrus, stewart
 from conrod.scenes.space.single_loop import bennett, cardan_joint, rssr, spherical_four_bar, tilted_slider_crank
 
-# Each builds its machine, with its parameters as keywords.
+# Builders of machines, which take the parameters as keywords.
 _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
     "cardan": cardan_joint,
     "double-cardan": double_cardan,
@@ -25,7 +25,7 @@ _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
     "stewart": stewart,
     "tilted-slider-crank": tilted_slider_crank,
 }
-# The word that stands for all of them.
+# Word for all spatial machines on the command line.
 SPATIAL = "spatial"
 MACHINES: Mapping[str, Callable[..., SpatialMachine]] = Named(_BUILDERS, "spatial machine")
 

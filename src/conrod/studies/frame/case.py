@@ -18,7 +18,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.scenes.scene import canonical
+from conrod.scenes.scene import canonical_json
 
 QUANTITIES = ("position", "velocity", "acceleration")
 MEASURES = ("max", "rms", "final")
@@ -142,7 +142,7 @@ class Case(ABC):
         # Kept, but not by `cached_property`, whose lock and a dictionary for each case take time (docs/benchmarks.md).
         if not self._key:
             # The scene's part is a long text that is the same for all its cases.
-            text = canonical(self._identity(None))
+            text = canonical_json(self._identity(None))
             text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
             object.__setattr__(self, "_key", key_of(text))
         return self._key

@@ -17,7 +17,7 @@ import msgspec
 import platformdirs
 
 from conrod.errors import InvalidInput
-from conrod.scenes.scene import canonical
+from conrod.scenes.scene import canonical_json
 from conrod.studies.frame.case import Case, Measurement, key_of
 from conrod.studies.frame.ledger_file import PATIENCE, Claims, connected, connected_for_reading, naming_ledger
 from conrod.studies.frame.writing import real_path
@@ -227,7 +227,7 @@ def _identity(key: str, text: str) -> dict[str, Any] | None:
     try:
         found = json.loads(text)
         bare = {name: value for name, value in found.items() if name != LABEL}
-        return found if key_of(canonical(bare)) == key else None
+        return found if key_of(canonical_json(bare)) == key else None
     except (ValueError, TypeError, AttributeError, RecursionError):
         return None
 

@@ -12,7 +12,7 @@ from conrod.exact.linkage import output_links
 from conrod.exact.linkage.crank_range import sample_motion
 from conrod.mechanism.mechanism import GROUND, Mechanism, Revolute
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
-from conrod.scenes.cam_follower import LEAST_FLANK_WIDTH
+from conrod.scenes.cam_follower import FLANK_RADIUS_ROUNDING
 from conrod.studies.limits.case import Setup
 
 MM = 1e-3  # [m]
@@ -140,7 +140,7 @@ def permutation(elements: Sequence[Element], number: int) -> tuple[Element, ...]
 
 # -- cams ------------------------------------------------------------------------------------------------------------
 
-LEAST_EXCESS = LEAST_FLANK_WIDTH / MM  # [mm]
+LEAST_EXCESS = FLANK_RADIUS_ROUNDING / MM  # [mm]
 ONE_CIRCLE = LEAST_EXCESS * 1.001  # [mm]; rounding of the scene's own radius must not decide which cam it is
 PRELOAD = "preload"  # force on the follower over (its mass x its largest downward acceleration at the scene's speed)
 
