@@ -18,8 +18,6 @@ from matplotlib.figure import Figure
 
 from benchmarks.defects import DetectionCase
 from benchmarks.healthy import VariantCase, variant
-from conrod.cli.options import RunOptions
-from conrod.cli.runner import Runner
 from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
 from conrod.report import numbers
@@ -37,6 +35,7 @@ from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.runs.plain import json_document, plain
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
+from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import folder_to_write
 from conrod.studies.frame.result import results_of
@@ -254,7 +253,7 @@ def main() -> None:
     parser.add_argument("--out", metavar="DIR", help="write page, figure and sizes")
     asked = parser.parse_args()
     scenes = {name: SCENES.get(name) or scene_named(name) for name in asked.scenes or [*SCENES, *catalogue_names()]}
-    with Runner.of(RunOptions(ledger=asked.ledger, jobs=asked.jobs)) as runner:
+    with Runner.of(Runs(ledger=asked.ledger, jobs=asked.jobs)) as runner:
         (machines,) = runner.pursue([detection(scenes, asked.healthy)])
     text = page(machines)
     print(text)

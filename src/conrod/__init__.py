@@ -1,25 +1,41 @@
 """conrod: physics engines, cross-validated against mechanisms whose motion is known exactly.
 
-from conrod import MuJoCoSettings, Saw, compare, run
+import conrod
 
-saw = Saw(speed=52.36)
-trajectory = run(saw, MuJoCoSettings.hardened(saw, steps_per_revolution=500), revolutions=2)
-print(compare(trajectory, saw).worst("position"))
+found = conrod.validate("saw-500rpm", engines="mujoco")
+print(found.passed, found.verdict)
+found.write("reports/saw")
 """
 
 # Nothing is imported here, not even from __future__: the working folder may still be searched, see `__main__`.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from conrod.cli.check import Checked as Checked
-    from conrod.cli.check import check as check
+    from conrod.api.ablate import ablate as ablate
+    from conrod.api.audit import audit as audit
+    from conrod.api.check import check as check
+    from conrod.api.check import check_fmu as check_fmu
+    from conrod.api.check import check_model as check_model
+    from conrod.api.check import check_table as check_table
+    from conrod.api.export import export as export
+    from conrod.api.forces import forces as forces
+    from conrod.api.free_motion import free_motion as free_motion
+    from conrod.api.invariances import invariances as invariances
+    from conrod.api.limits import limits as limits
+    from conrod.api.loops import check_loops as check_loops
+    from conrod.api.models import harden as harden
+    from conrod.api.models import lint as lint
+    from conrod.api.sweep import recommend as recommend
+    from conrod.api.sweep import sweep as sweep
+    from conrod.api.validate import validate as validate
+    from conrod.api.versions import versions as versions
     from conrod.engines.mujoco import MuJoCoSettings as MuJoCoSettings
-    from conrod.engines.mujoco.compiled_edits import harden as harden
     from conrod.engines.pymunk import PymunkSettings as PymunkSettings
     from conrod.engines.run import run as run
     from conrod.errors import InvalidInput as InvalidInput
     from conrod.exact import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
     from conrod.mechanism.mechanism import Mechanism as Mechanism
+    from conrod.report.findings import Findings as Findings
     from conrod.runs.comparison import Comparison as Comparison
     from conrod.runs.comparison import compare as compare
     from conrod.runs.trajectory import Outcome as Outcome
@@ -29,8 +45,9 @@ if TYPE_CHECKING:
     from conrod.scenes import Saw as Saw
     from conrod.scenes import Scene as Scene
     from conrod.scenes import ShearPress as ShearPress
+    from conrod.studies.execution.runner import Runs as Runs
+    from conrod.studies.frame.baseline import BaselineComparison as BaselineComparison
     from conrod.studies.frame.baseline import Drift as Drift
-    from conrod.studies.frame.baseline import Held as Held
     from conrod.studies.frame.resolve_arguments import scene as scene
 
     __version__: str
@@ -44,19 +61,32 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THRE
 
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
-    "conrod.cli.check": ("Checked", "check"),
+    "conrod.api.ablate": ("ablate",),
+    "conrod.api.audit": ("audit",),
+    "conrod.api.check": ("check", "check_fmu", "check_model", "check_table"),
+    "conrod.api.export": ("export",),
+    "conrod.api.forces": ("forces",),
+    "conrod.api.free_motion": ("free_motion",),
+    "conrod.api.invariances": ("invariances",),
+    "conrod.api.limits": ("limits",),
+    "conrod.api.loops": ("check_loops",),
+    "conrod.api.models": ("harden", "lint"),
+    "conrod.api.sweep": ("recommend", "sweep"),
+    "conrod.api.validate": ("validate",),
+    "conrod.api.versions": ("versions",),
     "conrod.engines.mujoco": ("MuJoCoSettings",),
-    "conrod.engines.mujoco.compiled_edits": ("harden",),
     "conrod.engines.pymunk": ("PymunkSettings",),
     "conrod.engines.run": ("run",),
     "conrod.errors": ("InvalidInput",),
     "conrod.exact.kinematics": ("Kinematics",),
     "conrod.exact": ("GenericReference",),
     "conrod.mechanism.mechanism": ("Mechanism",),
+    "conrod.report.findings": ("Findings",),
+    "conrod.studies.execution.runner": ("Runs",),
     "conrod.runs.comparison": ("Comparison", "compare"),
     "conrod.runs.trajectory": ("Outcome", "Trajectory"),
     "conrod.scenes": ("SCENES", "CamFollower", "Saw", "Scene", "ShearPress"),
-    "conrod.studies.frame.baseline": ("Drift", "Held"),
+    "conrod.studies.frame.baseline": ("BaselineComparison", "Drift"),
     "conrod.studies.frame.resolve_arguments": ("scene",),
 }
 _HOMES: dict[str, str] = {}

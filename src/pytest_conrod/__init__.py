@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from conrod import Checked
+    from conrod import Findings
 
 CRASH = ("conrod", "crashed")  # property of a test in which conrod itself failed
 FOLDER, LONGEST = "conrod-baselines", 100  # characters of a file's name
@@ -48,21 +48,23 @@ class _Crashes:
 
 
 @pytest.fixture
-def conrod_check(request: pytest.FixtureRequest) -> Callable[..., Checked]:
+def conrod_check(request: pytest.FixtureRequest) -> Callable[..., Findings[Any]]:
     """Hold a scene, a model or a table to the law of its engine, and to the baseline beside the test.
 
     `conrod_check(subject, scene=None, ...)`: arguments as of `conrod.check`. Returns what that does.
     """
     files = _files(request)
 
-    def check(subject: Any, scene: Any = None, **words: Any) -> Checked:
+    def check(subject: Any, scene: Any = None, **words: Any) -> Findings[Any]:
         __tracebackhide__ = True
         return _checked(request, subject, scene, words, next(files))
 
     return check
 
 
-def _checked(request: pytest.FixtureRequest, subject: Any, scene: Any, words: dict[str, Any], file: Path) -> Checked:
+def _checked(
+    request: pytest.FixtureRequest, subject: Any, scene: Any, words: dict[str, Any], file: Path
+) -> Findings[Any]:
     __tracebackhide__ = True
     import conrod
     from conrod.studies.frame.baseline import OtherBaseline
@@ -70,7 +72,7 @@ def _checked(request: pytest.FixtureRequest, subject: Any, scene: Any, words: di
     try:
         # Models with driven joints are held to their exact motion alone.
         accept = request.config.getoption("--conrod-regen-all")
-        baseline = {} if "drive" in words else {"baseline": file, "accept": accept}
+        baseline = {} if "drives" in words else {"baseline": file, "accept": accept}
         checked = conrod.check(subject, scene, **words, **baseline)
     except conrod.InvalidInput as error:
         how = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
@@ -83,10 +85,10 @@ def _checked(request: pytest.FixtureRequest, subject: Any, scene: Any, words: di
             raise
         raise pytest.fail.Exception(crash_line(error), pytrace=False) from None
     held = checked.baseline
-    failed = [f"out of the law: {checked.verdict}"] if checked.in_law is False else []
+    failed = [f"out of tolerance: {checked.verdict}"] if checked.within_tolerance is False else []
     if held is not None and not held.passed:
         failed.append(held.text)
-        if not held.written and checked.in_law is not False:
+        if not held.written and checked.within_tolerance is not False:
             failed.append(f"accept: {_command(request)}")
     if failed:
         pytest.fail("conrod: " + "\n".join(failed), pytrace=False)

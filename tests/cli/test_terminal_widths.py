@@ -14,13 +14,13 @@ from typing import Any
 import click
 import pytest
 from command_line import conrod
+from conrod.cli.validate_scenes import verdicts
 
 from conrod.cli.ablate import ablations
 from conrod.cli.harden import hardened
 from conrod.cli.limits import limits_found
 from conrod.cli.lint import report_found
 from conrod.cli.sweep import fronts
-from conrod.cli.validate_scenes import verdicts
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
 from conrod.report.folder import restored

@@ -13,10 +13,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from conrod.cli.runner import Runner
 from synthetic import completed
 
 from conrod.cli.options import RunOptions
-from conrod.cli.runner import Runner
 from conrod.engines import engine_named
 from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import build, compiled

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -26,7 +27,11 @@ CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 # In the order of a first look: each with the line that `conrod --help` shows, so that it need load none of them.
 VERBS = {
     "show": "List what there is, one line each; or describe one SCENE.",
-    "validate": "Compare engines, a model or a table with the exact motion.",
+    "validate": "Compare engines with the exact motion of scenes.",
+    "forces": "Compare the forces that engines report with the exact ones.",
+    "free": "Compare motion without a drive with the equations of motion.",
+    "check": "Judge your own model, FMU or table by an exact motion.",
+    "invariances": "Change what must not matter in a model.",
     "sweep": "Measure the trade of speed for accuracy over many settings.",
     "recommend": "Find the cheapest settings within tolerances, ready to paste.",
     "limits": "Find where each engine stops being trustworthy, and how.",
@@ -40,7 +45,7 @@ VERBS = {
     "results": "Write the ledger of all runs as a table.",
     "export": "Write a scene's model, its exact motion, or a pack for others.",
 }
-BESIDE = {"recommend": "sweep", "engines": "show", "results": "report"}  # verbs in the module of another one
+MODULE_OF_VERB = {"recommend": "sweep", "engines": "show", "results": "report"}  # verbs in the module of another one
 
 
 @contextmanager
@@ -63,6 +68,13 @@ class Verbs(click.Group):
         with _telling_closed_output():
             return super().invoke(ctx)
 
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        from conrod.cli.moved import new_spelling
+
+        if not ctx.resilient_parsing and (moved := new_spelling(args)):
+            raise InvalidInput(moved)
+        return super().resolve_command(ctx, args)
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
 
@@ -71,7 +83,9 @@ class Verbs(click.Group):
             if ctx.resilient_parsing:
                 return None  # a shell that completes a line asks, and wants no error
             raise unknown_choice("command", cmd_name, VERBS)
-        command: click.Command = getattr(import_module(f"conrod.cli.{BESIDE.get(cmd_name, cmd_name)}"), cmd_name)
+        command: click.Command = getattr(
+            import_module(f"conrod.cli.{MODULE_OF_VERB.get(cmd_name, cmd_name)}"), cmd_name
+        )
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -88,6 +102,7 @@ def cli() -> None:
 def main() -> None:
     """Run the command line; a user's error is one line and exit status 2, what is no user's error is raised."""
     _prepare()
+    warnings.showwarning = _say_warning
     try:
         cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -112,6 +127,12 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         click.echo("conrod: interrupted", err=True)
         sys.exit(INTERRUPTED)
+
+
+def _say_warning(message: Warning | str, category: type[Warning], *place: object, **more: object) -> None:
+    """Print what the API warns of as a line; warnings of libraries are for developers."""
+    if category.__module__.startswith("conrod."):
+        say(f"conrod: {one_line(str(message))}", err=True)
 
 
 def _prepare() -> None:

@@ -1,200 +1,297 @@
-"""`conrod.check`: what `conrod validate` does, from Python; nothing is printed."""
+"""`conrod check`: a user's own MuJoCo model, FMU or table."""
 
 from __future__ import annotations
 
-import dataclasses
-import io
-import tempfile
-from collections.abc import Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any
 
-import numpy as np
+import click
 
-from conrod.cli import validate_scenes
-from conrod.cli.validate import holding_of, judging_of
-from conrod.cli.validate_request import CHECKS, MODEL, TABLE, Judging, Request
-from conrod.errors import InvalidInput, unknown_choice
-from conrod.mjcf.loops.results import LoopStudy
-from conrod.own.models.results import ModelStudy
-from conrod.own.tables.study import TableStudy
-from conrod.report.terminal import tell
-from conrod.report.writer import document_text
-from conrod.scenes import Scene
-from conrod.studies.frame.baseline import Held
-from conrod.studies.frame.resolve_arguments import select_scene
-from conrod.studies.frame.result import SceneResults
-
-if TYPE_CHECKING:
-    import mujoco
-
-AnyStudy: TypeAlias = ModelStudy | LoopStudy | TableStudy | SceneResults[Any]
-# A value as the command line takes it, a number in SI, several in a list, or by name.
-Given: TypeAlias = str | Path | float | Sequence[str] | Mapping[str, Any] | None
-# Options that are keywords, beside those of models and tables, and of baselines.
-OF_RUNS = ("engine", "preset", "steps_per_rev", "revolutions", "assignments", "tolerance")
-KEYWORDS = {
-    str(one.metadata["option"]).lstrip("-").replace("-", "_"): one
-    for one in dataclasses.fields(Request)
-    if one.name in OF_RUNS or (one.metadata.get("heading") in (MODEL, TABLE, CHECKS) and one.name != "invariances")
-}
+from conrod.cli import options, waiting
+from conrod.cli.options import (
+    RUNS,
+    VerificationOptions,
+    controls_in,
+    names_in,
+    option,
+    refuse,
+    refuse_others,
+    tolerance_in,
+)
+from conrod.errors import InvalidInput, named_values
 
 
 @dataclass(frozen=True)
-class Checked:
-    """The answer of `check`.
+class CheckOptions(VerificationOptions):
+    """Request to `conrod check`, as typed; None or empty where nothing was given."""
 
-    Attributes:
-        study: all that was found, as objects.
-        baseline: how that compares with the baseline that was named; None where none was.
-        work: what was judged, which shows the study.
+    scene: str | None = option("--scene", metavar="SCENE", help="Machine that FILE is to be, see `conrod show`.")
+    assignments: tuple[str, ...] = option("--set")
+    drives: tuple[str, ...] = option(
+        "--drive", multiple=True, metavar="JOINT=LAW", help="No --scene: `60rpm`, `sine:20deg,1Hz`, ..."
+    )
+    crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
+    points: tuple[str, ...] = option(
+        "--point", multiple=True, metavar="NAME=site:SITE", help="Observed point, or body: or geom:."
+    )
+    plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. -xz [found].")
+    rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis [found].")
+    crank_zero: str | None = option("--crank-zero", metavar="ANGLE", help="Hinge at crank angle 0 [found].")
+    keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble the model from there.")
+    controls: tuple[str, ...] = option("--ctrl")
+    seconds: float | None = option("--seconds", RUNS, type=float, metavar="S", help="Length of runs with --drive.")
+    revolutions: int | None = option("--revolutions", RUNS, type=int, metavar="K", help="Turns of the crank [2].")
+    steps_per_rev: int | None = option(
+        "--steps-per-rev", RUNS, type=int, metavar="N", help="Steps a turn, of an FMU [1000]."
+    )
+    preset: str | None = option("--preset", RUNS, metavar="MODE", help="Interface of an FMU that is run.")
+    cell_timeout: float | None = option(
+        "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run of an FMU [600 s]."
+    )
+    engine: tuple[str, ...] = option("--engine", hidden=True)
+
+
+MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls")
+TABLE = ("columns", "units", "estimate")
+RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
+MEASUREMENTS = ("measured", "limits", "uncertainties")
+WITH_DRIVE = (
+    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
+    *("--engine", "--out", "--html", "--verification", "--json"),
+)
+
+
+@options.verb(CheckOptions)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+def check(files: tuple[str, ...], asked: CheckOptions) -> None:
+    """Judge a FILE of your own by an exact motion, as it stands.
+
+    A MuJoCo model (.xml, .mjb), an FMU (.fmu) or a table (.csv, .npz, ...) by that of --scene; closed loops of a model
+    by its own, with --drive.
+    Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
+    from conrod.api.files import FILES, FMUS, MODELS
+    from conrod.own.files import check_readable
+    from conrod.scenes.space import MACHINES, SPATIAL
 
-    study: AnyStudy
-    baseline: Held | None
-    work: Judging
-
-    @property
-    def in_law(self) -> bool | None:
-        """True if all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
-        results = getattr(self.study, "results", None)
-        judged = results is None or any(one.passed is not None for one in results)
-        return self.study.passed if judged else None
-
-    @property
-    def passed(self) -> bool | None:
-        """True where `conrod validate` ends with status 0 and something was judged; None where nothing was."""
-        if self.baseline is None or self.in_law is False:
-            return self.in_law
-        return self.baseline.passed
-
-    @property
-    def verdict(self) -> str:
-        """The answer in a few sentences, the first of which says it."""
-        return self.work.verdict(self.study)
-
-    @property
-    def text(self) -> str:
-        """All that `conrod validate` prints."""
-        with redirect_stdout(io.StringIO()) as printed:
-            tell(self.work.told([self.study]))
-        return "\n".join([printed.getvalue(), *([self.baseline.text] if self.baseline else [])])
-
-    @property
-    def json(self) -> str:
-        """Content that `--json` writes."""
-        return document_text(self.work.kind, dict(zip(self.work.parts, [self.study], strict=True)))
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
+    models = all(name.lower().endswith(MODELS) or name in (*MACHINES, SPATIAL) for name in files)
+    scene = asked.scene
+    if models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)):
+        check_machines("check", files, asked)
+        return
+    name = next((name for name in files if name.lower().endswith(FILES)), files[0])
+    if not name.lower().endswith(FILES):
+        _refuse_kind(name, FILES)
+    check_readable(Path(name))
+    if len(files) > 1:
+        others = [one for one in files if one != name]
+        beside = f"without {others[0]}" if others else "but it is named twice"
+        raise InvalidInput(f"{name}: a file is judged on its own, {beside}")
+    if scene is None:
+        raise InvalidInput(f"{name}: say with --scene what machine it is; `conrod show` lists them")
+    refuse(asked, "--scene: it is for a model that is its own reference", "drives", "seconds")
+    if asked.engine:
+        raise InvalidInput("--engine does not go with a file: it is for scenes, in `conrod validate`")
+    if name.lower().endswith(MODELS):
+        _check_model(name, asked)
+    else:
+        _check_table(name, asked, is_fmu=name.lower().endswith(FMUS))
 
 
-def check(
-    subject: str | Path | Scene | mujoco.MjModel | mujoco.MjSpec | Mapping[str, Any] | Any,
-    scene: str | Path | Scene | None = None,
-    **keywords: Given,
-) -> Checked:
-    """Judge engines on a scene, or a MuJoCo model or a table against one, as `conrod validate` does.
+def _refuse_kind(name: str, endings: Sequence[str]) -> None:
+    """Refuse a scene, which is validated, and a file of no kind that can be judged."""
+    from conrod.own.files import check_readable
 
-    The keywords are that command's options. What it takes as NAME=VALUE is a mapping here, a list is one, and a number
-    without a unit is SI: `point={"C": "site:tip"}, tolerance={"position": 1e-4}, set={"crank": "80 mm"}`.
+    path = Path(name)
+    if (not path.suffix and not path.exists()) or name.lower().endswith(".toml"):
+        raise InvalidInput(f"{name}: a scene is validated: conrod validate {name}")
+    check_readable(path)
+    raise InvalidInput(f"{name}: a file is known by its ending, one of {', '.join(endings)}; save a sheet as CSV")
 
-    Args:
-        subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
-            in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
-            arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
-        scene: the machine that a model or a table is to be, as a name, a mechanism file, or a `Scene`; none for a model
-            whose joints are driven by laws, `drive={"hip": "60rpm"}` (docs/closed-loops.md).
-        keywords: `baseline` is the file of an earlier run that this one is compared with, written where there is none;
-            `accept` writes it again (docs/ci.md).
+
+# -- a model -----------------------------------------------------------------------------------------------------------
+
+
+def _check_model(name: str, asked: CheckOptions) -> None:
+    from conrod.api.check import TURNS, check_model
+    from conrod.cli.outputs import end, outputs
+    from conrod.mechanism.units import parse_quantity
+    from conrod.own.files import as_outputs_must_not_be
+    from conrod.report.user_model import KIND
+    from conrod.studies.execution.local import FILE_TIMEOUT
+    from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scene
+
+    path, scene = Path(name), select_scene(str(asked.scene), asked.assignments)
+    scene = str(asked.scene), scene[1]
+    refuse(
+        asked, "a model: it is judged as it is, in MuJoCo, at its own step", "preset", "steps_per_rev", "cell_timeout"
+    )
+    refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE))
+    crank, points = _crank_and_points(asked, scene[1])
+    files = outputs(KIND, [path.stem], asked, as_outputs_must_not_be(path))
+    dossier = _dossier("check", (name,), asked, dict([scene]))
+    angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
+    rotation, zero = (None if text is None else parse_quantity(one, text, "rad") for one, text in angles.items())
+    with waiting(path, FILE_TIMEOUT):
+        found = check_model(
+            path,
+            scene,
+            crank=crank,
+            points=points,
+            plane=asked.plane,
+            rotation=rotation,
+            crank_zero=zero,
+            keyframe=asked.keyframe,
+            controls=controls_in(asked.controls),
+            revolutions=TURNS if asked.revolutions is None else asked.revolutions,
+            tolerance=tolerance_in(asked.tolerance, TOLERANCES),
+            refine=asked.verification is not None,
+            baseline=asked.baseline,
+            accept=asked.accept,
+        )
+    files.answer(found, "check", {path.stem: name})
+    if dossier:
+        dossier.write(found)
+    end(found)
+
+
+def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, str]]:
+    """The crank and the places of observed points that options name.
 
     Raises:
-        InvalidInput: the subject, the scene or a keyword cannot be used.
+        InvalidInput: one is missing.
     """
-    asked = _request(keywords)
-    if isinstance(scene, Scene):
-        asked = dataclasses.replace(asked, machine=scene, scene=scene.kind)
-    elif scene is not None:
-        asked = dataclasses.replace(asked, scene=str(scene))
-    if isinstance(subject, Scene):
-        return _checked(validate_scenes.judging(asked, dict([select_scene(subject, asked.assignments)])), asked)
-    if isinstance(subject, str | Path):
-        return _checked_file(subject, asked)
-    if scene is None and not asked.drives:
-        raise InvalidInput(f"a {type(subject).__name__}: say with scene=... what machine it is")
-    return _checked_in_memory(subject, asked)
+    observed = [point.name for point in scene.mechanism().observed]
+    if asked.crank is None:
+        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
+    if not asked.points:
+        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    form = f"it as {observed[0]}=site:SITE"
+    return asked.crank, named_values(asked.points, "--point", form, "observed point", observed)
 
 
-def _checked_file(subject: str | Path, asked: Request) -> Checked:
-    asked = dataclasses.replace(asked, subjects=(str(subject),))
-    return _checked(judging_of(asked), asked)
+# -- a table, or an FMU that makes one ---------------------------------------------------------------------------------
 
 
-def _checked(work: Judging, asked: Request) -> Checked:
-    if len(work.parts) > 1:
-        raise InvalidInput(f"{asked.subjects[0]!r} stands for many machines: name one of them")
-    holding = holding_of(asked, work)
-    with tempfile.TemporaryDirectory() as folder, redirect_stderr(io.StringIO()):
-        # What is tested is run: no result of an earlier day answers for it.
-        own = dataclasses.replace(asked, ledger=str(Path(folder, "ledger.sqlite")), fresh=True, jobs=1)
-        ((study,),) = work.judge(own, [work.scenes])
-        return Checked(study, holding.held(work.judge, own, [study]) if holding else None, work)
+def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
+    from conrod.api.check import READING_TIMEOUT, STEPS, TURNS, check_fmu, check_table
+    from conrod.cli.outputs import end, outputs
+    from conrod.report.trajectory import KIND, PART
+    from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scene
+
+    path, scene = Path(name), (str(asked.scene), select_scene(str(asked.scene), asked.assignments)[1])
+    what = "an FMU" if is_fmu else "a table"
+    refuse(asked, f"{what}: it is for a model", *MODEL)
+    refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
+    files = outputs(KIND, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
+    dossier = _dossier("check", (name,), asked, dict([scene]))
+    common: dict[str, Any] = {
+        "columns": columns_in(asked.columns, tuple(scene[1].lengths)),
+        "units": asked.units,
+        "estimate": names_in(asked.estimate) or (),
+        "tolerance": tolerance_in(asked.tolerance, TOLERANCES),
+        "baseline": asked.baseline,
+        "accept": asked.accept,
+    }
+    timeout = options.RUN_TIMEOUT if asked.cell_timeout is None else asked.cell_timeout
+    with waiting(path, timeout if is_fmu else READING_TIMEOUT):
+        if is_fmu:
+            found = check_fmu(
+                path,
+                scene,
+                preset=asked.preset,
+                steps_per_rev=STEPS if asked.steps_per_rev is None else asked.steps_per_rev,
+                revolutions=TURNS if asked.revolutions is None else asked.revolutions,
+                timeout=timeout,
+                **common,
+            )
+        else:
+            found = check_table(path, scene, **common)
+    files.answer(found, "check", {PART: name})
+    if dossier:
+        dossier.write(found)
+    end(found)
 
 
-def _checked_in_memory(subject: Any, asked: Request) -> Checked:
-    """Judge a model or a table in memory in a process of its own, too, which takes a file."""
-    with tempfile.TemporaryDirectory() as folder:
-        model, table = Path(folder, "model.mjb"), Path(folder, "table.npz")
-        columns = _columns_of(subject)
-        named, file = ("the model", model) if columns is None else ("the table", table)
-        try:
-            if columns is None:
-                from conrod.own.models.loading import save_model
+def columns_in(texts: Sequence[str], points: Sequence[str]) -> dict[str, str]:
+    """Columns by quantity in `C.x=px`.
 
-                save_model(subject, model)
-            else:
-                np.savez(table, allow_pickle=False, **_arrays(columns))
-            checked = _checked_file(file, asked)
-        except InvalidInput as error:
-            raise type(error)(str(error).replace(str(file), named)) from None
-    found: Any = checked.study
-    study = dataclasses.replace(found, file=named)
-    part = named if columns is None else checked.work.parts[0]
-    return dataclasses.replace(checked, study=study, work=dataclasses.replace(checked.work, parts=[part]))
+    Raises:
+        InvalidInput: one is not written so, is of no quantity, or given twice.
+    """
+    from conrod.own.tables.columns import quantities
+
+    form = "QUANTITY=..., e.g. --column time=t"
+    return named_values(texts, "--column", form, "quantity", quantities(points))
 
 
-def _columns_of(subject: Any) -> Mapping[str, Any] | None:
-    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of what has none."""
-    if isinstance(subject, Mapping):
-        return subject
-    names = getattr(subject, "column_names", getattr(subject, "columns", None))
-    return None if names is None else {str(name): subject[name] for name in names}
+# -- closed loops ------------------------------------------------------------------------------------------------------
 
 
-def _arrays(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Arrays by name; raises InvalidInput where one is none."""
-    arrays = {str(name): np.asarray(value) for name, value in given.items()}
-    for name, array in arrays.items():
-        # The last two are numpy's own keywords.
-        if array.dtype.kind not in "fiu" or array.ndim == 0 or name in ("file", "allow_pickle"):
-            raise InvalidInput(f"the table: {name!r}: an array of numbers is wanted, by the name of a column")
-    return arrays
+def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) -> None:
+    """Judge model files and machines in space by their own exact motion."""
+    from conrod.api.loops import check_loops
+    from conrod.cli.outputs import end, outputs
+    from conrod.exact.space.drive_laws import FORMS
+    from conrod.mjcf.loops.results import QUANTITIES
+    from conrod.own.files import as_outputs_must_not_be, check_readable
+    from conrod.report.loops import KIND
+    from conrod.scenes.space import MACHINES, SPATIAL
+    from conrod.studies.execution.local import FILE_TIMEOUT
+
+    if others := [name for name in asked.engine if name != "mujoco"]:
+        raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
+    refuse_others(asked, "--drive", *WITH_DRIVE)
+    subjects = tuple(MACHINES) if SPATIAL in names else names
+    parts, inputs = dict[str, str](), dict[str, Path]()
+    for name in subjects:
+        part = name if name in MACHINES else Path(name).stem
+        if part in parts:
+            raise InvalidInput(f"{name}: another has the same name in the report: judge it by itself")
+        if name not in MACHINES:
+            check_readable(Path(name))
+            inputs |= as_outputs_must_not_be(Path(name))
+        parts[part] = name
+    if asked.scene and asked.scene not in MACHINES:
+        inputs |= as_outputs_must_not_be(Path(asked.scene))
+    drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
+    files = outputs(KIND, parts, asked, inputs)
+    dossier = _dossier(command, names, asked, {})
+    with ExitStack() as under_way:
+
+        def begin(name: str) -> None:
+            under_way.close()
+            under_way.enter_context(waiting(name, FILE_TIMEOUT))
+
+        found = check_loops(
+            subjects,
+            drives=drives,
+            points=asked.points,
+            keyframe=asked.keyframe,
+            controls=controls_in(asked.controls),
+            seconds=asked.seconds,
+            tolerance=tolerance_in(asked.tolerance, QUANTITIES),
+            machine=asked.scene,
+            progress=begin,
+        )
+    files.answer(found, command, parts)
+    if dossier:
+        dossier.write(found)
+    end(found)
 
 
-def _request(keywords: Mapping[str, Given]) -> Request:
-    """Keywords as the options of their names; raises InvalidInput for one that is none."""
-    for name in keywords:
-        if name not in KEYWORDS:
-            raise unknown_choice("keyword", name, KEYWORDS)
-    return Request(**{KEYWORDS[name].name: _typed(KEYWORDS[name], x) for name, x in keywords.items() if x is not None})
+def _dossier(command: str, names: tuple[str, ...], asked: CheckOptions, scenes: dict[str, Any]) -> Any:
+    """The verification report that is asked for; None where none is.
 
+    Raises:
+        InvalidInput: it cannot be made, or options that belong to it were given without.
+    """
+    if asked.verification is None:
+        refuse(asked, "no --verification", *MEASUREMENTS)
+        return None
+    from conrod.cli.verification import Dossier
 
-def _typed(option: dataclasses.Field[Any], value: Any) -> Any:
-    """A value as the command line gives it."""
-    if {"type", "is_flag"} & {*option.metadata}:
-        return value
-    parts = [f"{name}={one}" for name, one in value.items()] if isinstance(value, Mapping) else value
-    parts = [str(parts)] if isinstance(parts, str) or not isinstance(parts, Sequence) else [str(one) for one in parts]
-    return tuple(parts) if option.metadata.get("multiple") else ",".join(parts)
+    return Dossier.of(command, names, asked, scenes)

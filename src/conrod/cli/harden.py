@@ -11,11 +11,10 @@ from pathlib import Path
 import click
 
 from conrod.cli import FAILED, options, waiting
-from conrod.cli.options import option
+from conrod.cli.options import controls_in, option
 from conrod.errors import InvalidInput
 from conrod.mjcf.results import HardenedModel
 from conrod.own.files import as_outputs_must_not_be, check_readable
-from conrod.own.models.request import controls_of
 from conrod.report import numbers
 from conrod.report.table import Cell, Toned, Verbatim, table
 from conrod.report.terminal import Part, tell
@@ -69,13 +68,20 @@ def harden(model: str, asked: Asked) -> None:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
-    request = asked.keyframe, asked.seconds, asked.force, "-o" in files, controls_of(asked.controls)
+    controls = controls_in(asked.controls)
 
-    from conrod.mjcf.harden import harden_file
-    from conrod.studies.execution.local import FILE_TIMEOUT, confined
+    from conrod.api.models import harden
+    from conrod.studies.execution.local import FILE_TIMEOUT
 
     with waiting(path, FILE_TIMEOUT):
-        found = confined(harden_file, path, *request)
+        found = harden(
+            path,
+            keyframe=asked.keyframe,
+            controls=controls,
+            seconds=asked.seconds,
+            force=asked.force,
+            write="-o" in files,
+        )
     tell(hardened(found, files.get("-o")))
     contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import options
 from conrod.cli.options import StudyOptions, option
-from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism.units import check_number, parse_quantity
-
-if TYPE_CHECKING:
-    from conrod.report.terminal import Part
-    from conrod.studies.limits.axis import Axis
-    from conrod.studies.limits.results import LimitStudy
+from conrod.errors import InvalidInput
+from conrod.mechanism.units import parse_quantity
 
 SEPARATOR = ".."
 
@@ -40,71 +33,27 @@ def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     Each axis is walked from its safe end to its failing one, and its boundaries are found to 2 %. Finished runs are
     kept in the ledger: an interrupted study goes on where it stopped.
     """
+    from conrod.api.limits import limits
     from conrod.cli.outputs import outputs
-    from conrod.cli.runner import Runner
     from conrod.report.limits.report import KIND
-    from conrod.studies.frame.resolve_arguments import select_presets, select_scenes
-    from conrod.studies.limits.plan import check_asked, plan_limits, pursue_plans
+    from conrod.studies.frame.resolve_arguments import select_scenes
 
-    chosen, engines = select_scenes(scenes, asked.assignments), options.chosen_engines(asked.engine)
-    select_presets(engines, asked.preset)
-    items, span = _request(asked.axes, asked.span)
+    chosen, span = select_scenes(scenes, asked.assignments), None if asked.span is None else _span(asked.span)
     files = outputs(KIND, chosen, asked)
-    plans = [plan_limits(name, scene, engines, asked.preset, items, span) for name, scene in chosen.items()]
-    check_asked(plans)
-    with Runner.of(asked) as runner, runner.answering() as run:
-        studies = pursue_plans(plans, run)
+    with asked.runs() as runs:
+        found = limits(chosen, axes=asked.axes, span=span, engines=asked.engine, preset=asked.preset, runs=runs)
     # Limits of a run are given too: they decide how some end.
     ended = {"--cell-timeout": asked.cell_timeout, "--cell-memory": asked.cell_memory}
-    files.answer({study.name: study for study in studies}, limits_found(studies), "limits", scenes, ended)
+    files.answer(found, "limits", scenes, ended)
 
 
-def limits_found(studies: Sequence[LimitStudy]) -> Iterator[Part]:
-    """For each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
-    from conrod.report.limits.tables import limits_table, refusals
-    from conrod.report.numbers import lengths
+def _span(text: str) -> tuple[float, float]:
+    """The two ends in `200..2`.
 
-    for study in studies:
-        title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
-        yield limits_table(study.walks, title)
-        yield f"10 % and 1 % are shares of the travel L{lengths(study.lengths)}"
-        yield from (f"Not walked: {line}" for line in refusals(study.walks))
-
-
-# -- the request ------------------------------------------------------------------------------------------------------
-
-
-def _request(names: Sequence[str], span: str | None) -> tuple[tuple[str, ...], tuple[float, float] | None]:
-    """Return the items and their range; none where nothing is named. InvalidInput where options do not go together."""
-    from conrod.studies.limits.axes import AXES
-    from conrod.studies.limits.plan import ITEMS
-
-    for name in names:
-        if name not in ITEMS:
-            raise unknown_choice("axis", name, ITEMS)
-    if span is not None and (len(names) != 1 or names[0] not in AXES):
-        raise InvalidInput(f"--range {span} needs one --axis to be the range of")
-    return tuple(dict.fromkeys(names)), None if span is None else _span(span, AXES[names[0]])
-
-
-def _span(text: str, axis: Axis) -> tuple[float, float]:
-    from conrod.studies.limits.axis import measure_of
-
-    if axis.listed:
-        raise InvalidInput(f"--range {text} does not go with {axis.name}: its values are a list, all of which are run")
-    ends = [_end(axis, part) for part in text.split(SEPARATOR) if part.strip()]
-    if len(set(ends)) != 2:
-        example = f"{axis.safe_end:g}{SEPARATOR}{axis.failing_end:g}"
-        raise InvalidInput(f"--range {text!r}: give two different ends, for instance {example}")
-    # Whichever way it was typed, a walk begins at the safe end.
-    at_safe = measure_of(axis.scale, axis.safe_end)
-    safe, failing = sorted(ends, key=lambda value: abs(measure_of(axis.scale, value) - at_safe))
-    return safe, failing
-
-
-def _end(axis: Axis, text: str) -> float:
-    value = parse_quantity("--range", text, "")
-    check_number(f"--range of {axis.name}", value, *axis.allowed)
-    if axis.scale.value == "count" and value != round(value):
-        raise InvalidInput(f"--range of {axis.name}: {value:g} is not a whole number")
-    return value
+    Raises:
+        InvalidInput: it does not have two ends, or one is no number.
+    """
+    ends = [parse_quantity("--range", part, "") for part in text.split(SEPARATOR) if part.strip()]
+    if len(ends) != 2:
+        raise InvalidInput(f"--range {text!r}: give two different ends, for instance 1000{SEPARATOR}2")
+    return ends[0], ends[1]

@@ -11,11 +11,9 @@ import click
 from rich.text import Text
 
 from conrod.cli import FAILED, options, waiting
-from conrod.cli.options import option
-from conrod.mechanism.units import check_number
+from conrod.cli.options import controls_in, option
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
-from conrod.own.models.request import controls_of
 from conrod.report.terminal import Part, tell
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
@@ -62,16 +60,21 @@ def lint(model: str, asked: Asked) -> None:
     path = Path(model)
     check_readable(path)
     files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, as_outputs_must_not_be(path))
-    if asked.seconds is not None:
-        check_number("--seconds", asked.seconds, 1e-9, 1e9, "s")
     folder = real_path(files["--fix"]).parent if "--fix" in files else None
-    request = asked.keyframe, asked.seconds, asked.ignored, folder, controls_of(asked.controls)
+    controls = controls_in(asked.controls)
 
-    from conrod.mjcf.lint.linting import lint as look
-    from conrod.studies.execution.local import FILE_TIMEOUT, confined
+    from conrod.api.models import lint
+    from conrod.studies.execution.local import FILE_TIMEOUT
 
     with waiting(path, FILE_TIMEOUT):
-        report = confined(look, path, *request)
+        report = lint(
+            path,
+            keyframe=asked.keyframe,
+            controls=controls,
+            seconds=asked.seconds,
+            ignore=asked.ignored,
+            fix_for=folder,
+        )
     if asked.form == "text":
         tell(report_found(report, files.get("--fix")))
     else:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
 from pathlib import Path
@@ -16,14 +16,15 @@ from conrod.cli import say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from conrod.engines import Engine
-    from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
+    from conrod.studies.execution.runner import Runs
 
-CELL_TIMEOUT = 600.0  # [s]
+RUN_TIMEOUT = 600.0  # [s]
 MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
-OPTIONS, RUNS = "Options", "Runs and ledger"  # headings
+OPTIONS, OUTPUT, RUNS = "Options", "Output", "Runs and ledger"  # headings
 # What is written does not say by which command it is found again.
-FILES = ("out", "document", "html", "baseline", "accept", "report", "measured", "limits", "uncertainties", "model")
+FILES = (
+    "out", "document", "html", "baseline", "accept", "verification", "measured", "limits", "uncertainties", "model"
+)  # fmt: skip
 
 
 class Option(click.Option):
@@ -35,16 +36,22 @@ class Option(click.Option):
 
 
 class Verb(click.Command):
-    """A command whose help has options under their headings."""
+    """A command whose help has options under their headings, and fits on a screen."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         headings: dict[str, list[tuple[str, str]]] = {OPTIONS: []}
         for one in self.get_params(ctx):
             if isinstance(one, click.Option) and (record := one.get_help_record(ctx)):
                 headings.setdefault(getattr(one, "heading", OPTIONS), []).append(record)
+        names = max(len(name) for records in headings.values() for name, _ in records)
+        formatter.write("\n")
         for heading, records in headings.items():
-            with formatter.section(heading):
-                formatter.write_dl(records)
+            # Without the empty line that `section` puts before each.
+            formatter.write_heading(heading)
+            formatter.indent()
+            # The names of all sections are as wide, so that the texts stand in one column.
+            formatter.write_dl([(f"{name:{names}}", text) for name, text in records], col_max=names + 2, col_spacing=1)
+            formatter.dedent()
 
 
 # -- options that mean the same in every verb --------------------------------------------------------------------------
@@ -118,13 +125,13 @@ def refuse(asked: Any, subject: str, *which: str) -> None:
 
 def refuse_others(asked: Any, subject: str, *taken: str) -> None:
     """Refuse all options but some; raises InvalidInput, which names what is taken."""
-    if other := next((name for name in as_given(asked) if name not in taken), None):
+    if other := next((name for name in explicit_options(asked) if name not in taken), None):
         raise InvalidInput(
             f"{other} does not go with {subject}, which takes {', '.join(one for one in taken if one != subject)}"
         )
 
 
-def as_given(asked: Any, *left_out: str) -> dict[str, Any]:
+def explicit_options(asked: Any, *left_out: str) -> dict[str, Any]:
     """Values of options that were given, by the options' names, but for fields and headings that are left out."""
     return {
         one.metadata["option"]: value
@@ -132,17 +139,6 @@ def as_given(asked: Any, *left_out: str) -> dict[str, Any]:
         if one.metadata and not {one.name, one.metadata["heading"]} & {*left_out}
         if (value := getattr(asked, one.name)) != one.default
     }
-
-
-def chosen_engines(names: tuple[str, ...]) -> list[Engine[Any]]:
-    """The engines that --engine names; one line on each that nobody named and that cannot be loaded.
-
-    Raises:
-        InvalidInput: there is no such engine, or it cannot be loaded.
-    """
-    from conrod.studies.frame.resolve_arguments import select_engines
-
-    return select_engines(names, left_out=lambda reason: say(f"conrod: left out: {reason}", err=True))
 
 
 @dataclass(frozen=True)
@@ -160,12 +156,12 @@ class RunOptions:
 
     @property
     def timeout(self) -> float:
-        """Longest time of a cell [s]."""
-        return CELL_TIMEOUT if self.cell_timeout is None else self.cell_timeout
+        """Longest time of a run [s]."""
+        return RUN_TIMEOUT if self.cell_timeout is None else self.cell_timeout
 
     @property
     def memory(self) -> int | None:
-        """Most memory of a cell [bytes]."""
+        """Most memory of a run [bytes]."""
         from conrod.mechanism.units import check_number, parse_quantity
 
         if self.cell_memory is None:
@@ -181,42 +177,28 @@ class RunOptions:
 
         return default_path() if self.ledger is None else Path(self.ledger)
 
-    def processes(self, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
-        """Processes of this machine, as many as were asked for unless a number is given."""
-        from conrod.studies.execution.local import LocalProcesses
+    @contextmanager
+    def runs(self) -> Iterator[Runs]:
+        """How runs are made, with their progress shown; an interrupt says how to go on."""
+        from conrod.cli.progress import ProgressBar
+        from conrod.studies.execution.runner import Runs
 
-        jobs = jobs or (available_cores() if self.jobs is None else self.jobs)
-        return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory, interpreter=interpreter)
-
-    def executor(self) -> RepeatingExecutor:
-        """Executor of the runs: a cluster, or processes of this machine.
-
-        Raises:
-            InvalidInput: options that exclude each other.
-        """
-        if self.cluster is None:
-            return self.processes()
-        if self.jobs is not None:
-            raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
-        from conrod.studies.execution.cluster import DaskCluster
-
-        return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
-
-
-def available_cores() -> int:
-    """Cores that this process may use, as far as the system says."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+        path = self.ledger_file
+        try:
+            yield Runs(path, self.fresh, self.jobs, self.cluster, self.timeout, self.memory, ProgressBar)
+        except KeyboardInterrupt:
+            if path.exists():
+                say(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
+            raise
 
 
 @dataclass(frozen=True)
 class ReportOptions:
     """Options of a verb that reports; None where nothing was given."""
 
-    out: str | None = option("--out")
-    document: str | None = option("--json")
-    html: str | None = option("--html")
+    out: str | None = option("--out", OUTPUT)
+    document: str | None = option("--json", OUTPUT)
+    html: str | None = option("--html", OUTPUT)
 
 
 @dataclass(frozen=True)
@@ -225,3 +207,86 @@ class StudyOptions(ReportOptions, RunOptions):
 
     engine: tuple[str, ...] = option("--engine")
     assignments: tuple[str, ...] = option("--set")
+
+
+@dataclass(frozen=True)
+class JudgedOptions(ReportOptions):
+    """Options of a verb that judges something, and may compare it with a baseline."""
+
+    tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Largest errors allowed, e.g. position=1e-4.")
+    baseline: str | None = option("--baseline", OUTPUT, metavar="FILE", help="Compare with FILE; written if none.")
+    accept: bool = option("--accept", OUTPUT, is_flag=True, help="Write the baseline again, as it is now.")
+
+
+@dataclass(frozen=True)
+class VerificationOptions(JudgedOptions):
+    """Options of a verb whose verdict may stand in a verification report."""
+
+    verification: str | None = option(
+        "--verification", OUTPUT, metavar="FILE", help="Write a verification report in HTML, to sign."
+    )
+    measured: str | None = option(
+        "--measured", OUTPUT, metavar="TABLE", help="Measurements of the machine, for --verification."
+    )
+    limits: str | None = option(
+        "--limits", OUTPUT, metavar="DIR", help="Results of `conrod limits`, for --verification."
+    )
+    uncertainties: tuple[str, ...] = option(
+        "--uncertainty",
+        OUTPUT,
+        multiple=True,
+        metavar="NAME=SIZE",
+        help="Standard uncertainty of a length or `measured`.",
+    )
+    columns: tuple[str, ...] = option(
+        "--column", multiple=True, metavar="Q=NAME", help="Heading of the column of quantity Q, e.g. C.x=px."
+    )
+    units: tuple[str, ...] = option(
+        "--unit", multiple=True, metavar="UNIT", help="Unit of columns whose heading has none."
+    )
+    estimate: str | None = option("--estimate", metavar="WHAT,...", help="Unknowns to estimate first: time, phase.")
+
+
+# -- values that a user typed ------------------------------------------------------------------------------------------
+
+
+def names_in(text: str | None) -> tuple[str, ...] | None:
+    """Names with commas between them; None where nothing was given."""
+    return None if text is None else tuple(name.strip() for name in text.split(","))
+
+
+def tolerance_in(text: str | None, known: Collection[str]) -> dict[str, float] | None:
+    """Tolerances in `position=1e-4,velocity=1mm/s`; None where nothing was given.
+
+    Args:
+        known: quantities that may be judged; units by quantity where they have units.
+
+    Raises:
+        InvalidInput: an unknown quantity, or a value that is no number.
+    """
+    from conrod.errors import named_values
+    from conrod.mechanism.units import parse_quantity
+
+    if text is None:
+        return None
+    units = known if isinstance(known, Mapping) else dict.fromkeys(known, "")
+    given = named_values(text.split(","), "--tolerance", kind="quantity", known=units)
+    return {name: parse_quantity(f"--tolerance {name}", value, units[name]) for name, value in given.items()}
+
+
+def controls_in(texts: Iterable[str]) -> dict[str, float]:
+    """Control inputs in `motor=4.19`.
+
+    Raises:
+        InvalidInput: one is not written so, or given twice.
+    """
+    from conrod.errors import named_values
+    from conrod.own.models.request import CONTROL_FORM
+
+    controls = dict[str, float]()
+    for name, text in named_values(texts, "--ctrl", CONTROL_FORM).items():
+        try:
+            controls[name] = float(text)
+        except ValueError:
+            raise InvalidInput(f"--ctrl '{name}={text}': give {CONTROL_FORM}") from None
+    return controls

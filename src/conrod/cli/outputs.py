@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -10,10 +11,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from conrod.cli import say
-from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, as_given
+from conrod.cli import FAILED, say
+from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, explicit_options
+from conrod.report.findings import Findings
 from conrod.report.kind import SCENE, Kind, Reproduction
-from conrod.report.terminal import Part, tell
+from conrod.report.terminal import tell
 
 if TYPE_CHECKING:
     from conrod.report.folder import ReportFolder
@@ -39,45 +41,57 @@ class Outputs(Generic[F]):
 
     def answer(
         self,
-        findings: Mapping[str, F],
-        told: Iterable[Part],
+        found: Findings[F],
         command: str,
         subjects: Sequence[str] | Mapping[str, str],
         given: Mapping[str, object] = MappingProxyType({}),
     ) -> None:
-        """Print what is told, then write all files or none, and print where the report is.
+        """Print findings, then write all files or none, and print where the report is.
 
         Args:
-            findings: by part of the report.
             command: that makes the report, for the report to print.
             subjects: scenes as they were typed, or files by the names of their pages.
             given: options of the command beside those that were asked for; those that are None were not given.
         """
-        tell(told)
+        tell(self.kind.printed(list(found.values())))
         if not (self.folder or self.file or self.html):
             return
         from conrod.report.html.page import html_report
         from conrod.report.writer import document_text, report_batch
         from conrod.studies.frame.writing import single, write_together
 
-        batches = [single(self.file, document_text(self.kind, findings))] if self.file else []
+        batches = [single(self.file, document_text(self.kind, found.parts))] if self.file else []
         place = self.folder or self.html
         if place:
             target = ("--out" if self.folder else "--html", place)
-            again = reproduction(command, subjects, {**as_given(self.asked, RUNS, *FILES), **given}, target)
-            asked = self.asked
-            several = asked.processes() if isinstance(asked, RunOptions) and len(findings) > 1 else nullcontext()
-            with several as executor:
+            again = reproduction(command, subjects, {**explicit_options(self.asked, RUNS, *FILES), **given}, target)
+            with nullcontext() if len(found) == 1 else _processes(self.asked) as executor:
                 draw = executor.map if executor else map
                 # No folder has the page's name, so that the page holds what was found now and nothing else.
-                report = report_batch(self.kind, findings, place, again, draw)
+                report = report_batch(self.kind, found.parts, place, again, draw)
             batches += [report] if self.folder else []
             batches += [single(self.html, html_report([report]))] if self.html else []
         write_together(batches)
         if self.html:
             say(f"report: {self.html}")
         if self.folder:
-            say(f"report: {self.folder / self.kind.first_page(findings)}")
+            say(f"report: {self.folder / self.kind.first_page(found.parts)}")
+
+
+def _processes(asked: ReportOptions) -> Any:
+    """Processes that draw pages side by side; none where the verb has no options on runs."""
+    from conrod.studies.execution.runner import Runs
+
+    return Runs(jobs=asked.jobs).processes() if isinstance(asked, RunOptions) else nullcontext()
+
+
+def end(found: Findings[Any]) -> None:
+    """Print how findings stand to their baseline; end with exit status 1 where something is out of tolerance."""
+    if compared := found.baseline:
+        accept = [] if compared.passed or compared.written else [shlex.join(["conrod", *sys.argv[1:], "--accept"])]
+        tell([*compared.text.splitlines(), *(f"accept it: {line}" for line in accept)])
+    if found.passed is False:
+        sys.exit(FAILED)
 
 
 def outputs(

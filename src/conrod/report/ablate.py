@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from conrod.report import numbers
 from conrod.report.kind import Kind
+from conrod.report.numbers import lengths
 from conrod.report.table import Cell, Table, Tone, Toned, table
 from conrod.report.template import listed
+from conrod.report.terminal import Part
 from conrod.studies.ablate_findings import (
     AS_GOOD,
     COSTS,
@@ -24,6 +26,12 @@ from conrod.studies.frame.paired_timing import PairedTiming
 
 ABSENT = "-"
 TONES: Mapping[Verdict, Tone] = {Verdict.FREE: "good", Verdict.COSTLY: "odd", Verdict.HARMFUL: "bad"}
+
+
+CAPTION = (
+    "cost: with it over without it, the median and the interval that holds it with 95 %; change: of the position, "
+    "over the travel L"
+)
 
 
 def cost_text(cost: PairedTiming | None) -> str:
@@ -107,10 +115,28 @@ def _summary(study: AblationStudy) -> dict[str, Any]:
     }
 
 
+def print_results(studies: Sequence[AblationStudy]) -> Iterator[Part]:
+    """For each scene and engine, what every ingredient costs and changes, and what follows."""
+    for study in studies:
+        for found in study.engines:
+            if found.ingredients:
+                yield ingredients_table(found, f"{study.name}, {found.engine}")
+                yield CAPTION + lengths(study.lengths)
+            yield speed_up(found).replace("**", "")
+        yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())
+
+
+def verdict(study: AblationStudy) -> str:
+    """What a user gains in each engine by leaving out what the scene does not require."""
+    return f"{study.name}: {' '.join(speed_up(found).replace('**', '') for found in study.engines)}"
+
+
 KIND = Kind(
     name="ablate",
     findings=AblationStudy,
     title=lambda study: study.title,
     summary=_summary,
+    printed=print_results,
+    verdict=verdict,
     digits=4,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -11,11 +11,14 @@ from conrod.report.charts.canvas import engine_title
 from conrod.report.kind import Kind
 from conrod.report.results import (
     name_of,
+    print_distrusted,
     results_table,
+    scene_verdict,
     summary_of,
     verdict_cell,
 )
 from conrod.report.table import Table, table
+from conrod.report.terminal import Part
 from conrod.studies.forces.results import GROUPS, ForceResult, ForceStudy, is_moment
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
@@ -84,11 +87,20 @@ def _judged_sizes(result: ForceResult) -> dict[str, Any]:
     return {"largest": {group: result.judged_error(group) for group in result.groups}}
 
 
+def print_results(found: Sequence[ForceStudy]) -> Iterator[Part]:
+    """Largest errors of forces, observed orders, verdict; why tolerances are what they are."""
+    yield from print_distrusted(found)
+    yield verdicts_table(found)
+    yield from (f"tolerance: {reason}" for reason in reasons(result for one in found for result in one.results))
+
+
 KIND = Kind(
     name="forces",
     findings=ForceStudy,
     title=lambda found: found.scene.title,
     summary=partial(summary_of, more=_judged_sizes),
+    printed=print_results,
+    verdict=scene_verdict,
     results="forces.json",
     index_file="forces.md",
     suffix="-forces",

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 from conrod.report import numbers
 from conrod.report.charts.panels import free_motion_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import results_table, summary_of
+from conrod.report.results import results_table, scene_verdict, summary_of
 from conrod.report.table import Table
+from conrod.report.terminal import Part
 from conrod.studies.free_motion import plan
 from conrod.studies.free_motion.results import EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
 
@@ -90,11 +91,19 @@ def _sizes(result: MotionResult) -> dict[str, float | None]:
     return {name: result.largest(name) for name in QUANTITIES}
 
 
+def print_results(studies: Sequence[MotionStudy]) -> Iterator[Part]:
+    """Errors in time, and how well the exact motion is known."""
+    yield verdicts_table(studies)
+    yield from (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies)
+
+
 KIND = Kind(
     name="motion",
     findings=MotionStudy,
     title=lambda study: study.scene.title,
     summary=partial(summary_of, more=_sizes),
+    printed=print_results,
+    verdict=scene_verdict,
     results="motion.json",
     index_file="motion.md",
     suffix="-motion",

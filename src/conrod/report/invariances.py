@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from conrod.mjcf.results import Invariance, InvarianceStudy, Kept
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
+from conrod.report.terminal import Part, said
 
 
 def finding(study: InvarianceStudy) -> str:
@@ -60,11 +62,21 @@ def _summary(study: InvarianceStudy) -> dict[str, Any]:
     return {"passed": study.passed, "finding": finding(study)}
 
 
+def print_results(studies: Sequence[InvarianceStudy]) -> Iterator[Part]:
+    """The finding on each model, what was changed, and notes."""
+    for study in studies:
+        yield said(f"{study.name}: {finding(study)}", study.passed)
+        yield invariances_table(study)
+        yield from (*notes(study), "")
+
+
 KIND = Kind(
     name="invariances",
     findings=InvarianceStudy,
     title=lambda study: study.name,
     summary=_summary,
+    printed=print_results,
+    verdict=finding,
     results="invariances.json",
     index_file="invariances.md",
     suffix="-invariances",

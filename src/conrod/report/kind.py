@@ -14,16 +14,19 @@ report owns, and may replace or remove.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from conrod.errors import unknown_choice
 from conrod.report.table import Table, table
-from conrod.report.template import Page, page
+from conrod.report.terminal import Part as Printed
 from conrod.scenes import CATALOGUE, SCENES, catalogue_names
+
+if TYPE_CHECKING:
+    from conrod.report.template import Page
 
 F = TypeVar("F")
 SCENE = "{scene}"  # in a command, what stands for the scenes
@@ -115,6 +118,14 @@ class Index(Generic[F]):
         return table(["what", "which"], [("conrod", conrod), *self.environment.items()], title=title)
 
 
+def verdict_on(findings: Any) -> bool | None:
+    """True if all that was judged in findings is within tolerance; None where nothing was judged, or nothing is."""
+    results = getattr(findings, "results", None)
+    judged = results is None or any(one.passed is not None for one in results)
+    passed: bool | None = getattr(findings, "passed", None) if judged else None
+    return passed
+
+
 @dataclass(frozen=True)
 class Kind(Generic[F]):
     """One kind of report.
@@ -124,6 +135,9 @@ class Kind(Generic[F]):
         findings: type of a part's findings.
         title: of a part, from its findings.
         summary: what the index and scripts read of a part, plain values.
+        printed: tables and sentences that the command prints of some findings.
+        verdict: findings in a few sentences, the first of which says the answer.
+        passed: whether all that was judged in findings is within tolerance; None where nothing was.
         one_part: whether a report has one part, whose page is the first; others have an index.
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
@@ -142,6 +156,9 @@ class Kind(Generic[F]):
     findings: type[F]
     title: Callable[[F], str]
     summary: Callable[[F], Mapping[str, Any]]
+    printed: Callable[[Sequence[F]], Iterable[Printed]]
+    verdict: Callable[[F], str]
+    passed: Callable[[F], bool | None] = verdict_on
     one_part: bool = False
     results: str = "results.json"
     index_file: str = "README.md"
@@ -157,10 +174,14 @@ class Kind(Generic[F]):
 
     def page_of(self, part: Part[F]) -> Page:
         """The page of a part; its template speaks of `part`, its findings `study`, and the kind's module `report`."""
+        from conrod.report.template import page  # it has templates draw figures
+
         return page(self.name, import_module(KINDS[self.name]), part=part, study=part.findings)
 
     def index_of(self, index: Index[F]) -> Page:
         """The first page of several parts; its template speaks of `index` and the kind's module `report`."""
+        from conrod.report.template import page
+
         return page(f"{self.name}-index", import_module(KINDS[self.name]), index=index)
 
     def page_file(self, part: str) -> str:

@@ -12,7 +12,8 @@ from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, L
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured, order, quantity
 from conrod.report.start_pose import begins_words
-from conrod.report.table import VERDICT, Table, Toned, table
+from conrod.report.table import VERDICT, Table, Toned, Verbatim, table
+from conrod.report.terminal import Part, said, under
 from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
 
@@ -264,11 +265,23 @@ def index_table(index: Index[LoopStudy]) -> Table:
     return table(headings, rows, labels)
 
 
+def print_results(studies: Sequence[LoopStudy]) -> Iterator[Part]:
+    """The finding on each model, what moves, the runs and how exact they are."""
+    for study in studies:
+        yield said(f"{study.file}: {finding(study)}", study.passed)
+        yield from (*under("what moves", what_moves(study)), *under("how exact", how_exact(study)), "")
+        yield runs_table(study)
+        if study.paste:
+            yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))
+
+
 KIND = Kind(
     name="loops",
     findings=LoopStudy,
     title=lambda study: study.name,
     summary=_summary,
+    printed=print_results,
+    verdict=finding,
     results="loops.json",
     index_file="loops.md",
     suffix="-loops",

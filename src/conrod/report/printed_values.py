@@ -11,9 +11,13 @@ from conrod.own.printed.verdicts import Kind as Judgement
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import MISSING
 from conrod.report.table import Table, table
+from conrod.report.terminal import Part
 
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
 SHOWN = 3  # digits of an exact value beyond the printed ones
+
+
+MOST_PRINTED = 20  # items of a document that are printed one by one
 
 
 def escaped(text: str) -> str:
@@ -81,9 +85,18 @@ def _summary(audited: Audited) -> dict[str, Any]:
     return {"document": audited.document, "counts": {kind.value: n for kind, n in audited.counts.items()}}
 
 
+def print_results(audits: Sequence[Audited]) -> Iterator[Part]:
+    """Counts of verdicts on each document, then the verdicts one by one."""
+    yield counts_table({one.document: one for one in audits})
+    for audited in audits:
+        yield from console_lines(audited, MOST_PRINTED)
+
+
 KIND = Kind(
     name="printed-values",
     findings=Audited,
     title=lambda audited: audited.title,
     summary=_summary,
+    printed=print_results,
+    verdict=counts_text,
 )

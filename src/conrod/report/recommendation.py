@@ -9,6 +9,8 @@ from typing import Any
 from conrod.engines.engine import CUSTOM
 from conrod.report import numbers
 from conrod.report.kind import Kind
+from conrod.report.table import Verbatim
+from conrod.report.terminal import Part
 from conrod.scenes import Scene
 from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
 from conrod.studies.sweep.step_search import Choice
@@ -66,11 +68,26 @@ def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
     }
 
 
+def print_results(studies: Sequence[Advice]) -> Iterator[Part]:
+    """The answer of each engine, and the lines to paste."""
+    for one in (answer for study in studies for answer in study.answers.values()):
+        yield from one["lines"]
+        yield from (Verbatim(f"    {line}") for line in [*one.get("paste", "").splitlines(), ""])
+
+
+def verdict(found: Advice) -> str:
+    """The first line of each engine's answer."""
+    return "; ".join(one["lines"][0].rstrip(":") for one in found.answers.values())
+
+
 KIND = Kind(
     name="recommendation",
     findings=Advice,
     title=lambda found: found.title,
     summary=lambda found: {name: one["qualifies"] for name, one in found.answers.items()},
+    printed=print_results,
+    verdict=verdict,
+    passed=lambda found: any(one["qualifies"] for one in found.answers.values()),
     one_part=True,
 )
 

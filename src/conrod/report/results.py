@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
+from conrod.report.terminal import Part, said
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
@@ -63,6 +64,18 @@ def exceeded_words(
         else f"{name} {numbers.error(name, found)} > {allowed_text(name, allowed)}"
         for name, (found, allowed) in pairs.items()
     ]
+
+
+def scene_verdict(study: SceneResults[Any]) -> str:
+    """The verdict on a scene in words: each result that is out of tolerance, or that none is."""
+    failed = [f"{' '.join(name_of(one))}: {verdict_words(one)}" for one in study.results if one.passed is False]
+    return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
+
+
+def print_distrusted(studies: Sequence[SceneResults[Any]]) -> Iterator[Part]:
+    """Scenes whose exact motion contradicts itself, to be said before anything else."""
+    doubted = [study for study in studies if any(result.distrust for result in study.results)]
+    yield from (said(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
 
 
 def verdict_cell(result: Result, more: str = "") -> Cell:

@@ -28,6 +28,7 @@ from conrod.report.charts.canvas import (
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind
 from conrod.report.table import Table, table
+from conrod.report.terminal import Part
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
@@ -170,10 +171,26 @@ def _legend(study: SweepStudy) -> list[Line2D]:
     return handles
 
 
+def print_results(studies: Sequence[SweepStudy]) -> Iterator[Part]:
+    """For each scene and engine the settings that no other one beats in both cost and position error."""
+    for study in studies:
+        yield tables.front_table(study, f"{study.name}: settings that none beats in both cost and position")
+        yield tables.RATIO
+        yield points_words(study)
+        yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())
+
+
+def points_words(study: SweepStudy) -> str:
+    """How many settings were run, and how those ended that did not complete."""
+    return f"{len(study.points)} settings and steps: {tables.end_words(study)}"
+
+
 KIND = Kind(
     name="sweep",
     findings=SweepStudy,
     title=lambda study: study.title,
     summary=_summary,
+    printed=print_results,
+    verdict=lambda study: f"{study.name}: {' '.join(tables.findings(study)) or points_words(study)}",
     digits=6,
 )

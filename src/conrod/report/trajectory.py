@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from conrod.mechanism.units import in_prose
@@ -15,6 +16,7 @@ from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.results import DISTRUST, exceeded_words
 from conrod.report.table import Table, table
+from conrod.report.terminal import Part, said, under
 
 PART = "table"  # of the report, which has one
 # Of what is estimated: the unit that it is shown in, the factor from SI, its meaning.
@@ -133,11 +135,22 @@ def _summary(study: TableStudy) -> dict[str, Any]:
     }
 
 
+def print_results(studies: Sequence[TableStudy]) -> Iterator[Part]:
+    """Verdict, errors, the table's columns, what was estimated, notes and causes."""
+    for study in studies:
+        yield said(f"{study.file}: {verdict_text(study)}", study.passed)
+        yield errors_table(study)
+        yield from under(summary_line(study), findings(study))
+        yield columns_table(study)
+
+
 KIND = Kind(
     name="trajectory",
     findings=TableStudy,
     title=lambda study: f"{study.file} against {study.scene_name}",
     summary=_summary,
+    printed=print_results,
+    verdict=verdict_text,
     one_part=True,
     schema=4,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantit
 from conrod.report.results import DISTRUST, exceeded_words
 from conrod.report.start_pose import begins_words
 from conrod.report.table import Table, table
+from conrod.report.terminal import Part, said, under
 from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -309,10 +310,21 @@ def _summary(study: ModelStudy) -> dict[str, Any]:
     return {"is_machine": study.is_machine, "passed": study.passed, "verdict": verdict(study)}
 
 
+def print_results(studies: Sequence[ModelStudy]) -> Iterator[Part]:
+    """Verdict, runs, frame, wiring and paths of each model."""
+    for study in studies:
+        yield said(f"{study.file}: {verdict(study)}", study.passed)
+        yield runs_table(study)
+        for subject, lines in {"runs": drive(study), **findings(study)}.items():
+            yield from under(subject, lines)
+
+
 KIND = Kind(
     name="model",
     findings=ModelStudy,
     title=lambda study: f"{Path(study.file).name}: is it {study.scene_name}?",
     summary=_summary,
+    printed=print_results,
+    verdict=verdict,
     one_part=True,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,6 +15,7 @@ from conrod.report.charts.canvas import legend_above
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.terminal import Part
 from conrod.studies.versions import Change, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
@@ -120,10 +122,20 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
     return {"headline": headline(study), "releases": list(study.measured)}
 
 
+def print_results(studies: Sequence[VersionStudy]) -> Iterator[Part]:
+    """What each release changed, in a table and in a sentence, and the releases that could not be had."""
+    for study in studies:
+        yield changes_table(study)
+        yield headline(study)
+        yield from unsupported_lines(study)
+
+
 KIND = Kind(
     name="versions",
     findings=VersionStudy,
     title=lambda study: engine_style(study.engine).title,
     summary=_summary,
+    printed=print_results,
+    verdict=headline,
     digits=4,
 )

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 
 KINDS = ("site", "body", "geom")
@@ -37,45 +37,42 @@ class Place:
         return f"{self.kind}:{self.element}"
 
 
-def places_of(texts: Sequence[str], observed: Sequence[str] = ()) -> tuple[Place, ...]:
-    """Parse the place of each point, "C=body:slider"; what has no kind is a site.
+def places_of(places: Mapping[str, str], observed: Sequence[str] = ()) -> tuple[Place, ...]:
+    """Places in a model of observed points, each given as "body:slider"; a name without a kind is a site's.
 
     Args:
         observed: names that points may have; any where there are none.
 
     Raises:
-        InvalidInput: a point that is not written so, is unknown or given twice.
+        InvalidInput: a point is unknown, or a kind of element.
     """
-    places, form = list[Place](), f"it as {observed[0] if observed else 'NAME'}=site:SITE"
-    for name, where in named_values(texts, "--point", form, "observed point", observed).items():
+    found = list[Place]()
+    for name, where in places.items():
+        if observed and name not in observed:
+            raise unknown_choice("observed point", name, observed)
         kind, colon, element = where.partition(":")
         if colon and not element and kind not in KINDS:
             raise unknown_choice("kind of element", kind, KINDS)
         # A name may have a colon in it itself.
-        places.append(Place(name, kind, element) if colon and kind in KINDS else Place(name, KINDS[0], where))
-    return tuple(places)
+        found.append(Place(name, kind, element) if colon and kind in KINDS else Place(name, KINDS[0], where))
+    return tuple(found)
 
 
 # Control inputs by an actuator's name or number, in MuJoCo's own units.
 Controls: TypeAlias = tuple[tuple[str, float], ...]
+CONTROL_FORM = "an actuator and a finite number in MuJoCo's units: motor=4.19"
 
 
-def controls_of(texts: Sequence[str]) -> Controls:
-    """Parse control inputs, "motor=4.19".
+def controls_of(controls: Mapping[str, float]) -> Controls:
+    """Control inputs by an actuator's name or number, all of which are finite.
 
     Raises:
-        InvalidInput: one that is not written so, is no number, or is given twice.
+        InvalidInput: a value is no finite number.
     """
-    controls, form = list[tuple[str, float]](), "an actuator and a finite number in MuJoCo's units: motor=4.19"
-    for name, text in named_values(texts, "--ctrl", form).items():
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise InvalidInput(f"--ctrl '{name}={text}': give {form}")
-        controls.append((name, number))
-    return tuple(controls)
+    for name, value in controls.items():
+        if not math.isfinite(value):
+            raise InvalidInput(f"--ctrl '{name}={value}': give {CONTROL_FORM}")
+    return tuple((name, float(value)) for name, value in controls.items())
 
 
 @dataclass(frozen=True)

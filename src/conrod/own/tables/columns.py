@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import parse_quantity
 
 TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
@@ -72,18 +72,20 @@ def quantities(points: Sequence[str]) -> dict[str, str]:
     return {TIME: "s", **CRANK, **own}
 
 
-def request(columns: Sequence[str], units: Sequence[str], points: Sequence[str]) -> Request:
-    """The columns and units of `--column` and `--unit`.
+def request(columns: Mapping[str, str], units: Sequence[str], points: Sequence[str]) -> Request:
+    """Columns that a user names by quantity, and units of those whose heading has none.
 
     Raises:
         InvalidInput: something that is no quantity of the scene, or no unit.
     """
-    form = "QUANTITY=..., e.g. --column time=t"
-    named = named_values(columns, "--column", form, "quantity", quantities(points))
+    known = quantities(points)
+    for name in columns:
+        if name not in known:
+            raise unknown_choice("quantity", name, known)
     for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
-    return Request(named, tuple(units))
+    return Request(dict(columns), tuple(units))
 
 
 def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:

@@ -46,13 +46,12 @@ class Estimate:
     remaining: float
 
 
-def parse_estimate(text: str) -> tuple[str, ...]:
-    """The names in `--estimate time,phase`.
+def check_estimated(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of what is to be estimated, each once.
 
     Raises:
         InvalidInput: something that is not estimated.
     """
-    names = [name.strip() for name in text.split(",")]
     for name in names:
         if name not in CHOICES:
             raise unknown_choice("thing to estimate", name, CHOICES)

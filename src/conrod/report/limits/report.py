@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -18,6 +18,7 @@ from conrod.report.limits import tables
 from conrod.report.limits.charts import error_chart, label_of, places_on
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.table import Table, table
+from conrod.report.terminal import Part
 from conrod.studies.limits import records
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
@@ -127,11 +128,22 @@ def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
     return found
 
 
+def print_results(studies: Sequence[LimitStudy]) -> Iterator[Part]:
+    """For each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
+    for study in studies:
+        title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
+        yield tables.limits_table(study.walks, title)
+        yield f"10 % and 1 % are shares of the travel L{numbers.lengths(study.lengths)}"
+        yield from (f"Not walked: {line}" for line in tables.refusals(study.walks))
+
+
 KIND = Kind(
     name="limits",
     findings=LimitStudy,
     title=lambda study: study.title,
     summary=_summary,
+    printed=print_results,
+    verdict=lambda study: f"{study.name}: {tables.undetected_words(study.walks)}",
     merged=merged,
     digits=4,
     digits_of=DIGITS,

@@ -170,7 +170,7 @@ class Drift:
 
 
 @dataclass(frozen=True)
-class Held:
+class BaselineComparison:
     """Findings held against their baseline.
 
     Attributes:
@@ -214,12 +214,12 @@ def check_same(file: Path, before: Baseline, now: Baseline) -> None:
         raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
 
 
-def compared(file: Path, before: Baseline, now: Baseline) -> Held:
+def compared(file: Path, before: Baseline, now: Baseline) -> BaselineComparison:
     """Drifts from the baseline in a file."""
     drifts = tuple(drift for name in {**before.results, **now.results} for drift in _drifts(name, before, now))
     was = before.made_with
     versions = [f"{k} {was[k]}, now {now.made_with.get(k)}" for k in was if now.made_with.get(k) != was[k]]
-    return Held(file, drifts=drifts, versions=tuple(versions))
+    return BaselineComparison(file, drifts=drifts, versions=tuple(versions))
 
 
 def _differing(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:

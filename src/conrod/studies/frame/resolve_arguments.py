@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ MOST_SAMPLES = 500_000
 # Of what is compared as it comes. It takes some 40 us a step with its refinement path, so that most do not end in time.
 MOST_STREAMED = 20_000_000
 TOLERANCES = ("position", "velocity", "acceleration", "total", "velocity_rms", "phase")
-LARGEST_TOLERANCE = 1e6
+SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-300, 1e6
 
 
 def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
@@ -167,7 +167,7 @@ def make_plan(
     scenes: Mapping[str, Scene],
     steps_per_revolution: int | None,
     revolutions: int,
-    tolerance: str | None,
+    tolerance: Mapping[str, float] | None,
     most: int = MOST_SAMPLES,
 ) -> Plan:
     """The plan of a validation.
@@ -178,7 +178,7 @@ def make_plan(
     if steps_per_revolution is not None:
         check_count("--steps-per-rev", steps_per_revolution, *STEPS)
     check_count("--revolutions", revolutions, *REVOLUTIONS)
-    asked = None if tolerance is None else parse_tolerance(tolerance)
+    asked = None if tolerance is None else check_tolerance(tolerance)
     plan = Plan(steps_per_revolution, float(revolutions), asked)
     for name, scene in scenes.items():
         _check_samples(name, plan.steps(scene), revolutions, most)
@@ -202,17 +202,18 @@ def _check_samples(name: str, steps: int, revolutions: int, most: int = MOST_SAM
         raise InvalidInput(f"{name}: {asked} are too many: there may be {most}")
 
 
-def parse_tolerance(text: str, known: Sequence[str] | Mapping[str, str] = TOLERANCES) -> dict[str, float]:
-    """Tolerances from `position=1e-4,velocity=1e-3`; normalised errors, or in units.
+def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOLERANCES) -> dict[str, float]:
+    """Allowed errors by quantity: normalised, or in SI units.
 
     Args:
-        known: what may be judged, with units where there are any.
+        known: quantities that may be judged; units by quantity where they have units.
 
     Raises:
         InvalidInput: an unknown quantity, or a value that is not a positive number.
     """
-    tolerances, units = {}, known if isinstance(known, Mapping) else dict.fromkeys(known, "")
-    for name, value in named_values(text.split(","), "--tolerance", kind="quantity", known=units).items():
-        tolerances[name] = parse_quantity(f"--tolerance {name}", value, units[name])
-        check_number(f"--tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE, in_prose(units[name]))
-    return tolerances
+    for name, allowed in tolerance.items():
+        if name not in known:
+            raise unknown_choice("quantity", name, known)
+        unit = in_prose(known[name]) if isinstance(known, Mapping) else ""
+        check_number(f"--tolerance {name}", allowed, SMALLEST_TOLERANCE, LARGEST_TOLERANCE, unit)
+    return dict(tolerance)

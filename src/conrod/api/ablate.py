@@ -1,0 +1,60 @@
+"""What a model requires and what is optional: the cost of each ingredient, and what it does to the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from conrod.api.arguments import Engines, Scenes, choose_engines, scenes_by_name, text_of_call
+from conrod.engines.capabilities import ModelIngredients, MissingCapability, capability
+from conrod.mechanism.units import check_count
+from conrod.report.ablate import KIND
+from conrod.report.findings import Findings
+from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
+from conrod.studies.ablate_findings import AblationStudy
+from conrod.studies.execution.runner import Runner, Runs
+from conrod.studies.frame.case import Case, Measurement, pursue
+from conrod.studies.frame.resolve_arguments import check_table
+from conrod.studies.frame.run import REVOLUTIONS
+
+ROUNDS = 200
+MIN_ROUNDS, MAX_ROUNDS = 2, 100_000
+
+
+def ablate(
+    scenes: Scenes,
+    *,
+    steps_per_rev: int | None = None,
+    rounds: int = ROUNDS,
+    engines: Engines = None,
+    runs: Runs | None = None,
+) -> Findings[AblationStudy]:
+    """Add the ingredients of a model one by one to the minimal model, and take them from the full one.
+
+    Args:
+        rounds: how often each cost is taken.
+        scenes, steps_per_rev, engines, runs: as of `validate`.
+
+    Raises:
+        InvalidInput: an argument cannot be used; says what can.
+    """
+    chosen = scenes_by_name(scenes)
+    able = {one: capability(one, ModelIngredients) for one in choose_engines(engines)}
+    unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, MissingCapability)}
+    if steps_per_rev is not None:
+        for name in chosen:
+            check_table(name, steps_per_rev, round(REVOLUTIONS))
+    check_count("--rounds", rounds, MIN_ROUNDS, MAX_ROUNDS)
+    taken = [one for one in able if one.name not in unsupported]
+    studies = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in taken]
+    with Runner.of(runs or Runs()) as runner, runner.answering() as run:
+
+        def answer(cases: Sequence[Case]) -> Mapping[str, Measurement]:
+            # Runs of all side by side; timings after them, alone.
+            timed = any(isinstance(case, CostCase) for case in cases)
+            return runner.run_alone(cases, "costs") if timed else run(cases)
+
+        found = iter(pursue(studies, answer))
+    parts = {
+        name: ablation_study(name, scene, [next(found) for _ in taken], unsupported) for name, scene in chosen.items()
+    }
+    return Findings(KIND, parts, text_of_call("ablate", list(chosen), steps_per_rev=steps_per_rev, rounds=rounds))

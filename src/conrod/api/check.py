@@ -1,0 +1,344 @@
+"""A user's own model, FMU or table, judged by the exact motion of the scene that it is to be."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from conrod.api.arguments import OneScene, scene_by_name
+from conrod.api.baselines import BaselineCheck
+from conrod.api.files import FILES, FMUS, MODELS, TABLES
+from conrod.api.loops import check_loops
+from conrod.api.validate import validate
+from conrod.errors import InvalidInput
+from conrod.mechanism.units import check_count
+from conrod.own.files import check_readable, of_file
+from conrod.own.models.frame import GivenFrame
+from conrod.own.models.request import Question, controls_of, places_of
+from conrod.own.models.results import ModelStudy
+from conrod.own.tables.columns import request
+from conrod.own.tables.estimation import check_estimated
+from conrod.own.tables.study import TableStudy, study_table
+from conrod.report import trajectory, user_model
+from conrod.report.findings import Findings
+from conrod.scenes import Scene
+from conrod.studies.execution.local import confined
+from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
+from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, check_tolerance
+
+if TYPE_CHECKING:
+    import mujoco
+
+STEPS = 1000  # a revolution, of an FMU
+READING_TIMEOUT = 300.0  # [s]; a table of the most rows that are kept is read in a tenth of it
+TURNS = 2
+Model: TypeAlias = "str | Path | mujoco.MjModel | mujoco.MjSpec"
+
+
+def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Findings[Any]:
+    """Judge a scene, a model, an FMU or a table, by the function for its kind.
+
+    Args:
+        subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
+            in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
+            arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
+        scene: the machine that a model, an FMU or a table is to be; none for a model whose joints are driven by laws.
+        arguments: as of `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`. A scene's runs are made
+            here and now unless `runs` says otherwise: no result of an earlier day answers for it.
+
+    Raises:
+        InvalidInput: the subject, the scene or an argument cannot be used.
+    """
+    name = str(subject).lower() if isinstance(subject, str | Path) else ""
+    if isinstance(subject, Scene) or (name and not name.endswith(FILES)):
+        if scene is not None:
+            raise InvalidInput(f"scene={scene!r} is for a file: a scene is judged as it is")
+        with tempfile.TemporaryDirectory() as folder:
+            runs = Runs(ledger=Path(folder, "ledger.sqlite"), fresh=True, jobs=1)
+            return validate(subject, **{"runs": runs, **arguments})
+    if scene is None and not ("drives" in arguments and (not name or name.endswith(MODELS))):
+        what = str(subject) if name else f"a {type(subject).__name__}"
+        raise InvalidInput(f"{what}: say with scene=... what machine it is")
+    if name.endswith(FMUS):
+        return check_fmu(subject, _given(scene), **arguments)
+    if name.endswith(TABLES) or _columns_of(subject) is not None:
+        return check_table(subject, _given(scene), **arguments)
+    if "drives" in arguments:
+        return check_loops(subject, machine=None if scene is None else str(scene), **arguments)
+    return check_model(subject, _given(scene), **arguments)
+
+
+def check_model(
+    model: Model,
+    scene: OneScene,
+    *,
+    crank: str,
+    points: Mapping[str, str],
+    plane: str | None = None,
+    rotation: float | None = None,
+    crank_zero: float | None = None,
+    keyframe: str | None = None,
+    controls: Mapping[str, float] | None = None,
+    revolutions: int = TURNS,
+    tolerance: Mapping[str, float] | None = None,
+    refine: bool = False,
+    baseline: str | Path | None = None,
+    accept: bool = False,
+) -> Findings[ModelStudy]:
+    """Judge a MuJoCo model by the exact motion of the scene that it is to be.
+
+    The file is judged as it stands first, by its own actuators from its own start; then with conrod's drive.
+
+    Args:
+        model: path of an MJCF or binary file, or a model in memory.
+        crank: joint of the model that is driven.
+        points: place of each observed point in the model, such as {"C": "site:tip"}; "body:" and "geom:" likewise.
+        plane: directions right and up of the model that are the scene's x and y, such as "-xz"; None to find them.
+        rotation: of the scene's x axis in that plane [rad]; None to find it.
+        crank_zero: hinge angle at which the crank angle is 0 [rad]; None to find it.
+        keyframe: to start from; None for the first, "qpos0" for none.
+        controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
+        tolerance: largest error by quantity, normalised.
+        refine: run the model at other steps too, for the observed order.
+        revolutions, baseline, accept: as of `validate`.
+
+    Raises:
+        InvalidInput: the model or an argument cannot be used; says what can.
+    """
+    with file_of_model(model) as (path, shown):
+        check_readable(path)
+        check_count("--revolutions", revolutions, *REVOLUTIONS)
+        name, machine = scene_by_name(scene)
+        question = question_on_model(machine, crank, points, keyframe, controls or {})
+        frame = GivenFrame(plane, rotation, crank_zero)
+        allowed = None if tolerance is None else check_tolerance(tolerance)
+        words: dict[str, Any] = {
+            "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,
+            "rotation": rotation, "crank-zero": crank_zero, "keyframe": keyframe,
+            "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
+            "revolutions": None if revolutions == TURNS else revolutions,
+        }  # fmt: skip
+        check = BaselineCheck.of(baseline, {name: machine}, words, accept=accept)
+
+        def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
+            from conrod.mjcf.loops.scene_study import study
+
+            given = question, frame, float(revolutions), allowed, refine
+            return [[confined(study, path, (name, one), *given) for one in scenes.values()] for scenes in several]
+
+        ((found,),) = find([{name: machine}])
+        compared = check.compare([found], find) if check else None
+    part = path.stem if shown is None else shown
+    call = f"conrod.check_model({shown or str(path)!r}, {name!r}, crank={crank!r}, points={dict(points)!r})"
+    parts = {part: replace(found, file=shown or found.file)}
+    return Findings(user_model.KIND, parts, call, typed={part: str(path)}, baseline=compared)
+
+
+def question_on_model(
+    scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float]
+) -> Question:
+    """Crank and points of a model, and what the scene says that it is to have.
+
+    Raises:
+        InvalidInput: the crank or a point is missing or unknown.
+    """
+    mechanism = scene.mechanism()
+    observed = [point.name for point in mechanism.observed]
+    if crank is None:
+        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
+    if not points:
+        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    places, contacts = places_of(points, observed), len(mechanism.cam_contacts)
+    return Question(crank, places, mechanism.mobility, contacts, keyframe, controls_of(controls))
+
+
+def check_table(
+    table: str | Path | Mapping[str, Any] | Any,
+    scene: OneScene,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Sequence[str] = (),
+    estimate: Sequence[str] = (),
+    tolerance: Mapping[str, float] | None = None,
+    baseline: str | Path | None = None,
+    accept: bool = False,
+) -> Findings[TableStudy]:
+    """Judge a trajectory, measured or simulated by any tool, by the exact motion of a scene.
+
+    Args:
+        table: path of a file, a data frame (pandas, polars, pyarrow), or a mapping of numpy arrays (T,).
+        columns: heading of each quantity's column, such as {"C.x": "px"}, where it is not found by its heading.
+        units: of columns whose heading has none, such as ("mm", "deg").
+        estimate: unknowns to estimate first, of "time" and "phase".
+        tolerance: largest error by quantity, normalised; None judges nothing.
+        scene, baseline, accept: as of `check_model`.
+
+    Raises:
+        InvalidInput: the table or an argument cannot be used; says what can.
+    """
+    with _file_of_table(table) as (path, shown):
+        check_readable(path)
+        name, machine = scene_by_name(scene)
+        points = tuple(machine.lengths)
+        wanted = request(columns or {}, units, points)
+
+        def judge(one: Scene) -> TableStudy:
+            from conrod.own.tables.reading import read_table
+
+            reading = confined(read_table, path, points, wanted, timeout=READING_TIMEOUT)
+            return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
+
+        allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
+        check_estimated(estimate)
+        words: dict[str, Any] = {"column": _texts(columns), "unit": tuple(units), "estimate": ",".join(estimate)}
+        return _table_findings(judge, path, shown, (name, machine), words, (baseline, accept))
+
+
+def check_fmu(
+    fmu: str | Path,
+    scene: OneScene,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Sequence[str] = (),
+    estimate: Sequence[str] = (),
+    preset: str | None = None,
+    steps_per_rev: int = STEPS,
+    revolutions: int = TURNS,
+    tolerance: Mapping[str, float] | None = None,
+    timeout: float = RUN_TIMEOUT,
+    baseline: str | Path | None = None,
+    accept: bool = False,
+) -> Findings[TableStudy]:
+    """Run an FMU and judge its trajectory by the exact motion of a scene.
+
+    Args:
+        fmu: path of an FMU 2.0 or 3.0.
+        preset: interface of the FMU that is run, "model-exchange" or "co-simulation"; None for what it has.
+        steps_per_rev: communication steps in one revolution.
+        timeout: longest wall time of the run [s].
+        scene, columns, units, estimate, revolutions, tolerance, baseline, accept: as of `check_table`.
+
+    Raises:
+        InvalidInput: the FMU or an argument cannot be used; says what can.
+    """
+    path = Path(fmu)
+    check_readable(path)
+    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    name, machine = scene_by_name(scene)
+    wanted = request(columns or {}, units, tuple(machine.lengths))
+    allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
+
+    def judge(one: Scene) -> TableStudy:
+        from conrod.own.fmu import run_fmu
+
+        reading = run_fmu(path, one, wanted, preset, steps_per_rev, float(revolutions), timeout)
+        return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
+
+    words: dict[str, Any] = {
+        "column": _texts(columns),
+        "unit": tuple(units),
+        "estimate": ",".join(estimate),
+        "preset": preset,
+    }
+    words |= {"steps-per-rev": None if steps_per_rev == STEPS else steps_per_rev}
+    words |= {"revolutions": None if revolutions == TURNS else revolutions}
+    return _table_findings(judge, path, None, (name, machine), words, (baseline, accept))
+
+
+def _table_findings(
+    judge: Any,
+    path: Path,
+    shown: str | None,
+    scene: tuple[str, Scene],
+    words: Mapping[str, Any],
+    baseline: tuple[str | Path | None, bool],
+) -> Findings[TableStudy]:
+    """Judge a table, and compare it with its baseline."""
+    check = BaselineCheck.of(baseline[0], dict([scene]), words, accept=baseline[1])
+
+    def find(several: Sequence[Mapping[str, Scene]]) -> list[list[TableStudy]]:
+        with of_file(path):
+            return [[judge(one) for one in scenes.values()] for scenes in several]
+
+    ((found,),) = find([dict([scene])])
+    compared = check.compare([found], find) if check else None
+    return Findings(
+        trajectory.KIND, {trajectory.PART: replace(found, file=shown or found.file)},
+        f"conrod.check({shown or str(path)!r}, {scene[0]!r})", typed={trajectory.PART: str(path)}, baseline=compared,
+    )  # fmt: skip
+
+
+def _given(scene: OneScene | None) -> OneScene:
+    if scene is None:
+        raise InvalidInput("say with scene=... what machine it is")
+    return scene
+
+
+def _texts(columns: Mapping[str, str] | None) -> tuple[str, ...]:
+    return tuple(f"{name}={heading}" for name, heading in (columns or {}).items())
+
+
+# -- models and tables in memory: each is judged in a process of its own, which takes a file ---------------------------
+
+
+@contextmanager
+def file_of_model(model: Model) -> Iterator[tuple[Path, str | None]]:
+    """The file of a model, and what to call it; one in memory is saved for the while."""
+    if isinstance(model, str | Path):
+        yield Path(model), None
+        return
+    from conrod.own.models.loading import save_model
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "model.mjb")
+        with _called(path, "the model"):
+            save_model(model, path)
+            yield path, "the model"
+
+
+@contextmanager
+def _file_of_table(table: Any) -> Iterator[tuple[Path, str | None]]:
+    if isinstance(table, str | Path):
+        yield Path(table), None
+        return
+    columns = _columns_of(table)
+    if columns is None:
+        raise InvalidInput(f"a {type(table).__name__} is no table: give a file, a data frame or a mapping of arrays")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "table.npz")
+        with _called(path, "the table"):
+            np.savez(path, allow_pickle=False, **_arrays(columns))
+            yield path, "the table"
+
+
+@contextmanager
+def _called(path: Path, name: str) -> Iterator[None]:
+    """Speak in errors of what the user has in memory, not of a temporary file."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise type(error)(str(error).replace(str(path), name)) from None
+
+
+def _columns_of(subject: Any) -> Mapping[str, Any] | None:
+    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of what has none."""
+    if isinstance(subject, Mapping):
+        return subject
+    names = getattr(subject, "column_names", getattr(subject, "columns", None))
+    return None if names is None else {str(name): subject[name] for name in names}
+
+
+def _arrays(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Arrays by name; raises InvalidInput where one is none."""
+    arrays = {str(name): np.asarray(value) for name, value in given.items()}
+    for name, array in arrays.items():
+        # The last two are numpy's own keywords.
+        if array.dtype.kind not in "fiu" or array.ndim == 0 or name in ("file", "allow_pickle"):
+            raise InvalidInput(f"the table: {name!r}: an array of numbers is wanted, by the name of a column")
+    return arrays

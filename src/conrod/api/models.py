@@ -1,0 +1,106 @@
+"""MuJoCo models looked at by themselves: what they have in excess, and loops that are made to stay closed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, overload
+
+from conrod.api.check import file_of_model
+from conrod.errors import InvalidInput
+from conrod.mechanism.units import check_number
+from conrod.mjcf.results import HardenedModel
+from conrod.own.files import check_readable
+from conrod.own.models.request import controls_of
+from conrod.studies.execution.local import confined
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from conrod.mjcf.lint.findings import Report
+
+SHORTEST_RUN, LONGEST_RUN = 1e-9, 1e9  # [s]
+
+
+def lint(
+    model: str | Path,
+    *,
+    keyframe: str | None = None,
+    controls: Mapping[str, float] | None = None,
+    seconds: float | None = None,
+    ignore: Sequence[str] = (),
+    fix_for: Path | None = None,
+) -> Report:
+    """Find what a MuJoCo model has that its motion does not need, and what will cause trouble.
+
+    Args:
+        model: path of an MJCF file, which is only read.
+        keyframe: to start from; None for the first, "qpos0" for none.
+        controls: inputs of actuators in place of the keyframe's.
+        seconds: length of the run [s]; None for 2000 steps.
+        ignore: names of rules that are left out.
+        fix_for: folder that a fixed model is to lie in; None where none is wanted.
+
+    Raises:
+        InvalidInput: the model or an argument cannot be used; says what can.
+    """
+    from conrod.mjcf.lint.linting import lint as lint_file
+
+    path = Path(model)
+    check_readable(path)
+    if seconds is not None:
+        check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
+    return confined(lint_file, path, keyframe, seconds, tuple(ignore), fix_for, controls_of(controls or {}))
+
+
+@overload
+def harden(model: mujoco.MjModel, *, factor: float = ...) -> None: ...
+@overload
+def harden(
+    model: str | Path | mujoco.MjSpec,
+    *,
+    keyframe: str | None = ...,
+    controls: Mapping[str, float] | None = ...,
+    seconds: float = ...,
+    force: bool = ...,
+    write: bool = ...,
+) -> HardenedModel: ...
+def harden(
+    model: str | Path | mujoco.MjModel | mujoco.MjSpec,
+    *,
+    factor: float | None = None,
+    keyframe: str | None = None,
+    controls: Mapping[str, float] | None = None,
+    seconds: float = 1.0,
+    force: bool = False,
+    write: bool = False,
+) -> HardenedModel | None:
+    """Make the closed loops of a MuJoCo model stay closed.
+
+    A compiled model (`MjModel`) is changed in place, see `conrod.engines.mujoco.compiled_edits.harden`. Of a file or
+    a specification it is shown on runs what hardening changes, and the hardened model is made where asked for.
+
+    Args:
+        model: compiled, or the path of an MJCF or binary file, or an `MjSpec`.
+        factor: of the inverse weights of a compiled model, in (0, 1].
+        keyframe, controls: as of `lint`.
+        seconds: length of the runs [s].
+        force: harden what seems to be soft on purpose, or breaks off when hard.
+        write: whether the hardened model is wanted: `content` of the answer is then a binary model.
+
+    Raises:
+        InvalidInput: the model or an argument cannot be used; says what can.
+        ValueError: the factor is out of range.
+    """
+    from conrod.engines.mujoco import compiled_edits
+
+    if not isinstance(model, str | Path) and not hasattr(model, "compile"):
+        compiled_edits.harden(model, **({} if factor is None else {"factor": factor}))
+        return None
+    from conrod.mjcf.harden import harden_file
+
+    if not 0.0 < seconds < LONGEST_RUN:
+        raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
+    with file_of_model(model) as (path, _):
+        check_readable(path)
+        return confined(harden_file, path, keyframe, seconds, force, write, controls_of(controls or {}))

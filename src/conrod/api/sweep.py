@@ -1,0 +1,80 @@
+"""The trade of speed for accuracy: all settings of a grid, and the cheapest one within tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from conrod.api.arguments import Engines, OneScene, Scenes, choose_engines, scene_by_name, scenes_by_name, text_of_call
+from conrod.engines.variants import grid_named
+from conrod.report import recommendation
+from conrod.report.findings import Findings
+from conrod.report.recommendation import Advice, advice_of
+from conrod.report.sweep import KIND
+from conrod.scenes import Scene
+from conrod.studies.execution.runner import Runner, Runs
+from conrod.studies.frame.case import pursue
+from conrod.studies.sweep.findings import SweepStudy
+from conrod.studies.sweep.prior import shipped
+from conrod.studies.sweep.recommend import Answer, check_tolerances, recommend_for
+from conrod.studies.sweep.study import plan_sweep, sweep_scene
+
+
+def sweep(
+    scenes: Scenes, *, grid: str = "default", engines: Engines = None, runs: Runs | None = None
+) -> Findings[SweepStudy]:
+    """Measure error and cost of every setting of a grid.
+
+    Args:
+        grid: "coarse", "default", or "presets": every preset of each engine, at more steps.
+        scenes, engines, runs: as of `validate`.
+
+    Raises:
+        InvalidInput: an argument cannot be used; says what can.
+    """
+    chosen, able = scenes_by_name(scenes), choose_engines(engines)
+    swept = grid_named(grid)
+    plans = [plan_sweep(name, scene, able, swept) for name, scene in chosen.items()]
+    with Runner.of(runs or Runs()) as runner:
+        studies = runner.pursue([sweep_scene(plan, runner.time) for plan in plans])
+    return Findings(KIND, {study.name: study for study in studies}, text_of_call("sweep", list(chosen), grid=grid))
+
+
+def recommend(
+    scene: OneScene,
+    tolerance: Mapping[str, float | None],
+    *,
+    engines: Engines = None,
+    runs: Runs | None = None,
+) -> Findings[Advice]:
+    """Find the cheapest settings of each engine within tolerances, confirmed on other runs, ready to paste.
+
+    Args:
+        tolerance: largest error of position, velocity and acceleration, normalised: {"position": 1e-6}.
+        scene, engines, runs: as of `validate`.
+
+    Raises:
+        InvalidInput: an argument cannot be used; says what can.
+    """
+    named = scene_by_name(scene)
+    answers = cheapest_settings(named, tolerance, engines=engines, runs=runs)
+    return findings_of(named, tolerance, answers)
+
+
+def cheapest_settings(
+    scene: OneScene, tolerance: Mapping[str, float | None], *, engines: Engines = None, runs: Runs | None = None
+) -> list[Answer]:
+    """The answer of each engine to `recommend`, with its settings as objects; arguments and errors as there."""
+    (name, chosen), able = scene_by_name(scene), choose_engines(engines)
+    allowed = check_tolerances(tolerance)
+    plan = plan_sweep(name, chosen, able, "default")
+    with Runner.of(runs or Runs()) as runner, runner.answering() as run:
+        return pursue(recommend_for(plan, allowed, runner.time, shipped()), run)
+
+
+def findings_of(
+    scene: tuple[str, Scene], tolerance: Mapping[str, float | None], answers: Sequence[Answer]
+) -> Findings[Advice]:
+    """Answers of engines as findings that a report shows."""
+    allowed = check_tolerances(tolerance)
+    found = advice_of(*scene, allowed, answers)
+    return Findings(recommendation.KIND, {scene[0]: found}, text_of_call("recommend", scene[0], tolerance=allowed))

@@ -1,0 +1,40 @@
+"""What each release of an engine changed: outcome, error, and the last bit of every state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.api.arguments import Scenes, scenes_by_name, text_of_call
+from conrod.engines import engine_named
+from conrod.engines.capabilities import KnownReleases, require_capability
+from conrod.errors import InvalidInput
+from conrod.report.findings import Findings
+from conrod.report.versions import KIND
+from conrod.studies.execution.runner import Runner, Runs
+from conrod.studies.versions import VersionStudy, plan_cases, versions_study
+
+DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
+
+
+def versions(
+    engine: str, scenes: Scenes = (), *, releases: Sequence[str] | None = None, runs: Runs | None = None
+) -> Findings[VersionStudy]:
+    """Run the same cases in releases of an engine, each installed once in an environment of its own.
+
+    Args:
+        engine: by name.
+        scenes: as of `validate`; five of different kinds where none is given.
+        releases: such as ("3.6.0", "3.7.0"); all that conrod knows where none is given.
+        runs: where runs are made and kept.
+
+    Raises:
+        InvalidInput: an argument cannot be used, or no release can be installed.
+    """
+    runs, made = runs or Runs(), engine_named(engine)
+    if runs.cluster is not None:
+        raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
+    chosen = require_capability(made, KnownReleases).releases.select_versions(None if releases is None else ",".join(releases))
+    cases = plan_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
+    with Runner.of(runs) as runner:
+        study = versions_study(made, chosen, cases, runner.run_in_release)
+    return Findings(KIND, {engine: study}, text_of_call("versions", engine, releases=releases))

@@ -1,0 +1,55 @@
+"""`conrod free`: motion without a drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import click
+
+from conrod.cli import options
+from conrod.cli.options import ReportOptions, RunOptions, option, tolerance_in
+
+
+@dataclass(frozen=True)
+class Asked(ReportOptions, RunOptions):
+    """Request to `conrod free`, as typed; None or empty where nothing was given."""
+
+    torque: bool = option("--torque", is_flag=True, help="With the torques of the scene's driver.")
+    seconds: float | None = option("--seconds", type=float, metavar="S", help="Length of the motion [10].")
+    step: str | None = option("--step", metavar="TIME", help="Time step of the engines [5 ms or less].")
+    engine: tuple[str, ...] = option("--engine")
+    preset: str | None = option("--preset")
+    assignments: tuple[str, ...] = option("--set")
+    tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Largest errors allowed, e.g. position=1e-4.")
+
+
+@options.verb(Asked)
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+def free(scenes: tuple[str, ...], asked: Asked) -> None:
+    """Compare the motion of SCENEs without a drive with their equations of motion.
+
+    Machines move by weight, springs, loads and their start.
+    Exit status 0: all that was judged is within tolerance; 1: something is not.
+    """
+    from conrod.api.free_motion import free_motion
+    from conrod.cli.outputs import end, outputs
+    from conrod.mechanism.units import parse_quantity
+    from conrod.report.free_motion import KIND
+    from conrod.studies.frame.resolve_arguments import select_scenes
+    from conrod.studies.free_motion.results import QUANTITIES
+
+    chosen = select_scenes(scenes, asked.assignments)
+    files = outputs(KIND, chosen, asked)
+    with asked.runs() as runs:
+        found = free_motion(
+            chosen,
+            torque=asked.torque,
+            seconds=asked.seconds,
+            step=None if asked.step is None else parse_quantity("--step", asked.step, "s"),
+            engines=asked.engine,
+            preset=asked.preset,
+            tolerance=tolerance_in(asked.tolerance, QUANTITIES),
+            runs=runs,
+        )
+    files.answer(found, "free", scenes)
+    end(found)

@@ -1,0 +1,81 @@
+"""Commands that are spelled in another way now: a command line of before is answered with the new one."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+
+# Options of `conrod validate` that belong to another verb now; None where nothing is left of the option.
+VERB_OF_OPTION = {
+    "--invariances": "invariances", "--motion": "free", "--quantity": "forces", "--step": "free", "--drive": "check",
+    "--scene": "check", "--crank": "check", "--point": "check", "--plane": "check", "--rotation": "check",
+    "--crank-zero": "check", "--keyframe": "check", "--ctrl": "check",
+}  # fmt: skip
+# Options that take a value, which is no file that is judged.
+WITH_VALUE = (
+    "--scene", "--drive", "--crank", "--point", "--plane", "--rotation", "--crank-zero", "--keyframe", "--ctrl",
+    "--column", "--unit", "--estimate", "--motion", "--quantity", "--seconds", "--step", "--out", "--json", "--html",
+    "--engine",
+    "--preset", "--set", "--steps-per-rev", "--revolutions", "--tolerance", "--baseline", "--report", "--verification",
+    "--measured", "--limits", "--uncertainty", "--ledger", "--jobs", "--cluster", "--cell-timeout", "--cell-memory",
+)  # fmt: skip
+
+
+def new_spelling(arguments: Sequence[str]) -> str | None:
+    """What to type in place of a command line of before; None of one that is spelled as it is now.
+
+    Args:
+        arguments: the verb and all that follows it.
+    """
+    if not arguments or arguments[0] not in ("validate", "check"):
+        return None
+    verb, words = arguments[0], _parted(arguments[1:])
+    given = [word for word in words if word.startswith("--")]
+    moved = next((VERB_OF_OPTION[one] for one in VERB_OF_OPTION if one in given), None) if verb == "validate" else None
+    if moved is None and verb == "validate" and any(_is_file(name) for name in _subjects(words)):
+        moved = "check"
+    if moved is None and "--report" not in given:
+        return None
+    new = ["conrod", moved or verb, *_respelled(words, moved)]
+    return f"`{_shown(['conrod', *arguments])}` is now `{_shown(new)}`"
+
+
+def _parted(words: Sequence[str]) -> list[str]:
+    """Words, with `--option=value` as two."""
+    found = list[str]()
+    for word in words:
+        name, equals, value = word.partition("=")
+        found += [name, value] if equals and name in WITH_VALUE else [word]
+    return found
+
+
+def _subjects(words: Sequence[str]) -> list[str]:
+    """Words that are no option and no option's value."""
+    values = {k + 1 for k, word in enumerate(words) if word in WITH_VALUE}
+    return [word for k, word in enumerate(words) if k not in values and not word.startswith("-")]
+
+
+def _is_file(name: str) -> bool:
+    from conrod.api.files import FILES
+
+    return name.lower().endswith(FILES)
+
+
+def _respelled(words: Sequence[str], verb: str | None) -> list[str]:
+    """The words with options in their new spelling."""
+    found, skip = list[str](), False
+    for word, following in zip(words, [*words[1:], ""], strict=True):
+        if skip:
+            skip = False
+        elif word == "--invariances":
+            continue
+        elif word == "--motion":
+            found += ["--torque"] if following == "torque" else []
+            skip = True
+        else:
+            found.append("--verification" if word == "--report" else word)
+    return found
+
+
+def _shown(words: Sequence[str]) -> str:
+    return " ".join(shlex.quote(word) for word in words)
