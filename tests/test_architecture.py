@@ -20,7 +20,7 @@ MODULES = {
 }
 
 # The floors of the house, the lowest first: a room imports from its own floor and from those below (docs/design.md).
-FLOORS = "mechanism < exact < scenes, runs < engines < studies < own < mjcf < report < cli"
+FLOORS = "mechanism < exact < scenes, runs < engines < studies < own < mjcf < report < api < cli"
 LEVEL = {room: level for level, rooms in enumerate(FLOORS.split(" < ")) for room in rooms.split(", ")}
 AT_THE_ROOT = {"__init__", "__main__", "crash", "errors", "testing"}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from conrod.api.arguments import Engines, Scenes, choose_engines, scenes_by_name, text_of_call
-from conrod.engines.capabilities import ModelIngredients, MissingCapability, capability
+from conrod.engines.capabilities import MissingCapability, ModelIngredients, capability
 from conrod.mechanism.units import check_count
 from conrod.report.ablate import KIND
 from conrod.report.findings import Findings

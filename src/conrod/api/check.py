@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from conrod.api.arguments import OneScene, scene_by_name
 from conrod.api.baselines import BaselineCheck
 from conrod.api.files import FILES, FMUS, MODELS, TABLES
+from conrod.api.in_memory import Model, columns_of, file_of_model, file_of_table
 from conrod.api.loops import check_loops
 from conrod.api.validate import validate
 from conrod.errors import InvalidInput
@@ -33,12 +31,11 @@ from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
 from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, check_tolerance
 
 if TYPE_CHECKING:
-    import mujoco
+    pass
 
 STEPS = 1000  # a revolution, of an FMU
 READING_TIMEOUT = 300.0  # [s]; a table of the most rows that are kept is read in a tenth of it
 TURNS = 2
-Model: TypeAlias = "str | Path | mujoco.MjModel | mujoco.MjSpec"
 
 
 def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Findings[Any]:
@@ -67,7 +64,7 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
         raise InvalidInput(f"{what}: say with scene=... what machine it is")
     if name.endswith(FMUS):
         return check_fmu(subject, _given(scene), **arguments)
-    if name.endswith(TABLES) or _columns_of(subject) is not None:
+    if name.endswith(TABLES) or columns_of(subject) is not None:
         return check_table(subject, _given(scene), **arguments)
     if "drives" in arguments:
         return check_loops(subject, machine=None if scene is None else str(scene), **arguments)
@@ -182,7 +179,7 @@ def check_table(
     Raises:
         InvalidInput: the table or an argument cannot be used; says what can.
     """
-    with _file_of_table(table) as (path, shown):
+    with file_of_table(table) as (path, shown):
         check_readable(path)
         name, machine = scene_by_name(scene)
         points = tuple(machine.lengths)
@@ -282,63 +279,3 @@ def _given(scene: OneScene | None) -> OneScene:
 
 def _texts(columns: Mapping[str, str] | None) -> tuple[str, ...]:
     return tuple(f"{name}={heading}" for name, heading in (columns or {}).items())
-
-
-# -- models and tables in memory: each is judged in a process of its own, which takes a file ---------------------------
-
-
-@contextmanager
-def file_of_model(model: Model) -> Iterator[tuple[Path, str | None]]:
-    """The file of a model, and what to call it; one in memory is saved for the while."""
-    if isinstance(model, str | Path):
-        yield Path(model), None
-        return
-    from conrod.own.models.loading import save_model
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "model.mjb")
-        with _called(path, "the model"):
-            save_model(model, path)
-            yield path, "the model"
-
-
-@contextmanager
-def _file_of_table(table: Any) -> Iterator[tuple[Path, str | None]]:
-    if isinstance(table, str | Path):
-        yield Path(table), None
-        return
-    columns = _columns_of(table)
-    if columns is None:
-        raise InvalidInput(f"a {type(table).__name__} is no table: give a file, a data frame or a mapping of arrays")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "table.npz")
-        with _called(path, "the table"):
-            np.savez(path, allow_pickle=False, **_arrays(columns))
-            yield path, "the table"
-
-
-@contextmanager
-def _called(path: Path, name: str) -> Iterator[None]:
-    """Speak in errors of what the user has in memory, not of a temporary file."""
-    try:
-        yield
-    except InvalidInput as error:
-        raise type(error)(str(error).replace(str(path), name)) from None
-
-
-def _columns_of(subject: Any) -> Mapping[str, Any] | None:
-    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of what has none."""
-    if isinstance(subject, Mapping):
-        return subject
-    names = getattr(subject, "column_names", getattr(subject, "columns", None))
-    return None if names is None else {str(name): subject[name] for name in names}
-
-
-def _arrays(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Arrays by name; raises InvalidInput where one is none."""
-    arrays = {str(name): np.asarray(value) for name, value in given.items()}
-    for name, array in arrays.items():
-        # The last two are numpy's own keywords.
-        if array.dtype.kind not in "fiu" or array.ndim == 0 or name in ("file", "allow_pickle"):
-            raise InvalidInput(f"the table: {name!r}: an array of numbers is wanted, by the name of a column")
-    return arrays

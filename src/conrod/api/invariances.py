@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from conrod.api.arguments import OneScene, is_one, scenes_by_name
-from conrod.api.check import file_of_model
 from conrod.api.files import MODELS
+from conrod.api.in_memory import file_of_model
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from conrod.api.in_memory import file_of_model
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
@@ -53,8 +54,6 @@ def check_loops(
     Raises:
         InvalidInput: a model or an argument cannot be used; says what can.
     """
-    from conrod.api.check import file_of_model
-
     if seconds is not None:
         check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
     laws = dict(drives or {})

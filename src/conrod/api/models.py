@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
-from conrod.api.check import file_of_model
+from conrod.api.in_memory import file_of_model
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
 from conrod.mjcf.results import HardenedModel

@@ -33,7 +33,9 @@ def versions(
     runs, made = runs or Runs(), engine_named(engine)
     if runs.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
-    chosen = require_capability(made, KnownReleases).releases.select_versions(None if releases is None else ",".join(releases))
+    chosen = require_capability(made, KnownReleases).releases.select_versions(
+        None if releases is None else ",".join(releases)
+    )
     cases = plan_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
     with Runner.of(runs) as runner:
         study = versions_study(made, chosen, cases, runner.run_in_release)

@@ -14,6 +14,7 @@ from conrod.cli import options, waiting
 from conrod.cli.options import (
     RUNS,
     VerificationOptions,
+    columns_in,
     controls_in,
     names_in,
     option,
@@ -214,18 +215,6 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     if dossier:
         dossier.write(found)
     end(found)
-
-
-def columns_in(texts: Sequence[str], points: Sequence[str]) -> dict[str, str]:
-    """Columns by quantity in `C.x=px`.
-
-    Raises:
-        InvalidInput: one is not written so, is of no quantity, or given twice.
-    """
-    from conrod.own.tables.columns import quantities
-
-    form = "QUANTITY=..., e.g. --column time=t"
-    return named_values(texts, "--column", form, "quantity", quantities(points))
 
 
 # -- closed loops ------------------------------------------------------------------------------------------------------

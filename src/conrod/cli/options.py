@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
@@ -290,3 +290,16 @@ def controls_in(texts: Iterable[str]) -> dict[str, float]:
         except ValueError:
             raise InvalidInput(f"--ctrl '{name}={text}': give {CONTROL_FORM}") from None
     return controls
+
+
+def columns_in(texts: Iterable[str], points: Sequence[str]) -> dict[str, str]:
+    """Columns by quantity in `C.x=px`.
+
+    Raises:
+        InvalidInput: one is not written so, is of no quantity, or given twice.
+    """
+    from conrod.errors import named_values
+    from conrod.own.tables.columns import quantities
+
+    form = "QUANTITY=..., e.g. --column time=t"
+    return named_values(texts, "--column", form, "quantity", quantities(points))

@@ -12,8 +12,7 @@ from typing import Any
 from conrod.api.files import MODELS
 from conrod.api.invariances import invariances_of_file, invariances_of_scene
 from conrod.cli import say
-from conrod.cli.check import columns_in
-from conrod.cli.options import RUNS, VerificationOptions, explicit_options, names_in
+from conrod.cli.options import RUNS, VerificationOptions, columns_in, explicit_options, names_in
 from conrod.cli.outputs import reproduction
 from conrod.errors import InvalidInput, named_values
 from conrod.mechanism.units import parse_quantity
