@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from conrod.api.arguments import Engines, Scenes, choose_engines, scenes_by_name, text_of_call
 from conrod.engines.capabilities import MissingCapability, ModelIngredients, capability
 from conrod.mechanism.units import check_count
 from conrod.report.ablate import KIND
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
 from conrod.studies.ablate_findings import AblationStudy
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.case import Case, Measurement, pursue
-from conrod.studies.frame.resolve_arguments import check_table
+from conrod.studies.frame.resolve_arguments import Engines, Scenes, check_table, choose_engines, scenes_by_name
 from conrod.studies.frame.run import REVOLUTIONS
 
 ROUNDS = 200

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from conrod.api.arguments import OneScene, scene_by_name
 from conrod.api.baselines import BaselineCheck
 from conrod.api.files import FILES, FMUS, MODELS, TABLES
 from conrod.api.in_memory import Model, columns_of, file_of_model, file_of_table
@@ -28,7 +27,7 @@ from conrod.report.findings import Findings
 from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
 from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
-from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, check_tolerance
+from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, OneScene, check_tolerance, scene_by_name
 
 if TYPE_CHECKING:
     pass

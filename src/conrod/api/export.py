@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import warnings
 
-from conrod.api.arguments import OneScene, scene_by_name
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count
 from conrod.scenes.space import MACHINES
-from conrod.studies.frame.resolve_arguments import STEPS, check_table
+from conrod.studies.frame.resolve_arguments import STEPS, OneScene, check_table, scene_by_name
 
 FORMATS = ("mjcf", "csv", "fmu")
 CSV_SAMPLES = 360  # a revolution

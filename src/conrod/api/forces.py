@@ -7,16 +7,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from conrod.api.arguments import Engines, Scenes, choose_engines, engine_names_given, scenes_by_name, text_of_call
 from conrod.api.baselines import BaselineCheck
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.forces import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.forces.results import GROUPS, ForceStudy
 from conrod.studies.forces.study import ForceCase, ForcePlan
-from conrod.studies.frame.resolve_arguments import check_tolerance, make_plan, select_presets
+from conrod.studies.frame.resolve_arguments import (
+    Engines,
+    Scenes,
+    check_tolerance,
+    choose_engines,
+    engine_names_given,
+    make_plan,
+    scenes_by_name,
+    select_presets,
+)
 from conrod.studies.frame.result import study_of
 
 REVOLUTIONS = 2
@@ -58,7 +66,7 @@ def forces(
         "quantity": ",".join(quantities or asked),
     }
     words |= {"steps-per-rev": steps_per_rev, "revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check = BaselineCheck.of(baseline, chosen, words, accept=accept)
+    check = BaselineCheck.of(baseline, chosen, words, accept=accept) if baseline or accept else None
     runs = replace(runs, fresh=True) if check else runs
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[Sequence[ForceStudy]]:

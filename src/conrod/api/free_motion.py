@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from conrod.api.arguments import Engines, Scenes, choose_engines, engine_names_given, scenes_by_name, text_of_call
 from conrod.mechanism.units import check_number
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.free_motion import KIND
 from conrod.studies.execution.runner import Runner, Runs
-from conrod.studies.frame.resolve_arguments import check_tolerance, select_presets
+from conrod.studies.frame.resolve_arguments import (
+    Engines,
+    Scenes,
+    check_tolerance,
+    choose_engines,
+    engine_names_given,
+    scenes_by_name,
+    select_presets,
+)
 from conrod.studies.free_motion.perform import motion_study
 from conrod.studies.free_motion.plan import MotionPlan, instants
 from conrod.studies.free_motion.results import QUANTITIES, MotionStudy

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from conrod.api.arguments import OneScene, is_one, scenes_by_name
 from conrod.api.files import MODELS
 from conrod.api.in_memory import file_of_model
 from conrod.engines import engine_named
@@ -21,6 +20,7 @@ from conrod.report.findings import Findings
 from conrod.report.invariances import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
+from conrod.studies.frame.resolve_arguments import OneScene, is_one, scenes_by_name
 
 if TYPE_CHECKING:
     import mujoco

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.api.arguments import Engines, Scenes, choose_engines, scenes_by_name, text_of_call
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_number
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.limits.report import KIND
 from conrod.studies.execution.runner import Runner, Runs
-from conrod.studies.frame.resolve_arguments import select_presets
+from conrod.studies.frame.resolve_arguments import Engines, Scenes, choose_engines, scenes_by_name, select_presets
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, measure_of
 from conrod.studies.limits.plan import ITEMS, check_asked, plan_limits, pursue_plans

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from conrod.api.arguments import Engines, OneScene, Scenes, choose_engines, scene_by_name, scenes_by_name, text_of_call
 from conrod.engines.variants import grid_named
 from conrod.report import recommendation
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.recommendation import Advice, advice_of
 from conrod.report.sweep import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.case import pursue
+from conrod.studies.frame.resolve_arguments import (
+    Engines,
+    OneScene,
+    Scenes,
+    choose_engines,
+    scene_by_name,
+    scenes_by_name,
+)
 from conrod.studies.sweep.findings import SweepStudy
 from conrod.studies.sweep.prior import shipped
 from conrod.studies.sweep.recommend import Answer, check_tolerances, recommend_for

@@ -7,15 +7,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from conrod.api.arguments import Engines, Scenes, choose_engines, engine_names_given, scenes_by_name, text_of_call
 from conrod.api.baselines import BaselineCheck
 from conrod.engines import Engine
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.validation import KIND
 from conrod.scenes import Scene
-from conrod.studies.detection.qualification import qualified
 from conrod.studies.execution.runner import Runner, Runs
-from conrod.studies.frame.resolve_arguments import MOST_SAMPLES, MOST_STREAMED, make_plan, select_presets
+from conrod.studies.frame.resolve_arguments import (
+    MOST_SAMPLES,
+    MOST_STREAMED,
+    Engines,
+    Scenes,
+    choose_engines,
+    engine_names_given,
+    make_plan,
+    scenes_by_name,
+    select_presets,
+)
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import SceneStudy
 from conrod.studies.validation.study import validation
@@ -60,7 +68,7 @@ def validate(
     plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, most)
     words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check = BaselineCheck.of(baseline, chosen, words, accept=accept)
+    check = BaselineCheck.of(baseline, chosen, words, accept=accept) if baseline or accept else None
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
     def find(several: Sequence[Mapping[str, Scene]], defects: bool) -> list[Sequence[SceneStudy]]:
@@ -88,4 +96,8 @@ def _study(
     defects: bool,
 ) -> Generator[Any, Any, Sequence[SceneStudy]]:
     found = yield from validation(scenes, engines, presets, plan)
-    return (yield from qualified(found, scenes, engines, plan)) if defects else found
+    if not defects:
+        return found
+    from conrod.studies.detection.qualification import qualified
+
+    return (yield from qualified(found, scenes, engines, plan))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.api.arguments import Scenes, scenes_by_name, text_of_call
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KnownReleases, require_capability
 from conrod.errors import InvalidInput
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.versions import KIND
 from conrod.studies.execution.runner import Runner, Runs
+from conrod.studies.frame.resolve_arguments import Scenes, scenes_by_name
 from conrod.studies.versions import VersionStudy, plan_cases, versions_study
 
 DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")

@@ -68,13 +68,6 @@ class Verbs(click.Group):
         with _telling_closed_output():
             return super().invoke(ctx)
 
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        from conrod.cli.moved import new_spelling
-
-        if not ctx.resilient_parsing and (moved := new_spelling(args)):
-            raise InvalidInput(moved)
-        return super().resolve_command(ctx, args)
-
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
 

@@ -38,6 +38,14 @@ class Option(click.Option):
 class Verb(click.Command):
     """A command whose help has options under their headings, and fits on a screen."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        typed = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError:
+            refuse_old_spelling(str(self.name), typed)
+            raise
+
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         headings: dict[str, list[tuple[str, str]]] = {OPTIONS: []}
         for one in self.get_params(ctx):
@@ -52,6 +60,14 @@ class Verb(click.Command):
             # The names of all sections are as wide, so that the texts stand in one column.
             formatter.write_dl([(f"{name:{names}}", text) for name, text in records], col_max=names + 2, col_spacing=1)
             formatter.dedent()
+
+
+def refuse_old_spelling(verb: str, words: Sequence[str]) -> None:
+    """Answer a command line that is spelled in another way now with the new one; raises InvalidInput."""
+    from conrod.cli.moved import new_spelling
+
+    if moved := new_spelling([verb, *words]):
+        raise InvalidInput(moved)
 
 
 # -- options that mean the same in every verb --------------------------------------------------------------------------

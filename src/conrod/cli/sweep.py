@@ -71,13 +71,12 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
 
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
-    from conrod.api.arguments import choose_engines
     from conrod.api.sweep import cheapest_settings, findings_of
     from conrod.cli.outputs import outputs
     from conrod.engines.capabilities import MissingCapability, ModelFile, capability
     from conrod.report.recommendation import KIND
     from conrod.studies.frame.files import files_to_write
-    from conrod.studies.frame.resolve_arguments import select_scene
+    from conrod.studies.frame.resolve_arguments import choose_engines, select_scene
     from conrod.studies.frame.writing import single, write_together
     from conrod.studies.sweep.recommend import Recommendation
 

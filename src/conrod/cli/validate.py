@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 
 import click
@@ -32,6 +33,7 @@ def validate(scenes: tuple[str, ...], asked: Asked) -> None:
     `catalogue` and `spatial` stand for all of theirs.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
+    from conrod.api.files import FILES
     from conrod.api.validate import REVOLUTIONS, validate
     from conrod.cli.outputs import end, outputs
     from conrod.report.validation import KIND
@@ -44,6 +46,8 @@ def validate(scenes: tuple[str, ...], asked: Asked) -> None:
             raise InvalidInput(f"{spatial[0]} is a machine in space, {other} is not: validate them one after the other")
         _validate_in_space(scenes, asked)
         return
+    if any(name.lower().endswith(FILES) for name in scenes):
+        options.refuse_old_spelling("validate", sys.argv[2:] if sys.argv[1:2] == ["validate"] else scenes)
     chosen = select_scenes(scenes, asked.assignments)
     dossier = None
     files = outputs(KIND, chosen, asked)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from markupsafe import escape
 
@@ -64,7 +64,8 @@ class Findings(Mapping[str, F], Generic[F]):
     @property
     def within_tolerance(self) -> bool | None:
         """True if all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
-        verdicts = [self.kind.passed(found) for found in self.parts.values()]
+        judge = self.kind.passed or verdict_on
+        verdicts = [judge(found) for found in self.parts.values()]
         return False if False in verdicts else True if True in verdicts else None
 
     @property
@@ -131,6 +132,20 @@ class Findings(Mapping[str, F], Generic[F]):
     def _repr_html_(self) -> str:
         """The verdict and the tables, as a notebook shows them."""
         return in_html("".join([f"<p>{escape(self.verdict)}</p>", *map(_html_table, self.tables())]))
+
+
+def verdict_on(findings: Any) -> bool | None:
+    """True if all that was judged in findings is within tolerance; None where nothing was judged, or nothing is."""
+    results = getattr(findings, "results", None)
+    judged = results is None or any(one.passed is not None for one in results)
+    passed: bool | None = getattr(findings, "passed", None) if judged else None
+    return passed
+
+
+def text_of_call(function: str, subject: object, **arguments: object) -> str:
+    """A call of the API as Python text, with the arguments that were given, for reports to print."""
+    given = {name: value for name, value in arguments.items() if value not in (None, (), False)}
+    return f"conrod.{function}({', '.join([repr(subject), *(f'{name}={value!r}' for name, value in given.items())])})"
 
 
 def _html_table(table: Table) -> str:

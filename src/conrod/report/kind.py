@@ -118,14 +118,6 @@ class Index(Generic[F]):
         return table(["what", "which"], [("conrod", conrod), *self.environment.items()], title=title)
 
 
-def verdict_on(findings: Any) -> bool | None:
-    """True if all that was judged in findings is within tolerance; None where nothing was judged, or nothing is."""
-    results = getattr(findings, "results", None)
-    judged = results is None or any(one.passed is not None for one in results)
-    passed: bool | None = getattr(findings, "passed", None) if judged else None
-    return passed
-
-
 @dataclass(frozen=True)
 class Kind(Generic[F]):
     """One kind of report.
@@ -137,7 +129,7 @@ class Kind(Generic[F]):
         summary: what the index and scripts read of a part, plain values.
         printed: tables and sentences that the command prints of some findings.
         verdict: findings in a few sentences, the first of which says the answer.
-        passed: whether all that was judged in findings is within tolerance; None where nothing was.
+        passed: whether findings are within tolerance, None where nothing was judged; without it by their own `passed`.
         one_part: whether a report has one part, whose page is the first; others have an index.
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: of the names of its pages and data.
@@ -158,7 +150,7 @@ class Kind(Generic[F]):
     summary: Callable[[F], Mapping[str, Any]]
     printed: Callable[[Sequence[F]], Iterable[Printed]]
     verdict: Callable[[F], str]
-    passed: Callable[[F], bool | None] = verdict_on
+    passed: Callable[[F], bool | None] | None = None
     one_part: bool = False
     results: str = "results.json"
     index_file: str = "README.md"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -16,9 +16,8 @@ from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.figure import Figure
 from conrod.report.html.moving import animated_svg, moving
 from conrod.report.kind import Index, Kind, Part
-from conrod.report.results import print_distrusted, scene_verdict, summary_of
+from conrod.report.results import scene_verdict, summary_of
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.terminal import Part as Printed
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 
@@ -163,27 +162,12 @@ def unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
     return table(("machine", "engine", "why"), found)
 
 
-def print_results(studies: Sequence[SceneStudy]) -> Iterator[Printed]:
-    """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
-    yield from print_distrusted(studies)
-    yield validation_tables.verdicts_table(studies)
-    yield from (f"{study.name}: {words}" for study in studies for words in validation_tables.added_words(study))
-    reasons = dict.fromkeys(
-        (result.scene, result.tolerance.reason)
-        for study in studies
-        for result in study.results
-        if result.passed is None and result.tolerance.reason
-    )
-    yield from (f"{scene}: tolerances: {reason}" for scene, reason in reasons)
-    yield from map(validation_tables.qualification_table, studies)
-
-
 KIND = Kind(
     name="validation",
     findings=SceneStudy,
     title=lambda study: study.scene.title,
     summary=_summary,
-    printed=print_results,
+    printed=validation_tables.print_results,
     verdict=scene_verdict,
     kept=_kept,
     digits=6,

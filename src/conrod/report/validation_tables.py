@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
-from conrod.report.results import name_of, results_table
+from conrod.report.results import name_of, print_distrusted, results_table
 from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.terminal import Part
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
@@ -160,3 +161,18 @@ def settings_tables(study: SceneStudy) -> list[Table]:
                 table([f"{engine_style(engine).title} setting", *runs], rows, title=engine_style(engine).title)
             )
     return found
+
+
+def print_results(studies: Sequence[SceneStudy]) -> Iterator[Part]:
+    """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
+    yield from print_distrusted(studies)
+    yield verdicts_table(studies)
+    yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
+    reasons = dict.fromkeys(
+        (result.scene, result.tolerance.reason)
+        for study in studies
+        for result in study.results
+        if result.passed is None and result.tolerance.reason
+    )
+    yield from (f"{scene}: tolerances: {reason}" for scene, reason in reasons)
+    yield from map(qualification_table, studies)
