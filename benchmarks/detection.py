@@ -21,15 +21,8 @@ from benchmarks.healthy import VariantCase, variant
 from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
 from conrod.report import numbers
-from conrod.report.charts.canvas import (
-    drawing_style,
-    legend_above,
-    log_axis,
-    preset_style,
-    preset_title,
-    rows_axis,
-    svg_text,
-)
+from conrod.report.charts.canvas import drawing_style, legend_above, log_axis, rows_axis, svg_text
+from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.results import name_of
 from conrod.report.table import Table, table
 from conrod.report.template import table_text

@@ -13,7 +13,8 @@ from committed_studies import SCENE, detected, limit_study, of_axis
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from conrod.report.charts.canvas import OUTCOME_MARKS, drawing_style
+from conrod.report.charts.canvas import drawing_style
+from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.folder import restored
 from conrod.report.kind import Reproduction
 from conrod.report.limits.charts import UNDETECTED_COLOUR, error_chart, places_on

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from conrod.api.baselines import BaselineCheck
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.forces import KIND
@@ -66,7 +65,11 @@ def forces(
         "quantity": ",".join(quantities or asked),
     }
     words |= {"steps-per-rev": steps_per_rev, "revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check = BaselineCheck.of(baseline, chosen, words, accept=accept) if baseline or accept else None
+    check = None
+    if baseline or accept:
+        from conrod.api.baselines import BaselineCheck  # it knows all kinds of findings
+
+        check = BaselineCheck.of(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[Sequence[ForceStudy]]:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from conrod.api.baselines import BaselineCheck
 from conrod.engines import Engine
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.validation import KIND
@@ -68,7 +67,11 @@ def validate(
     plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, most)
     words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check = BaselineCheck.of(baseline, chosen, words, accept=accept) if baseline or accept else None
+    check = None
+    if baseline or accept:
+        from conrod.api.baselines import BaselineCheck  # it knows all kinds of findings
+
+        check = BaselineCheck.of(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
     def find(several: Sequence[Mapping[str, Scene]], defects: bool) -> list[Sequence[SceneStudy]]:

@@ -11,13 +11,13 @@ import zlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
-
-from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.table import in_svg
+
+if TYPE_CHECKING:  # what draws is loaded when a figure is drawn
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 FOLDER = "figures"
 # Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
@@ -47,12 +47,16 @@ class Figure:
 
     def svg(self) -> str:
         """The figure drawn, the same byte for byte wherever that is done."""
+        from conrod.report.charts.canvas import drawing_style, svg_text
+
         with drawing_style():
             drawn = self.draw()
             return in_svg(drawn if isinstance(drawn, str) else svg_text(drawn))
 
     def places(self) -> list[Spot]:
         """The spots, where the figure has them once it is laid out."""
+        from conrod.report.charts.canvas import drawing_style
+
         with drawing_style():
             drawn = self.draw()
             if isinstance(drawn, str):

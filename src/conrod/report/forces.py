@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.kind import Kind
 from conrod.report.results import (
     name_of,

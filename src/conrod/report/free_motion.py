@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 from conrod.report import numbers
-from conrod.report.charts.panels import free_motion_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.results import results_table, scene_verdict, summary_of
@@ -79,6 +78,8 @@ def _leaves(result: MotionResult) -> str:
 
 def figures(studies: Iterable[MotionStudy]) -> list[Figure]:
     """A figure for each study of which a run has curves."""
+    from conrod.report.charts.panels import free_motion_figure
+
     alt = "Errors of position and energy of {} over time"
     return [
         Figure(f"{study.name}-free-motion", alt.format(study.name), partial(free_motion_figure, study))

@@ -14,17 +14,8 @@ from matplotlib.lines import Line2D
 from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report import sweep_tables as tables
-from conrod.report.charts.canvas import (
-    NORMS,
-    colour,
-    engine_title,
-    legend_above,
-    log_axis,
-    on_log_grid,
-    preset_handles,
-    preset_style,
-    whole_decades,
-)
+from conrod.report.charts.canvas import NORMS, legend_above, log_axis, on_log_grid, preset_handles, whole_decades
+from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind
 from conrod.report.table import Table, table

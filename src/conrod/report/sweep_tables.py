@@ -9,7 +9,7 @@ from itertools import groupby
 
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
-from conrod.report.charts.canvas import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.table import Table, table
 from conrod.runs.convergence import ObservedOrder
 from conrod.runs.trajectory import Outcome

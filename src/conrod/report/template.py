@@ -19,7 +19,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, pa
 from jinja2.runtime import Context
 
 from conrod.report import numbers, results
-from conrod.report.charts.canvas import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.table import Cell, Table, Toned, Verbatim, in_markdown, verbatim
 

@@ -11,7 +11,6 @@ from conrod.own.tables.causes import Cause
 from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
-from conrod.report.charts.panels import table_figure
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.results import DISTRUST, exceeded_words
@@ -122,6 +121,8 @@ def errors_table(study: TableStudy) -> Table:
 
 def figure(study: TableStudy) -> Figure | None:
     """Errors over the run; None where there are none."""
+    from conrod.report.charts.panels import table_figure
+
     return Figure("error", "Error of the table over the run", lambda: table_figure(study)) if study.errors else None
 
 

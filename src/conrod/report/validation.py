@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 
 from conrod.report import numbers, validation_tables
-from conrod.report.charts.canvas import completed, engine_title, label
-from conrod.report.charts.panels import error_figure, overview_figure, refinement_figure
-from conrod.report.drawing.drawing import mechanism_svg
+from conrod.report.charts.styles import completed, engine_title, label
 from conrod.report.figure import Figure
-from conrod.report.html.moving import animated_svg, moving
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.results import scene_verdict, summary_of
 from conrod.report.table import Cell, Table, Toned, table
@@ -78,6 +75,10 @@ tables = validation_tables  # that the page asks for
 
 def figures(study: SceneStudy) -> dict[str, Figure]:
     """The figures of a page by name; those of the runs only where one completed."""
+    from conrod.report.charts.panels import error_figure, refinement_figure
+    from conrod.report.drawing.drawing import mechanism_svg
+    from conrod.report.html.moving import animated_svg, moving
+
     name = study.name
     drawn: dict[str, tuple[str, Any]] = {
         "mechanism": (f"The mechanism of {name} with its dimensions", partial(mechanism_svg, study.scene))
@@ -109,6 +110,8 @@ def _live(part: Part[SceneStudy], anchor: str) -> str:
 
 def overview(index: Index[SceneStudy]) -> Figure:
     """How far off all engines are on all machines."""
+    from conrod.report.charts.panels import overview_figure
+
     scenes = {name: entry["summary"] for name, entry in index.entries.items()}
     alt = "Largest position error of every machine, engine and preset"
     return Figure("overview", alt, partial(overview_figure, scenes))

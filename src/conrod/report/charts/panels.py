@@ -17,21 +17,16 @@ from conrod.exact.motion import Array
 from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import (
-    HUES,
     NORMS,
-    completed,
-    curve_style,
-    label,
     legend_above,
     log_axis,
     on_grid,
     on_log_grid,
-    preset_style,
-    preset_title,
     rows_axis,
     tolerance_heads,
     whole_decades,
 )
+from conrod.report.charts.styles import HUES, completed, curve_style, label, preset_style, preset_title
 from conrod.report.numbers import ROUNDING
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES

@@ -15,7 +15,8 @@ from markupsafe import Markup, escape
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import NORMS, colour, label
+from conrod.report.charts.canvas import NORMS
+from conrod.report.charts.styles import colour, label
 from conrod.report.html.moving import MOST_POWER, POSES, Moving, moving, transforms
 from conrod.report.html.page import template
 from conrod.report.kind import Part

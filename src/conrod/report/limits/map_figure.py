@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import legend_above, preset_title
+from conrod.report.charts.canvas import legend_above
+from conrod.report.charts.styles import preset_title
 from conrod.report.limits.charts import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
 from conrod.report.numbers import ROUNDING
 from conrod.studies.limits.axes import AXES

@@ -11,7 +11,7 @@ from typing import Any
 from matplotlib.figure import Figure as Drawing
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure, Spot, spots_in
 from conrod.report.kind import Index, Kind
 from conrod.report.limits import tables

@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import Any
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import engine_title
+from conrod.report.charts.styles import engine_title
 from conrod.report.table import VERDICT, Table, Toned, table
 from conrod.report.template import listed
 from conrod.studies.limits.determinism import Determinism

@@ -1,0 +1,76 @@
+"""Names, colours, lines and marks of engines, presets and outcomes; no drawing library is loaded."""
+
+from __future__ import annotations
+
+from operator import attrgetter
+from typing import Any
+
+from conrod.engines import ENGINES, PLUGIN_COLOURS, engine_style, line_style
+from conrod.runs.trajectory import Outcome
+from conrod.studies.frame.result import Result
+from conrod.studies.validation.results import ValidationResult
+
+HUES = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that are of no engine
+
+# Mark of an outcome.
+OUTCOME_MARKS = {
+    Outcome.DIVERGED.slug: "x",
+    Outcome.EXPLODED.slug: "*",
+    Outcome.RESET.slug: "P",
+    Outcome.FLIPPED.slug: ">",
+    Outcome.LOCKED.slug: "s",
+    Outcome.OPENED.slug: "v",
+    Outcome.LOST_CONTACT.slug: "^",
+    Outcome.TUNNELLED.slug: "D",
+    Outcome.STALLED.slug: "d",
+    Outcome.CRASHED.slug: "X",
+    Outcome.TIMED_OUT.slug: "h",
+    Outcome.OUT_OF_MEMORY.slug: "p",
+    Outcome.UNSUPPORTED.slug: "+",
+}
+
+
+def engine_title(engine: str) -> str:
+    """The engine's name as its makers write it."""
+    return engine_style(engine).title
+
+
+def preset_title(engine: str, preset: str | None) -> str:
+    """Engine and preset, as a legend has it."""
+    return f"{engine_title(engine)} {preset or ''}".strip()
+
+
+def label(result: Result) -> str:
+    """Engine and preset of a result."""
+    return preset_title(result.engine, result.preset)
+
+
+def colour(engine: str) -> str:
+    """The colour of an engine."""
+    return engine_style(engine).colour
+
+
+def curve_style(result: Result) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for a result's curve."""
+    return preset_style(result.engine, result.preset)
+
+
+def preset_style(engine: str, name: str | None) -> dict[str, Any]:
+    """Arguments of `Axes.plot` for the curve of an engine's preset."""
+    preset = line_style(engine, name)
+    hue = colour(engine)
+    return {
+        "color": hue,
+        "linestyle": preset.line,
+        "linewidth": 1.2,
+        "marker": preset.marker,
+        "markersize": preset.size,
+        "markerfacecolor": hue if preset.filled else "none",
+        "markeredgewidth": 1.0,
+        "zorder": preset.above,
+    }
+
+
+def completed(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
+    """Dynamic runs that have errors and curves to draw."""
+    return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
