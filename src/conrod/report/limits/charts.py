@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts import canvas
+from conrod.report.charts import canvas, styles
 from conrod.runs.trajectory import Outcome
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, Scale
@@ -63,7 +63,7 @@ def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, A
     """Return arguments of `Axes.plot` for the mark of a way of ending; red where nothing shows it."""
     return {
         "linestyle": "none",
-        "marker": canvas.OUTCOME_MARKS.get(outcome, "."),
+        "marker": styles.OUTCOME_MARKS.get(outcome, "."),
         "markersize": size,
         "markeredgewidth": 0.9,
         "color": UNDETECTED_COLOUR if undetected else "#222222",
@@ -72,7 +72,7 @@ def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, A
 
 def outcome_handles(outcomes: set[str]) -> list[Line2D]:
     """Return legend entries of ways of ending, in the order of the list of outcomes."""
-    known = [one.slug for one in Outcome if one.slug in outcomes and one.slug in canvas.OUTCOME_MARKS]
+    known = [one.slug for one in Outcome if one.slug in outcomes and one.slug in styles.OUTCOME_MARKS]
     return [Line2D([], [], label=one, **mark_style(one, undetected=False, size=5.0)) for one in known]
 
 
@@ -126,7 +126,7 @@ def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: Panel) -> 
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for walk in walks:
         # A curve is broken where a run has no value: nothing is known there.
-        _plot(axes, axis, walk.probes, panel, canvas.preset_style(walk.engine, walk.preset) | _bare(axis))
+        _plot(axes, axis, walk.probes, panel, styles.preset_style(walk.engine, walk.preset) | _bare(axis))
         _plot(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, RING)
     ends = [places_on(axis, (walk.probes[0].value, walk.probes[-1].value)) for walk in walks]
     begin, end = float(np.min(ends)), float(np.max(ends))
@@ -158,7 +158,7 @@ def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[
             style = mark_style(*end) | {"transform": axes.get_xaxis_transform(), "clip_on": False}
             axes.plot(places, np.full(len(places), up), **style)
         where: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "center"}
-        axes.annotate(canvas.preset_title(*key), (-0.005, up), fontsize=6.0, **where)
+        axes.annotate(styles.preset_title(*key), (-0.005, up), fontsize=6.0, **where)
 
 
 def _legend(walks: Sequence[Walk]) -> list[Line2D]:
