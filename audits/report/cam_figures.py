@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
 from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import HUES, legend_above, on_grid
+from conrod.report.charts.canvas import legend_above, on_grid
+from conrod.report.charts.styles import HUES
 
 UNITS = {"lift": "mm", "velocity": "mm/s", "acceleration": "mm/s²", "jerk": "mm/s³"}
 BASE = 36.0  # [mm], the base of the document's extreme cam
