@@ -27,6 +27,9 @@ FILES = (
 )  # fmt: skip
 
 
+TYPED = "conrod.typed"  # words of the command line, in the context of a verb
+
+
 class Option(click.Option):
     """An option under a heading."""
 
@@ -39,11 +42,11 @@ class Verb(click.Command):
     """A command whose help has options under their headings, and fits on a screen."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        typed = list(args)
+        ctx.meta[TYPED] = list(args)
         try:
             return super().parse_args(ctx, args)
         except click.UsageError:
-            refuse_old_spelling(str(self.name), typed)
+            refuse_old_spelling(ctx)
             raise
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -62,11 +65,11 @@ class Verb(click.Command):
             formatter.dedent()
 
 
-def refuse_old_spelling(verb: str, words: Sequence[str]) -> None:
+def refuse_old_spelling(context: click.Context) -> None:
     """Answer a command line that is spelled in another way now with the new one; raises InvalidInput."""
     from conrod.cli.moved import new_spelling
 
-    if moved := new_spelling([verb, *words]):
+    if moved := new_spelling([str(context.info_name), *context.meta[TYPED]]):
         raise InvalidInput(moved)
 
 

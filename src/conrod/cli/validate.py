@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, replace
 
 import click
@@ -47,7 +46,7 @@ def validate(scenes: tuple[str, ...], asked: Asked) -> None:
         _validate_in_space(scenes, asked)
         return
     if any(name.lower().endswith(FILES) for name in scenes):
-        options.refuse_old_spelling("validate", sys.argv[2:] if sys.argv[1:2] == ["validate"] else scenes)
+        options.refuse_old_spelling(click.get_current_context())
     chosen = select_scenes(scenes, asked.assignments)
     dossier = None
     files = outputs(KIND, chosen, asked)
