@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 from conrod.cli.options import StudyOptions, option
 
 ROUNDS = 200
@@ -25,7 +25,7 @@ class Asked(StudyOptions):
 
 
 @options.verb(Asked)
-@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...", shell_complete=completion.scenes)
 def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what a model requires and what is optional: each ingredient's cost, and what it does to the motion.
 

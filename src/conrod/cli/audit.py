@@ -6,11 +6,13 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 
 
 @options.verb(options.ReportOptions)
-@click.argument("files", metavar="FILE.csv...", nargs=-1, required=True)
+@click.argument(
+    "files", metavar="FILE.csv...", nargs=-1, required=True, shell_complete=completion.files_with((".csv",))
+)
 def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     """Judge printed values of a textbook by the exact motion, each with a verdict.
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import click
 
-from conrod.cli import options, waiting
+from conrod.api.files import FILES
+from conrod.cli import completion, options, waiting
 from conrod.cli.options import (
     RUNS,
     VerificationOptions,
@@ -29,7 +30,12 @@ from conrod.errors import InvalidInput, named_values
 class CheckOptions(VerificationOptions):
     """Request to `conrod check`, as typed; None or empty where nothing was given."""
 
-    scene: str | None = option("--scene", metavar="SCENE", help="Machine that FILE is to be, see `conrod show`.")
+    scene: str | None = option(
+        "--scene",
+        metavar="SCENE",
+        help="Machine that FILE is to be, see `conrod show`.",
+        shell_complete=completion.scenes,
+    )
     assignments: tuple[str, ...] = option("--set")
     drives: tuple[str, ...] = option(
         "--drive", multiple=True, metavar="JOINT=LAW", help="No --scene: `60rpm`, `sine:20deg,1Hz`, ..."
@@ -66,7 +72,7 @@ WITH_DRIVE = (
 
 
 @options.verb(CheckOptions)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a FILE of your own by an exact motion, as it stands.
 

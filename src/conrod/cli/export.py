@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from conrod.cli import options, say
+from conrod.cli import completion, options, say
 from conrod.errors import InvalidInput, unknown_choice
 
 FORMATS = ("mjcf", "csv", "pack", "fmu")
@@ -12,7 +12,7 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
 
 @options.verb()
-@click.argument("scene")
+@click.argument("scene", shell_complete=completion.scenes)
 @click.option(
     "--format",
     "kind",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 from conrod.cli.options import JudgedOptions, RunOptions, names_in, option, tolerance_in
 
 
@@ -23,7 +23,7 @@ class Asked(JudgedOptions, RunOptions):
 
 
 @options.verb(Asked)
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
 def forces(scenes: tuple[str, ...], asked: Asked) -> None:
     """Compare the forces that engines report with the exact ones of SCENEs.
 

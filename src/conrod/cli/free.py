@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 from conrod.cli.options import ReportOptions, RunOptions, option, tolerance_in
 
 
@@ -24,7 +24,7 @@ class Asked(ReportOptions, RunOptions):
 
 
 @options.verb(Asked)
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
 def free(scenes: tuple[str, ...], asked: Asked) -> None:
     """Compare the motion of SCENEs without a drive with their equations of motion.
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import FAILED, options, waiting
+from conrod.api.files import MODELS
+from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.errors import InvalidInput
 from conrod.mjcf.results import HardenedModel
@@ -50,7 +51,7 @@ class Asked:
 
 
 @options.verb(Asked)
-@click.argument("model", metavar="MODEL.xml")
+@click.argument("model", metavar="MODEL.xml", shell_complete=completion.files_with(MODELS))
 def harden(model: str, asked: Asked) -> None:
     """Make the closed loops of a MuJoCo model stay closed, and show what that changes.
 

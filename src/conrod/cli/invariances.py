@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from conrod.cli import options, waiting
+from conrod.cli import completion, options, waiting
 from conrod.cli.options import ReportOptions, controls_in, option
 
 
@@ -23,7 +23,7 @@ class Asked(ReportOptions):
 
 
 @options.verb(Asked)
-@click.argument("subjects", nargs=-1, metavar="[MODEL.xml | SCENE]...")
+@click.argument("subjects", nargs=-1, metavar="[MODEL.xml | SCENE]...", shell_complete=completion.models_or_scenes)
 def invariances(subjects: tuple[str, ...], asked: Asked) -> None:
     """Change what must not matter in MuJoCo models and SCENEs' models, and compare accelerations.
 

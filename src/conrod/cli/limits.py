@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 from conrod.cli.options import StudyOptions, option
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
@@ -19,14 +19,18 @@ class Asked(StudyOptions):
     """Request to `conrod limits`, as typed; None or empty where nothing was given."""
 
     axes: tuple[str, ...] = option(
-        "--axis", multiple=True, metavar="AXIS", help="One axis or pair of docs/limits.md, again for others [all]."
+        "--axis",
+        multiple=True,
+        metavar="AXIS",
+        shell_complete=completion.axes,
+        help="One axis or pair of docs/limits.md, again for others [all].",
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")
     preset: str | None = option("--preset")
 
 
 @options.verb(Asked)
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
 def limits(scenes: tuple[str, ...], asked: Asked) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
 

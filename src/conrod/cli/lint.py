@@ -10,7 +10,8 @@ from pathlib import Path
 import click
 from rich.text import Text
 
-from conrod.cli import FAILED, options, waiting
+from conrod.api.files import MODELS
+from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -47,7 +48,7 @@ class Asked:
 
 
 @options.verb(Asked)
-@click.argument("model", metavar="MODEL.xml")
+@click.argument("model", metavar="MODEL.xml", shell_complete=completion.files_with(MODELS))
 def lint(model: str, asked: Asked) -> None:
     """List what a MuJoCo model has that its motion does not need, and what will cause trouble.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import say
+from conrod.cli import completion, say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -79,8 +79,17 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--out": {"metavar": "DIR", "help": "Write the report there."},
     "--json": {"metavar": "FILE", "help": "Write the results as JSON."},
     "--html": {"metavar": "FILE", "help": "Write the report as one HTML file."},
-    "--engine": {"multiple": True, "metavar": "ENGINE", "help": "This engine only, again for others; or all."},
-    "--preset": {"metavar": "PRESET", "help": "One preset only; `conrod engines` lists them."},
+    "--engine": {
+        "multiple": True,
+        "metavar": "ENGINE",
+        "help": "This engine only, again for others; or all.",
+        "shell_complete": completion.engines,
+    },
+    "--preset": {
+        "metavar": "PRESET",
+        "help": "One preset only; `conrod engines` lists them.",
+        "shell_complete": completion.presets,
+    },
     "--set": {"multiple": True, "metavar": "NAME=VALUE", "help": "Override a parameter, e.g. --set crank=80mm."},
     "--ctrl": {"multiple": True, "metavar": "NAME=VALUE", "help": "Control of an actuator [the keyframe's]."},
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from conrod.cli import options, say, waiting
+from conrod.cli import completion, options, say, waiting
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @options.verb()
-@click.argument("scene", required=False)
+@click.argument("scene", required=False, shell_complete=completion.scenes)
 @options.assignments
 @click.option("--angle", metavar="ANGLE", help="Show motion of links and points here, e.g. 60deg.")
 @click.option("--svg", "drawing", metavar="FILE", help="Draw the scene to an SVG file.")

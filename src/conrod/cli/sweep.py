@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import click
 
-from conrod.cli import FAILED, options, say
+from conrod.cli import FAILED, completion, options, say
 from conrod.cli.options import StudyOptions, option
 from conrod.errors import InvalidInput
 
@@ -22,7 +22,7 @@ class SweepAsked(StudyOptions):
 
 
 @options.verb(SweepAsked)
-@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...")
+@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...", shell_complete=completion.scenes)
 def sweep(scenes: tuple[str, ...], asked: SweepAsked) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
 
@@ -61,7 +61,7 @@ class RecommendAsked(StudyOptions):
 
 
 @options.verb(RecommendAsked)
-@click.argument("scene")
+@click.argument("scene", shell_complete=completion.scenes)
 def recommend(scene: str, asked: RecommendAsked) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 from conrod.cli.options import RunOptions, VerificationOptions, option, refuse, tolerance_in
 from conrod.errors import InvalidInput
 
@@ -24,7 +24,7 @@ class Asked(VerificationOptions, RunOptions):
 
 
 @options.verb(Asked)
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
 def validate(scenes: tuple[str, ...], asked: Asked) -> None:
     """Compare engines with the exact motion of SCENEs at constant crank speed.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import click
 
-from conrod.cli import options
+from conrod.cli import completion, options
 from conrod.cli.options import ReportOptions, RunOptions, names_in, option
 
 
@@ -21,8 +21,8 @@ class Asked(ReportOptions, RunOptions):
 
 
 @options.verb(Asked)
-@click.argument("engine")
-@click.argument("scenes", nargs=-1, metavar="[SCENE...]")
+@click.argument("engine", shell_complete=completion.engines)
+@click.argument("scenes", nargs=-1, metavar="[SCENE...]", shell_complete=completion.scenes)
 def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
     """Measure what each release of an engine changed: outcome, error, and the last bit of every state.
 

@@ -1,0 +1,82 @@
+"""Words that a shell completes: scenes, engines, presets, axes, and files by their endings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TypeAlias
+
+import click
+from click.shell_completion import CompletionItem
+
+from conrod.api.files import MODELS
+
+Completer: TypeAlias = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
+
+
+def scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Names of scenes, the words that stand for several, and mechanism files."""
+    from conrod.scenes import CATALOGUE, SCENES, catalogue_names, dynamics_names
+    from conrod.scenes.space import MACHINES, SPATIAL
+
+    names = [*SCENES, *catalogue_names(), *dynamics_names(), CATALOGUE]
+    if context.info_name in ("validate", "export", "check"):
+        names += [*MACHINES, SPATIAL] if context.info_name == "validate" else MACHINES
+    return [*_matching(names, begun), *_files(begun, (".toml",))]
+
+
+def engines(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Names of engines that can take part, and the word for all."""
+    from conrod.engines import OPTIONAL_ENGINES, engine_names
+    from conrod.studies.frame.resolve_arguments import ALL_ENGINES
+
+    return _matching([*engine_names(), *OPTIONAL_ENGINES, ALL_ENGINES], begun)
+
+
+def presets(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Presets of the engines that were named before, or of all that ship."""
+    from conrod.engines import engine_names, presets_of
+
+    asked = context.params.get("engine") or engine_names()
+    return _matching(dict.fromkeys(name for engine in asked for name in presets_of(engine)), begun)
+
+
+def axes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Axes and pairs of axes of `conrod limits`."""
+    from conrod.studies.limits.plan import ITEMS
+
+    return _matching(ITEMS, begun)
+
+
+def models_or_scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Model files, and what `scenes` has."""
+    return [*scenes(context, parameter, begun), *_files(begun, MODELS)]
+
+
+def files_with(endings: Sequence[str]) -> Completer:
+    """Make a completer of files with some endings, and of the folders on the way to them."""
+
+    def files(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+        return _files(begun, endings)
+
+    return files
+
+
+def _matching(names: Iterable[str], begun: str) -> list[CompletionItem]:
+    return [CompletionItem(name) for name in names if name.startswith(begun)]
+
+
+def _files(begun: str, endings: Sequence[str]) -> list[CompletionItem]:
+    """Files and folders whose path begins as typed; none where the folder cannot be read."""
+    folder, _, name = begun.rpartition("/")
+    place = Path(folder or ("/" if begun.startswith("/") else "."))
+    try:
+        found = sorted(one for one in place.iterdir() if one.name.startswith(name))
+    except OSError:
+        return []
+    prefix = f"{folder}/" if "/" in begun else ""
+    folders = [f"{prefix}{one.name}/" for one in found if one.is_dir() and not one.name.startswith(".")]
+    return [
+        *(CompletionItem(f"{prefix}{one.name}") for one in found if one.name.lower().endswith(tuple(endings))),
+        *map(CompletionItem, folders),
+    ]
