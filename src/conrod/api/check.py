@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from conrod.api.baselines import BaselineCheck
-from conrod.api.files import FILES, FMUS, MODELS, TABLES
+from conrod.api.files import FILES, FMUS, TABLES
 from conrod.api.in_memory import Model, columns_of, file_of_model, file_of_table
 from conrod.api.loops import check_loops
 from conrod.api.validate import validate
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count
 from conrod.own.files import check_readable, of_file
 from conrod.own.models.frame import GivenFrame
@@ -28,9 +29,6 @@ from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
 from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
 from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, OneScene, check_tolerance, scene_by_name
-
-if TYPE_CHECKING:
-    pass
 
 STEPS = 1000  # a revolution, of an FMU
 READING_TIMEOUT = 300.0  # [s]; a table of the most rows that are kept is read in a tenth of it
@@ -55,27 +53,37 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
     if isinstance(subject, Scene) or (name and not name.endswith(FILES)):
         if scene is not None:
             raise InvalidInput(f"scene={scene!r} is for a file: a scene is judged as it is")
+        _check_keywords(validate, arguments)
         with tempfile.TemporaryDirectory() as folder:
             runs = Runs(ledger=Path(folder, "ledger.sqlite"), fresh=True, jobs=1)
             return validate(subject, **{"runs": runs, **arguments})
-    if scene is None and not ("drives" in arguments and (not name or name.endswith(MODELS))):
+    is_table = name.endswith(TABLES) or columns_of(subject) is not None
+    if "drives" in arguments and not is_table and not name.endswith(FMUS):
+        _check_keywords(check_loops, arguments)
+        return check_loops(subject, machine=None if scene is None else str(scene), **arguments)
+    if scene is None:
         what = str(subject) if name else f"a {type(subject).__name__}"
         raise InvalidInput(f"{what}: say with scene=... what machine it is")
-    if name.endswith(FMUS):
-        return check_fmu(subject, _given(scene), **arguments)
-    if name.endswith(TABLES) or columns_of(subject) is not None:
-        return check_table(subject, _given(scene), **arguments)
-    if "drives" in arguments:
-        return check_loops(subject, machine=None if scene is None else str(scene), **arguments)
-    return check_model(subject, _given(scene), **arguments)
+    judge: Callable[..., Findings[Any]] = check_table if is_table else check_model
+    judge = check_fmu if name.endswith(FMUS) else judge
+    _check_keywords(judge, arguments)
+    return judge(subject, scene, **arguments)
+
+
+def _check_keywords(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
+    """Refuse a keyword that a function does not take; raises InvalidInput, which names the nearest."""
+    known = [one.name for one in inspect.signature(function).parameters.values() if one.kind is one.KEYWORD_ONLY]
+    for name in arguments:
+        if name not in known:
+            raise unknown_choice("keyword", name, known)
 
 
 def check_model(
     model: Model,
     scene: OneScene,
     *,
-    crank: str,
-    points: Mapping[str, str],
+    crank: str | None = None,
+    points: Mapping[str, str] | None = None,
     plane: str | None = None,
     rotation: float | None = None,
     crank_zero: float | None = None,
@@ -111,11 +119,11 @@ def check_model(
         check_readable(path)
         check_count("--revolutions", revolutions, *REVOLUTIONS)
         name, machine = scene_by_name(scene)
-        question = question_on_model(machine, crank, points, keyframe, controls or {})
+        question = question_on_model(machine, crank, points or {}, keyframe, controls or {})
         frame = GivenFrame(plane, rotation, crank_zero)
         allowed = None if tolerance is None else check_tolerance(tolerance)
         words: dict[str, Any] = {
-            "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,
+            "crank": crank, "point": tuple(f"{one}={where}" for one, where in (points or {}).items()), "plane": plane,
             "rotation": rotation, "crank-zero": crank_zero, "keyframe": keyframe,
             "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
             "revolutions": None if revolutions == TURNS else revolutions,
@@ -131,7 +139,7 @@ def check_model(
         ((found,),) = find([{name: machine}])
         compared = check.compare([found], find) if check else None
     part = path.stem if shown is None else shown
-    call = f"conrod.check_model({shown or str(path)!r}, {name!r}, crank={crank!r}, points={dict(points)!r})"
+    call = f"conrod.check_model({shown or str(path)!r}, {name!r}, crank={crank!r}, points={points!r})"
     parts = {part: replace(found, file=shown or found.file)}
     return Findings(user_model.KIND, parts, call, typed={part: str(path)}, baseline=compared)
 
@@ -268,12 +276,6 @@ def _table_findings(
         trajectory.KIND, {trajectory.PART: replace(found, file=shown or found.file)},
         f"conrod.check({shown or str(path)!r}, {scene[0]!r})", typed={trajectory.PART: str(path)}, baseline=compared,
     )  # fmt: skip
-
-
-def _given(scene: OneScene | None) -> OneScene:
-    if scene is None:
-        raise InvalidInput("say with scene=... what machine it is")
-    return scene
 
 
 def _texts(columns: Mapping[str, str] | None) -> tuple[str, ...]:

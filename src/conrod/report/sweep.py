@@ -182,6 +182,6 @@ KIND = Kind(
     title=lambda study: study.title,
     summary=_summary,
     printed=print_results,
-    verdict=lambda study: f"{study.name}: {' '.join(tables.findings(study)) or points_words(study)}",
+    verdict=lambda study: f"{study.name}: {' '.join(tables.findings(study)) or points_words(study)}".replace("**", ""),
     digits=6,
 )
