@@ -109,10 +109,8 @@ def test_what_it_lacks_is_unsupported_with_the_reason(user: Any, folder: Path) -
     _, results = validated(user, folder)
     assert (results[None]["outcome"], results[None]["reason"]) == ("unsupported", "planted has no kinematic mode")
     assert results["sharp"]["passed"] is None  # it states no law of its errors to be judged by
-    for option, lacked in (("--quantity", "torque"), ("--motion", "free")):
-        done = user(
-            "validate", "saw-40rpm", "--engine", NAME, option, lacked, *(("--seconds", "1") * (lacked == "free"))
-        )
+    for verb, *options in (("forces", "--quantity", "torque"), ("free", "--seconds", "1")):
+        done = user(verb, "saw-40rpm", "--engine", NAME, *options)
         assert done.returncode == 0, done.stderr
         assert "unsupported" in done.stdout
         assert f"{NAME} has no" in done.stdout.replace("\n", " ")

@@ -69,7 +69,7 @@ def test_a_column_is_named_as_it_is_written(encoding: str, tmp_path: Path) -> No
 def test_a_table_in_gbk_is_judged_by_the_heading_as_it_is_written(tmp_path: Path) -> None:
     for name in ("rocker-gbk.csv", "rocker.toml"):
         shutil.copy(CASES / name, tmp_path)
-    typed = ("validate", "rocker-gbk.csv", "--scene", "rocker.toml", "--unit", "mm")
+    typed = ("check", "rocker-gbk.csv", "--scene", "rocker.toml", "--unit", "mm")
     done = conrod(*typed, "--column", "B.x=位移: 摇杆 x", "--tolerance", "position=1e-6", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "within tolerance: position 5.6e-7 <= 1e-6; not judged: position of B.y, velocity" in done.stdout

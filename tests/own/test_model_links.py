@@ -82,7 +82,7 @@ def test_a_coupler_that_is_short_is_why_a_four_bar_cannot_turn() -> None:
     expected = ["coupler is 42.3 % shorter from pin a to pin b: 150 mm instead of 260 mm"]
     assert found(MEANT, short, sites={"P": "P"}) == expected
     asked = ("--scene", MEANT, "--crank", "crank", "--point", "P=site:P")
-    done = conrod("validate", str(CASES / "four-bar-short.xml"), *asked)
+    done = conrod("check", str(CASES / "four-bar-short.xml"), *asked)
     assert done.returncode == 2
     assert "it goes no further than with crank at 127.95 deg" in done.stderr
     assert f"against {MEANT}, {expected[0]}" in done.stderr
@@ -134,7 +134,7 @@ def test_an_axis_that_is_tilted_out_of_the_plane_is_named(
     assert list(tilted_axes(tree)) == [words]
     path = tmp_path / "saw.xml"
     path.write_text(text)
-    done = conrod("validate", str(path), "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
+    done = conrod("check", str(path), "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
     assert done.returncode != 0
     assert words in done.stdout + done.stderr
 
@@ -162,7 +162,7 @@ def test_a_tilted_slide_and_an_offset_are_told_apart_or_both_said(
     monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
     path = tmp_path / "saw.xml"
     path.write_text(replaced(exported("saw-40rpm"), *edit))
-    done = conrod("validate", str(path), *SAW, *rotation)
+    done = conrod("check", str(path), *SAW, *rotation)
     assert done.returncode == 1
     for words in said:
         assert words in done.stdout
@@ -205,7 +205,7 @@ def test_other_joints_are_said_whether_they_do_harm_or_not(
         text = replaced(text, *edit)
     path = tmp_path / "six.xml"
     path.write_text(text)
-    done = conrod("validate", str(path), "--scene", "six-bar", "--crank", "crank", "--point", "D=D", "--point", "B=B")
+    done = conrod("check", str(path), "--scene", "six-bar", "--crank", "crank", "--point", "D=D", "--point", "B=B")
     assert done.returncode == status, done
     assert ("has other joints" in done.stdout + done.stderr) == bool(words)
     assert words in done.stdout + done.stderr

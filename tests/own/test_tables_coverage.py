@@ -123,10 +123,10 @@ def test_a_table_that_stands_still_and_one_whose_clock_is_late_are_no_success(tm
     for name in ("saw-y-only.csv", "saw-late-clock-gap.csv"):
         shutil.copy(CASES / name, tmp_path)
     limits = ("--scene", "saw-40rpm", "--tolerance", "position=1e-4")
-    done = conrod("validate", "saw-y-only.csv", *limits, cwd=tmp_path)
+    done = conrod("check", "saw-y-only.csv", *limits, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert "the exact C.y moves by no more than that; give a column that moves: C.x, M.x, M.y" in done.stderr
-    done = conrod("validate", "saw-late-clock-gap.csv", *limits, cwd=tmp_path)
+    done = conrod("check", "saw-late-clock-gap.csv", *limits, cwd=tmp_path)
     assert done.returncode == 1
     assert "each row belongs 0.0005 s (0.5 of a step) earlier than its time says" in done.stdout
     first = done.stdout.splitlines()[0]

@@ -15,8 +15,9 @@ from synthetic import synthetic_trajectory
 from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judged
 
 from conrod import InvalidInput, Trajectory, compare
+from conrod.cli.options import names_in
 from conrod.own.tables.errors import Exact
-from conrod.own.tables.estimation import estimate, parse_estimate
+from conrod.own.tables.estimation import check_estimated, estimate
 from conrod.own.tables.study import TableStudy
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress, scene_named
 
@@ -202,9 +203,9 @@ def test_standard_errors_are_the_scatter_of_estimates() -> None:
 
 
 def test_what_cannot_be_told_is_refused() -> None:
-    assert parse_estimate("time, phase,time") == ("time", "phase")
+    assert check_estimated(names_in("time, phase,time") or ()) == ("time", "phase")
     with pytest.raises(InvalidInput, match="'fase': did you mean 'phase'"):
-        parse_estimate("fase")
+        check_estimated(["fase"])
     table = exact_table(CamFollower())
     for names, asked, said in (
         (("roller.x", "roller.y"), ("time", "phase"), "at constant speed one looks like the other"),
@@ -218,7 +219,7 @@ def test_what_cannot_be_told_is_refused() -> None:
 
 # -- as a user types it ------------------------------------------------------------------------------------------------
 
-VALIDATE = ("validate", "t.csv", "--scene", "saw-500rpm")
+CHECK = ("check", "t.csv", "--scene", "saw-500rpm")
 
 
 @pytest.mark.usefixtures("at_once")
@@ -227,7 +228,7 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(tmp
     table = exact_table(SCENES["saw-500rpm"], ("position", "velocity"))
     (tmp_path / "t.csv").write_text(csv_text(table | {"time": table["time"] + 3e-4}))
     done = conrod(
-        *VALIDATE, "--tolerance", "position=1e-4,velocity=1e-3", "--json", "o.json", "--out", "rep", cwd=tmp_path
+        *CHECK, "--tolerance", "position=1e-4,velocity=1e-3", "--json", "o.json", "--out", "rep", cwd=tmp_path
     )
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout
@@ -246,14 +247,14 @@ def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(tmp_path
     head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000,), }"
     with zipfile.ZipFile(tmp_path / "t.npz", "w") as archive:
         archive.writestr("time.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head)
-    done = conrod("validate", "t.npz", "--scene", "saw-500rpm", cwd=tmp_path)
+    done = conrod("check", "t.npz", "--scene", "saw-500rpm", cwd=tmp_path)
     assert (done.returncode, done.stderr[:19], len(done.stderr.splitlines())) == (2, "conrod: t.npz: it c", 1)
 
 
 def test_a_report_whose_columns_have_another_shape_is_of_another_version(tmp_path: Path) -> None:
     file, out = tmp_path / "t.csv", tmp_path / "r"
     file.write_text(csv_text(exact_table(SAW)))
-    conrod("validate", str(file), "--scene", "saw-500rpm", "--out", str(out))
+    conrod("check", str(file), "--scene", "saw-500rpm", "--out", str(out))
     document = out / "results.json"
     document.write_text(document.read_text().replace('"schema": 4', '"schema": 3'))
     assert "another version of conrod" in conrod("report", str(out), "--out", str(tmp_path / "again")).stderr

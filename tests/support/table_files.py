@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from conrod.cli.options import columns_in
 from conrod.exact.motion import Array
 from conrod.own.tables.columns import request
 from conrod.own.tables.reading import Reading, read_table
@@ -55,7 +56,7 @@ def csv_text(columns: Mapping[str, Array], separator: str = ",", decimal: str = 
 def read(path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = ()) -> Reading:
     """A table read as the command line reads it, in this process."""
     points = tuple(scene.lengths)
-    return read_table(path, points, request(columns, units, points))
+    return read_table(path, points, request(columns_in(columns, points), units, points))
 
 
 def judged(

@@ -44,7 +44,7 @@ def judged(path: Path, scene: Scene, name: str, text: str | None = None) -> Mode
 
 def question_of(scene: Scene, keyframe: str | None = None) -> Question:
     mechanism = scene.mechanism()
-    places = places_of([f"{point}=site:{point}" for point in scene.lengths])
+    places = places_of({point: f"site:{point}" for point in scene.lengths})
     return Question("crank", places, mechanism.mobility, len(mechanism.cam_contacts), keyframe)
 
 

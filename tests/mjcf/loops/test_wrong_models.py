@@ -32,9 +32,9 @@ CASES = Path(__file__).parents[2] / "data" / "cases"
 SAW = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--point", "M=site:M")
 
 
-def validate(*arguments: object) -> tuple[int, str]:
+def check_file(*arguments: object) -> tuple[int, str]:
     """Exit status of the command and all that it prints."""
-    done = conrod("validate", *map(str, arguments))
+    done = conrod("check", *map(str, arguments))
     return done.returncode, done.stdout + done.stderr
 
 
@@ -81,7 +81,7 @@ def test_a_rod_a_tenth_of_a_millimetre_long_is_another_machine() -> None:
 
 @pytest.mark.slow
 def test_a_rod_that_is_too_long_has_exit_status_1() -> None:
-    status, told = validate(CASES / "rssr-rod.xml", "--scene", "rssr")
+    status, told = check_file(CASES / "rssr-rod.xml", "--scene", "rssr")
     assert (status, "rod is 0.01 % longer to rocker_pin" in told) == (1, True)
 
 
@@ -247,7 +247,7 @@ def test_a_closure_that_does_not_act_is_named(text: str, cause: str, tmp_path: P
     path = tmp_path / "saw.xml"
     path.write_text(text, encoding="utf-8")
     for asked in (SAW, ("--drive", "crank=40rpm")):
-        status, told = validate(path, *asked)
+        status, told = check_file(path, *asked)
         assert status == 2
         assert f"closure slider-pin is inactive ({cause})" in told
     # Negative control: nothing of it where the closure acts.
@@ -267,7 +267,7 @@ MEANT = ("--scene", CASES / "anchor-apart-meant.toml", "--crank", "crank", "--po
 def test_a_start_that_is_open_is_said_first_with_the_nearest_closed_pose(
     asked: tuple[object, ...], tmp_path: Path
 ) -> None:
-    status, told = validate(CASES / "four-bar-open.xml", *asked)
+    status, told = check_file(CASES / "four-bar-open.xml", *asked)
     assert status == 1
     begins = re.search(
         r"It begins 38.3 mm open: pin2, in its own pose; the nearest closed pose is qpos=\"(.*?)\"", told
@@ -280,7 +280,7 @@ def test_a_start_that_is_open_is_said_first_with_the_nearest_closed_pose(
     # Negative control: from there it does not begin open.
     path, key = tmp_path / "closed.xml", f'<keyframe><key qpos="{begins[1]}"/></keyframe></mujoco>'
     path.write_text((CASES / "four-bar-open.xml").read_text().replace("</mujoco>", key))
-    status, told = validate(path, *asked)
+    status, told = check_file(path, *asked)
     assert "It begins" not in told
     assert status == int("its crank stands still" in told)  # which a scene has turn
 
@@ -386,7 +386,7 @@ TO_THE_MEANT = ("--scene", CASES / "anchor-apart-meant.toml", "--crank", "crank"
 @pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize("asked", [("--drive", "crank=60rpm"), TO_THE_MEANT], ids=["drive", "scene"])
 def test_a_pin_whose_parts_do_not_meet_is_why_it_goes_no_further(asked: tuple[object, ...]) -> None:
-    status, told = validate(CASES / "anchor-apart.xml", *asked)
+    status, told = check_file(CASES / "anchor-apart.xml", *asked)
     assert status == 2
     assert "it goes no further than with crank at 250.28 deg" in told
     assert "pin holds rocker at a point 331 mm from its nearest geom: the parts do not meet, connect sites" in told
