@@ -85,10 +85,10 @@ own-models: $(READY) ## closed loops of robots in the folder MODELS, see reports
 
 # In its folder, since a report has the names of files; without the earlier reports, which would begin a record of changes.
 verification: $(READY) ## the examples of verification reports: rewrite reports/verification/
-	cd reports/verification && rm -f *.html && $(abspath $(BIN))/conrod validate saw-500rpm --limits ../limits --report saw-500rpm.html
-	cd reports/verification && $(abspath $(BIN))/conrod validate inputs/hacksaw.xml --scene saw-40rpm --crank motor --point C=body:bow \
+	cd reports/verification && rm -f *.html && $(abspath $(BIN))/conrod validate saw-500rpm --limits ../limits --verification saw-500rpm.html
+	cd reports/verification && $(abspath $(BIN))/conrod check inputs/hacksaw.xml --scene saw-40rpm --crank motor --point C=body:bow \
 	    --point M=geom:rod --tolerance position=2e-3 --measured inputs/encoder.csv --uncertainty rod=0.05mm --uncertainty crank=0.02mm \
-	    --uncertainty offset=0.05mm --uncertainty measured=0.01mm --report hacksaw.html
+	    --uncertainty offset=0.05mm --uncertainty measured=0.01mm --verification hacksaw.html
 
 golden: $(READY) ## compare today's results with the golden ones, to 1e-13: after a change that should change none
 	$(BIN)/python -m golden check

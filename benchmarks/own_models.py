@@ -1,7 +1,7 @@
 """`python -m benchmarks.own_models MODELS [--out DIR]`: closed loops of robots from public collections.
 
 MODELS holds a folder for each repository of `SOURCES`, fetched by whoever runs it. Each robot is judged as by
-`conrod validate MODEL --drive ...`, and its mobility is compared with a count by hand. Nothing of a model is written
+`conrod check MODEL --drive ...`, and its mobility is compared with a count by hand. Nothing of a model is written
 but what was measured on it.
 """
 

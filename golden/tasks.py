@@ -78,12 +78,12 @@ def all_tasks() -> list[Task]:
 
 
 def _forces(scene: str) -> Task:
-    return Task("forces", scene, ("validate", scene, "--quantity", ALL_FORCES, "--jobs", "1"))
+    return Task("forces", scene, ("forces", scene, "--quantity", ALL_FORCES, "--jobs", "1"))
 
 
 def _motion(scene: str, kind: str, seconds: int) -> Task:
-    asked = ("validate", scene, "--motion", kind, "--seconds", str(seconds), "--jobs", "1")
-    return Task("motion", f"{scene}-{kind}", asked)
+    torque = ("--torque",) if kind == "torque" else ()
+    return Task("motion", f"{scene}-{kind}", ("free", scene, *torque, "--seconds", str(seconds), "--jobs", "1"))
 
 
 def _determinism(scene: str) -> Task:

@@ -12,8 +12,8 @@ from conrod.exact.motion import Array
 from conrod.scenes import SCENES
 
 COLUMNS, SENSORS = "columns, units and clocks of tables", "sensors"
-ASKED = "validate run.csv --scene saw-40rpm --tolerance position=1e-4"
-OPEN = "validate run.csv --scene saw-40rpm"
+ASKED = "check run.csv --scene saw-40rpm --tolerance position=1e-4"
+OPEN = "check run.csv --scene saw-40rpm"
 WITHIN, MEASURED = r"within tolerance", r"measured, not judged"
 SCENE = SCENES["saw-40rpm"]
 PERIOD = SCENE.period
@@ -73,7 +73,7 @@ def columns() -> Iterator[Input]:
     yield healthy(kind, "mm and deg, said by --unit", *bare, WITHIN)
     yield healthy(kind, "decimal commas", _file(table, separator=";", decimal=","), ASKED, WITHIN)
     yield healthy(kind, "blanks between numbers", _file(table, separator=" "), ASKED, WITHIN)
-    six = "validate run.csv --scene saw-40rpm --tolerance position=1e-5"
+    six = "check run.csv --scene saw-40rpm --tolerance position=1e-5"
     yield healthy(kind, "six digits", _file(table, digits=6), six, WITHIN)
     other = renamed(table, C_x="px", C_y="py", time="t")
     named = ASKED + " --column C.x=px --column C.y=py"
@@ -135,14 +135,14 @@ def sensors() -> Iterator[Input]:
     for size in (1e-5, 1e-4):
         file = _file(_noise(table, size))
         yield healthy(kind, f"noise of {1e3 * size:g} mm, measured", file, OPEN, MEASURED)
-        loose = f"validate run.csv --scene saw-40rpm --tolerance position={50 * size:g}"
+        loose = f"check run.csv --scene saw-40rpm --tolerance position={50 * size:g}"
         yield healthy(kind, f"noise of {1e3 * size:g} mm, within its tolerance", file, loose, WITHIN)
     encoder = {name: table[name] for name in ("time", "crank_angle")}
-    alone = "validate run.csv --scene saw-40rpm --tolerance phase=1e-6"
+    alone = "check run.csv --scene saw-40rpm --tolerance phase=1e-6"
     yield healthy(kind, "an encoder alone", _file(encoder), alone, WITHIN)
     steps = 2.0 * np.pi / 4096.0
     ticks = encoder | {"crank_angle": np.floor(table["crank_angle"] / steps) * steps}
-    tick = "validate run.csv --scene saw-40rpm --tolerance phase=0.1deg"
+    tick = "check run.csv --scene saw-40rpm --tolerance phase=0.1deg"
     yield healthy(kind, "an encoder of 4096 ticks", _file(ticks), tick, WITHIN)
     yield healthy(kind, "one point of two", _file({n: table[n] for n in ("time", "M.x", "M.y")}), ASKED, WITHIN)
     spare = table | {"temperature": 20.0 + 0.1 * table["time"]}

@@ -130,14 +130,14 @@ def printed() -> Iterator[Input]:
     yield wrong(kind, "a quantity that there is none of", _printed(lost), audit, r"unknown axis 'z'", (2,))
     unit = [row.replace("mm/s", "mm") for row in rows]
     yield wrong(kind, "a velocity in mm", _printed(unit), audit, r"\bmm\b", (2,))
-    run = "validate machine.fmu --scene saw-500rpm --tolerance position=1e-4 --steps-per-rev 200"
+    run = "check machine.fmu --scene saw-500rpm --tolerance position=1e-4 --steps-per-rev 200"
     yield wrong(kind, "an FMU that is none", {"machine.fmu": b"no archive"}, run, r"FMU|archive|zip", (2,))
     empty = {"machine.fmu": _archive(**{"readme.txt": "empty"})}
     yield wrong(kind, "an FMU without a description", empty, run, r"modelDescription|description", (2,))
     other = {"machine.fmu": _fmu(crank=0.101)}
     yield wrong(kind, "an FMU of another crank", other, run, r"crank", (1,))
     coarse = {"model.xml": replaced(saw(), ('timestep="0.0015"', 'timestep="0.12"'))}
-    driven = "validate model.xml --drive crank=40rpm --tolerance position=0.05mm"
+    driven = "check model.xml --drive crank=40rpm --tolerance position=0.05mm"
     yield wrong(kind, "a step that is too long", coarse, driven, r"holds position .* with a step of \d", (1,))
     void = {"model.xml": replaced(saw(), (' tolerance="0"', ""))}
     yield wrong(kind, "a solver that stops before it begins", void, "lint model.xml", r"solver-stops-early", (1,))
@@ -155,5 +155,5 @@ def printed() -> Iterator[Input]:
         yield healthy(kind, f"six-bar in {engine}, {preset}", {}, command, WITHIN)
     stock = "validate saw-500rpm --engine pymunk --preset stock --steps-per-rev 500 --revolutions 1"
     yield healthy(kind, "an engine as it comes", {}, stock, r"measured, not judged")
-    torque = "validate saw-500rpm --engine mujoco --preset hardened --quantity torque --steps-per-rev 500"
+    torque = "forces saw-500rpm --engine mujoco --preset hardened --quantity torque --steps-per-rev 500"
     yield healthy(kind, "forces of a hardened run", {}, torque, WITHIN)

@@ -34,7 +34,7 @@ RSSR_OWN = "--scene rssr"
 
 
 def _judged(text: str, more: str = "", options: str = SAW) -> tuple[dict[str, str | bytes], str]:
-    return {"model.xml": text}, f"validate model.xml {options} {SMALL} {more}"
+    return {"model.xml": text}, f"check model.xml {options} {SMALL} {more}"
 
 
 def lengths() -> Iterator[Input]:
@@ -62,18 +62,18 @@ def lengths() -> Iterator[Input]:
     yield wrong(kind, "rod of a press 1 mm longer", *_judged(press, options=PRESS), r"rod is 0.26 % too long")
     space = replaced(exported("rssr"), ('pos="0.3 0.15 0.05"', 'pos="0.3 0.15 0.051"'))
     named = r"0\.?0*1? ?mm|1 mm|place|apart|length|rocker"
-    yield wrong(kind, "pivot in space 1 mm higher", {"model.xml": space}, f"validate model.xml {RSSR_OWN}", named)
+    yield wrong(kind, "pivot in space 1 mm higher", {"model.xml": space}, f"check model.xml {RSSR_OWN}", named)
 
     it_is = r"It is saw-40rpm; its own settings are within tolerance"
     for name, value in (("crank", 0.095), ("rod", 0.35), ("offset", 0.07), ("offset", 0.0)):
         text, option = exported("saw-40rpm", **{name: value}), f"--set {name}={1000 * value:g}mm"
         yield healthy(kind, f"{name} of {1000 * value:g} mm, asked for as such", *_judged(text, option), it_is)
     six = rounded(saw(), 6)
-    loose = f"validate model.xml {SAW} --tolerance position=1e-5"
+    loose = f"check model.xml {SAW} --tolerance position=1e-5"
     yield healthy(kind, "all numbers in six digits", {"model.xml": six}, loose, it_is)
     twice = {"model.xml": scaled(hacksaw(), 2.0)}, "--set crank=200mm --set rod=600mm --set offset=180mm"
     yield healthy(
-        kind, "all twice as large, asked for so", twice[0], f"validate model.xml {HACKSAW} {twice[1]}", MEASURED
+        kind, "all twice as large, asked for so", twice[0], f"check model.xml {HACKSAW} {twice[1]}", MEASURED
     )
     press = exported("shear-press", crank=0.03)
     set_crank = _judged(press, "--set crank=30mm", PRESS)
@@ -84,7 +84,7 @@ def lengths() -> Iterator[Input]:
     longer = _judged(moved, "--set ground.points.D.x=310mm", CUTTER)
     yield healthy(kind, "a four-bar with another base", *longer, "It is web-cutter; .* within")
     nine = {"model.xml": rounded(exported("rssr"), 9)}
-    in_space = f"validate model.xml {RSSR_OWN}"
+    in_space = f"check model.xml {RSSR_OWN}"
     yield healthy(kind, "a linkage in space in nine digits", nine, in_space, r"It is rssr|measured")
 
 
@@ -110,9 +110,9 @@ def joints() -> Iterator[Input]:
     yield wrong(
         kind, "a rod that is fast on its crank", *_judged(stuck), r"mobility 0|mobility is 0|nothing moves|cannot move"
     )
-    absent = f"validate model.xml {SAW.replace('--crank crank', '--crank krank')} {SMALL}"
+    absent = f"check model.xml {SAW.replace('--crank crank', '--crank krank')} {SMALL}"
     yield wrong(kind, "a crank that there is none of", {"model.xml": saw()}, absent, r"krank.*crank", (2,))
-    no_hinge = f"validate model.xml {SAW.replace('--crank crank', '--crank slide')} {SMALL}"
+    no_hinge = f"check model.xml {SAW.replace('--crank crank', '--crank slide')} {SMALL}"
     yield wrong(kind, "a slide for the crank", {"model.xml": saw()}, no_hinge, r"slide.*hinge", (2,))
     shifted = replaced(saw(), (CRANK, CRANK.replace("axis=", 'pos="0.001 0.002 0" axis=')))
     yield wrong(
@@ -129,7 +129,7 @@ def joints() -> Iterator[Input]:
         kind,
         "a slide in space for a hinge",
         {"model.xml": other},
-        f"validate model.xml {RSSR_OWN}",
+        f"check model.xml {RSSR_OWN}",
         r"rod_swing.*slide",
     )
 
@@ -145,7 +145,7 @@ def joints() -> Iterator[Input]:
     away = placed(saw(), pos="3 -2 1")
     yield healthy(kind, "elsewhere in the world", *_judged(away), it_is)
     upright = {"model.xml": placed(saw(), euler="1.5707963267948966 0 0")}
-    asked = f"validate model.xml {SAW} --tolerance position=1e-4"
+    asked = f"check model.xml {SAW} --tolerance position=1e-4"
     yield healthy(kind, "upright in the world", upright, asked, it_is)
     turned = placed(saw(), euler="0 0 0.5235987755982988")
     yield healthy(kind, "turned by 30 deg", *_judged(turned), it_is)
@@ -156,7 +156,7 @@ def joints() -> Iterator[Input]:
     zero = replaced(saw(), (CRANK, CRANK.replace("axis=", 'ref="0.5235987755982988" axis=')), (KEYFRAME, ""))
     yield healthy(kind, "a crank counted from 30 deg", *_judged(zero), it_is)
     tree = {"model.xml": multiplied(hacksaw(), {})}
-    yield healthy(kind, "the rod on the slider", tree, f"validate model.xml {HACKSAW}", MEASURED)
+    yield healthy(kind, "the rod on the slider", tree, f"check model.xml {HACKSAW}", MEASURED)
 
 
 def closures() -> Iterator[Input]:
@@ -183,7 +183,7 @@ def closures() -> Iterator[Input]:
     yield wrong(kind, "two that contradict each other", *_judged(replaced(saw(), (CLOSURE, CLOSURE + twice))),
                 r"second|contradict|mobility (is )?0|do not close|cannot be closed|opens?")  # fmt: skip
     soft = replaced(saw(), (CLOSURE, '<connect name="slider-pin" site1="slider-pin.rod" site2="slider-pin.slider" />'))
-    driven = "validate model.xml --drive crank=40rpm --tolerance position=0.01mm"
+    driven = "check model.xml --drive crank=40rpm --tolerance position=0.01mm"
     yield wrong(kind, "a soft one, driven", {"model.xml": soft}, driven, r"loops? open|out of tolerance.*open", (1,))
     yield wrong(kind, "a soft one, by lint", {"model.xml": soft}, "lint model.xml", r"soft-closure", (1,))
 
@@ -209,7 +209,7 @@ def closures() -> Iterator[Input]:
         (KEYFRAME, ""),
     )  # fmt: skip
     yield healthy(kind, "a weld of what is not in the loop", *_judged(foot), r"It is saw-40rpm")
-    stiff_enough = {"model.xml": saw()}, "validate model.xml --drive crank=40rpm --tolerance position=0.1mm"
+    stiff_enough = {"model.xml": saw()}, "check model.xml --drive crank=40rpm --tolerance position=0.1mm"
     yield healthy(kind, "stiff enough, driven", *stiff_enough, JUDGED)
     yield healthy(kind, "stiff enough, by lint", {"model.xml": saw()}, "lint model.xml", r"no findings")
     yield healthy(kind, "soft and hardened", {"model.xml": hacksaw()}, "harden model.xml --seconds 0.5", r"hardened")

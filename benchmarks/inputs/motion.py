@@ -25,7 +25,7 @@ from benchmarks.inputs.input import Input, healthy, wrong
 
 STARTS, DRIVES, BESIDES = "starts and keyframes", "drives, speeds, actuators", "what acts besides"
 IT_IS = r"It is saw-40rpm; its own settings are within tolerance"
-DRIVEN = "validate model.xml --drive crank=40rpm --tolerance position=0.1mm"
+DRIVEN = "check model.xml --drive crank=40rpm --tolerance position=0.1mm"
 FORTY = 4.1887902047863905  # [rad/s]
 
 
@@ -58,7 +58,7 @@ def starts() -> Iterator[Input]:
     plane = _judged(saw(), "--plane xz")
     yield wrong(kind, "a plane that it does not move in", *plane, r"plane")
     ranged = replaced(saw(), (SLIDE, SLIDE.replace(" />", ' range="-0.1 0.1" />')), (' armature="1e+14"', ""))
-    drive = {"model.xml": ranged}, "validate model.xml --drive slide=move:0m,-0.15m,1s --tolerance position=1mm"
+    drive = {"model.xml": ranged}, "check model.xml --drive slide=move:0m,-0.15m,1s --tolerance position=1mm"
     yield wrong(kind, "a law that leaves its joint's range", *drive, r"range|limit")
     strayed = replaced(toml("slider-crank"), ("rod = { turn = 0 }", 'rod = { turn = "110 deg" }'))
     file = {"m.toml": strayed}, "validate m.toml --engine mujoco --preset hardened --steps-per-rev 200"
@@ -98,22 +98,22 @@ def drives() -> Iterator[Input]:
     yield wrong(kind, "a servo too stiff for the step", *_judged(stiff), r"reset|BADQACC|unstable|diverged", (1,))
     plain = {"model.xml": saw()}
     yield wrong(
-        kind, "a hinge's law in mm/s", plain, "validate model.xml --drive crank=40mm/s", r"crank=40mm/s|mm/s", (2,)
+        kind, "a hinge's law in mm/s", plain, "check model.xml --drive crank=40mm/s", r"crank=40mm/s|mm/s", (2,)
     )
     yield wrong(
-        kind, "a joint that there is none of", plain, "validate model.xml --drive cranc=40rpm", r"cranc.*crank", (2,)
+        kind, "a joint that there is none of", plain, "check model.xml --drive cranc=40rpm", r"cranc.*crank", (2,)
     )
-    two = "validate model.xml --drive crank=40rpm --drive slide=hold"
+    two = "check model.xml --drive crank=40rpm --drive slide=hold"
     yield wrong(kind, "more drives than degrees of freedom", plain, two, r"degrees? of freedom|mobility|drives?", (2,))
-    far = "validate model.xml --drive slide=move:0m,-0.5m,1s"
+    far = "check model.xml --drive slide=move:0m,-0.5m,1s"
     yield wrong(kind, "a stroke longer than the linkage's", plain, far, r"goes no further|dead centre|reach")
-    words = f"validate model.xml {SAW} {SMALL} --ctrl motor=fast"
+    words = f"check model.xml {SAW} {SMALL} --ctrl motor=fast"
     yield wrong(
         kind, "a control that is no number", {"model.xml": served(saw(), FORTY)}, words, r"motor=fast|fast", (2,)
     )
 
     keeps = r"keeps to the 40 rpm"
-    loose = f"validate model.xml {SAW} --tolerance position=1e-3"
+    loose = f"check model.xml {SAW} --tolerance position=1e-3"
     for gain in (60.0, 100.0):
         text = {"model.xml": served(saw(), FORTY, gain=gain, timestep=0.0003)}
         yield healthy(kind, f"a servo of gain {gain:g}", text, loose, keeps)
@@ -124,16 +124,16 @@ def drives() -> Iterator[Input]:
     fine = "--tolerance position=0.1mm"
     yield healthy(
         kind, "the slide driven", {"model.xml": replaced(saw(), (' armature="1e+14"', ""))},
-        f"validate model.xml --drive slide=move:0m,-0.1m,1s {fine}", JUDGED,
+        f"check model.xml --drive slide=move:0m,-0.1m,1s {fine}", JUDGED,
     )  # fmt: skip
     for name, command in (
-        ("a speed in deg/s", f"validate model.xml --drive crank=240deg/s {fine}"),
-        ("a rocking crank", f"validate model.xml --drive crank=sine:40deg,1Hz {fine}"),
-        ("a crank that moves from place to place", f"validate model.xml --drive crank=move:0deg,90deg,1s {fine}"),
-        ("backwards", f"validate model.xml --drive crank=-40rpm {fine}"),
+        ("a speed in deg/s", f"check model.xml --drive crank=240deg/s {fine}"),
+        ("a rocking crank", f"check model.xml --drive crank=sine:40deg,1Hz {fine}"),
+        ("a crank that moves from place to place", f"check model.xml --drive crank=move:0deg,90deg,1s {fine}"),
+        ("backwards", f"check model.xml --drive crank=-40rpm {fine}"),
     ):
         yield healthy(kind, name, plain, command, JUDGED)
-    yield healthy(kind, "without a tolerance", plain, "validate model.xml --drive crank=40rpm", r"measured, not judged")
+    yield healthy(kind, "without a tolerance", plain, "check model.xml --drive crank=40rpm", r"measured, not judged")
 
 
 def besides() -> Iterator[Input]:
@@ -193,7 +193,7 @@ def besides() -> Iterator[Input]:
     yield healthy(kind, "a little damping in a pin", *_judged(damped), r"It is saw-40rpm; its own settings are within")
     yield healthy(kind, "stops out of reach, driven", {"model.xml": wide}, DRIVEN, JUDGED)
     mesh = replaced(hacksaw(), ('<geom name="bed"', '<geom name="post" pos="2 2 2" size="0.1 0.2" /><geom name="bed"'))
-    yield healthy(kind, "a geom more on the ground", {"model.xml": mesh}, f"validate model.xml {HACKSAW}", MEASURED)
+    yield healthy(kind, "a geom more on the ground", {"model.xml": mesh}, f"check model.xml {HACKSAW}", MEASURED)
     cutter = {"model.xml": exported("web-cutter")}
-    fine = "validate model.xml --drive crank=120rpm --tolerance position=0.1mm"
+    fine = "check model.xml --drive crank=120rpm --tolerance position=0.1mm"
     yield healthy(kind, "weight and nothing else, driven", cutter, fine, JUDGED)

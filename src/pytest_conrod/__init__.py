@@ -39,7 +39,7 @@ class _Crashes:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Look whether conrod failed in a test, in whatever process it ran."""
-        self.seen |= any(tuple(found) == CRASH for found in report.user_properties)
+        self.seen |= any(tuple(one) == CRASH for one in report.user_properties)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Set the status."""
@@ -49,20 +49,21 @@ class _Crashes:
 
 @pytest.fixture
 def conrod_check(request: pytest.FixtureRequest) -> Callable[..., Findings[Any]]:
-    """Hold a scene, a model or a table to the law of its engine, and to the baseline beside the test.
+    """Compare a scene, a model or a table with the exact motion, and with the baseline beside the test.
 
-    `conrod_check(subject, scene=None, ...)`: arguments as of `conrod.check`. Returns what that does.
+    `conrod_check(subject, scene=None, ...)`: arguments as of `conrod.check`. Returns its
+    findings.
     """
     files = _files(request)
 
     def check(subject: Any, scene: Any = None, **words: Any) -> Findings[Any]:
         __tracebackhide__ = True
-        return _checked(request, subject, scene, words, next(files))
+        return _check(request, subject, scene, words, next(files))
 
     return check
 
 
-def _checked(
+def _check(
     request: pytest.FixtureRequest, subject: Any, scene: Any, words: dict[str, Any], file: Path
 ) -> Findings[Any]:
     __tracebackhide__ = True
@@ -70,10 +71,10 @@ def _checked(
     from conrod.studies.frame.baseline import OtherBaseline
 
     try:
-        # Models with driven joints are held to their exact motion alone.
+        # Models with driven joints are compared with their exact motion alone.
         accept = request.config.getoption("--conrod-regen-all")
         baseline = {} if "drives" in words else {"baseline": file, "accept": accept}
-        checked = conrod.check(subject, scene, **words, **baseline)
+        found = conrod.check(subject, scene, **words, **baseline)
     except conrod.InvalidInput as error:
         how = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
         raise pytest.fail.Exception(f"conrod: {error}{how}", pytrace=False) from None
@@ -84,15 +85,15 @@ def _checked(
         if os.environ.get(DEBUG, "0") not in ("", "0"):
             raise
         raise pytest.fail.Exception(crash_line(error), pytrace=False) from None
-    held = checked.baseline
-    failed = [f"out of tolerance: {checked.verdict}"] if checked.within_tolerance is False else []
-    if held is not None and not held.passed:
-        failed.append(held.text)
-        if not held.written and checked.within_tolerance is not False:
+    compared = found.baseline
+    failed = [f"out of tolerance: {found.verdict}"] if found.within_tolerance is False else []
+    if compared is not None and not compared.passed:
+        failed.append(compared.text)
+        if not compared.written and found.within_tolerance is not False:
             failed.append(f"accept: {_command(request)}")
     if failed:
         pytest.fail("conrod: " + "\n".join(failed), pytrace=False)
-    return checked
+    return found
 
 
 def _files(request: pytest.FixtureRequest) -> Iterator[Path]:

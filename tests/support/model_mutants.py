@@ -21,7 +21,7 @@ from tests.support.command_line import conrod
 Element = ElementTree.Element
 ROOT = Path(__file__).parents[2]
 HACKSAW = ROOT / "tests/support/own_models/hacksaw.xml"
-# Each model, with what `validate` is to be told of it.
+# Each model, with what `check` is to be told of it.
 MODELS = {
     ROOT / "mjcf/saw-500rpm.xml": ("--scene", "saw-500rpm", "--crank", "crank", "--point", "C=body:slider"),
     ROOT / "mjcf/shear-press.xml": ("--scene", "shear-press", "--crank", "crank", "--point", "A=site:A"),
@@ -31,7 +31,7 @@ MODELS = {
 SHORT = ("--seconds", "0.05")
 QUICK = "conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5  # [s], of harden's timing, which is not at stake
 FEWER = 10  # one vertex of a cam in so many is kept, and its two tips: compiling it costs less
-VERBS = ("lint", "harden", "validate")
+VERBS = ("lint", "harden", "check")
 
 # -- changes ---------------------------------------------------------------------------------------------------------
 
@@ -126,7 +126,7 @@ def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
     """What a verb makes of a mutant."""
     file = folder / f"{os.getpid()}-{base.name}"
     file.write_bytes(mutant(base, seed))
-    options = (*MODELS[base], "--revolutions", "1") if verb == "validate" else SHORT
+    options = (*MODELS[base], "--revolutions", "1") if verb == "check" else SHORT
     begun = time.process_time()
     try:
         done = conrod(verb, file.name, *options, cwd=folder)
