@@ -72,9 +72,7 @@ def lengths() -> Iterator[Input]:
     loose = f"check model.xml {SAW} --tolerance position=1e-5"
     yield healthy(kind, "all numbers in six digits", {"model.xml": six}, loose, it_is)
     twice = {"model.xml": scaled(hacksaw(), 2.0)}, "--set crank=200mm --set rod=600mm --set offset=180mm"
-    yield healthy(
-        kind, "all twice as large, asked for so", twice[0], f"check model.xml {HACKSAW} {twice[1]}", MEASURED
-    )
+    yield healthy(kind, "all twice as large, asked for so", twice[0], f"check model.xml {HACKSAW} {twice[1]}", MEASURED)
     press = exported("shear-press", crank=0.03)
     set_crank = _judged(press, "--set crank=30mm", PRESS)
     yield healthy(kind, "a press with another crank", *set_crank, "It is shear-press; .* within tolerance")
