@@ -102,7 +102,7 @@ def _command(name: str, scene: Scene) -> str:
     usual = (DescribedScene(scene.document) if isinstance(scene, DescribedScene) else SCENES[name]).parameters
     changed = [f"--set {shlex.quote(f'{p}={value!r}')}" for p, value in scene.parameters.items() if value != usual[p]]
     machine = name if scene.closed_form else MACHINE
-    return " ".join(["conrod validate YOUR.csv --scene", machine, *changed])
+    return " ".join(["conrod check YOUR.csv --scene", machine, *changed])
 
 
 def zipped(files: Mapping[str, str | bytes]) -> bytes:

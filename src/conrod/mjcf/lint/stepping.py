@@ -143,7 +143,7 @@ def nothing_moves(bench: Bench) -> Iterator[Finding]:
         evidence={"travel [m]": run.travel, "steps": run.steps, "actuators": int(bench.model.nu)},
         why="the closures carry nothing but what rests on them: that they are not seen to open says nothing of the "
         "model in motion",
-        fix=f"{command}--keyframe KEY starts from a keyframe with rates (qvel); `conrod validate --drive JOINT=LAW` "
+        fix=f"{command}--keyframe KEY starts from a keyframe with rates (qvel); `conrod check --drive JOINT=LAW` "
         "moves it",
     )
 

@@ -26,7 +26,7 @@ CLOCK_NOTE = (
 
 @dataclass(frozen=True)
 class TableStudy:
-    """The result of `conrod validate TABLE --scene SCENE`, or of an FMU, whose run is the table.
+    """The result of `conrod check TABLE --scene SCENE`, or of an FMU, whose run is the table.
 
     Attributes:
         file: name of the table.

@@ -54,7 +54,7 @@ def motion_judge(
 
 
 def force_judge(result: ForceResult, tracks: ForceTracks, law: LawOfForces | None, peaks: Peaks, step: float) -> Judge:
-    """The judge of `conrod validate --quantity`, of the forces of a run as they were recorded in steps [s]."""
+    """The judge of `conrod forces`, of the forces of a run as they were recorded in steps [s]."""
 
     def judged(given: Recording) -> ForceResult:
         measured = Measured(given.reference, tracks, peaks, step)

@@ -23,13 +23,13 @@ def tidy_row(
     """The row of a run; what it does not have is None.
 
     Columns, in this order:
-        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, else limits, ablate,
-        versions, or sweep (`study_of`); parameter.NAME [SI], of a machine from a file its mechanism as JSON; engine,
-        engine_version; preset that settings are or come from: None of others, and of runs kept before presets were
-        noted with them;
+        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, `forces` or `free`,
+        else limits, ablate, versions, or sweep (`study_of`); parameter.NAME [SI], of a machine from a file its
+        mechanism as JSON; engine, engine_version; preset that settings are or come from: None of others, and of runs
+        kept before presets were noted with them;
         setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
-        passed: the verdict by conrod's own tolerances, of a result of `conrod validate`;
+        passed: the verdict by conrod's own tolerances, of a result of `conrod validate`, `forces` or `free`;
         position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
         closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
         predicted_position, _velocity, _acceleration: predicted from the joints alone, and each with _difference;

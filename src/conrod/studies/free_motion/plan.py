@@ -60,8 +60,8 @@ class MotionPlan:
         driving = [load for load in mechanism.loads if drives(load, mechanism)]
         if self.motion == TORQUE and not driving:
             raise InvalidInput(
-                f"--motion torque: {name} has no torque that drives its crank; use --motion free, or give it one under "
-                "[torques]"
+                f"--torque: {name} has no torque that drives its crank; let it go without --torque, or give it one "
+                "under [torques]"
             )
         if self.motion == TORQUE:
             return mechanism
