@@ -17,9 +17,9 @@ from command_line import conrod
 from conrod.cli.validate_scenes import verdicts
 
 from conrod.cli.ablate import ablations
-from conrod.cli.harden import hardened
+from conrod.cli.harden import print_hardening
 from conrod.cli.limits import limits_found
-from conrod.cli.lint import report_found
+from conrod.cli.lint import print_report
 from conrod.cli.sweep import fronts
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
@@ -53,8 +53,8 @@ PRINTED: dict[str, Callable[[], Iterable[Part]]] = {
     "sweep": lambda: fronts(saved("sweep", "sweep")),
     "limits": lambda: limits_found(saved("limits", "limits")),
     "ablate": lambda: ablations(saved("ablate", "ablate")),
-    "harden": lambda: hardened(replace(found_in_model()[0], lines=""), None),
-    "lint": lambda: report_found(found_in_model()[1], None),
+    "harden": lambda: print_hardening(replace(found_in_model()[0], lines=""), None),
+    "lint": lambda: print_report(found_in_model()[1], None),
 }
 COMMANDS = {"show": ("show",), "show SCENE": ("show", "inverted-slider-crank", "--angle", "60deg")}
 

@@ -47,12 +47,12 @@ def ablate(
     studies = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in taken]
     with Runner.of(runs or Runs()) as runner, runner.answering() as run:
 
-        def answer(cases: Sequence[Case]) -> Mapping[str, Measurement]:
+        def run_or_time(cases: Sequence[Case]) -> Mapping[str, Measurement]:
             # Runs of all side by side; timings after them, alone.
             timed = any(isinstance(case, CostCase) for case in cases)
             return runner.run_alone(cases, "costs") if timed else run(cases)
 
-        found = iter(pursue(studies, answer))
+        found = iter(pursue(studies, run_or_time))
     parts = {
         name: ablation_study(name, scene, [next(found) for _ in taken], unsupported) for name, scene in chosen.items()
     }

@@ -43,7 +43,7 @@ class BaselineCheck:
     now: Baseline
 
     @classmethod
-    def of(
+    def prepare(
         cls, file: str | Path | None, scenes: Mapping[str, Scene], words: Mapping[str, Any], *, accept: bool
     ) -> BaselineCheck | None:
         """The baseline of a study; None where no file is named.

@@ -128,7 +128,7 @@ def check_model(
             "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
             "revolutions": None if revolutions == TURNS else revolutions,
         }  # fmt: skip
-        check = BaselineCheck.of(baseline, {name: machine}, words, accept=accept)
+        check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
 
         def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
             from conrod.mjcf.loops.scene_study import study
@@ -147,7 +147,7 @@ def check_model(
 def question_on_model(
     scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float]
 ) -> Question:
-    """Crank and points of a model, and what the scene says that it is to have.
+    """The request for a model: its crank and observed points, and the mobility of its scene.
 
     Raises:
         InvalidInput: the crank or a point is missing or unknown.
@@ -264,7 +264,7 @@ def _table_findings(
     baseline: tuple[str | Path | None, bool],
 ) -> Findings[TableStudy]:
     """Judge a table, and compare it with its baseline."""
-    check = BaselineCheck.of(baseline[0], dict([scene]), words, accept=baseline[1])
+    check = BaselineCheck.prepare(baseline[0], dict([scene]), words, accept=baseline[1])
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[list[TableStudy]]:
         with of_file(path):

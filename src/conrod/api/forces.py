@@ -69,7 +69,7 @@ def forces(
     if baseline or accept:
         from conrod.api.baselines import BaselineCheck  # it knows all kinds of findings
 
-        check = BaselineCheck.of(baseline, chosen, words, accept=accept)
+        check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[Sequence[ForceStudy]]:

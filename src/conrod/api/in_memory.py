@@ -51,7 +51,7 @@ def file_of_table(table: Any) -> Iterator[tuple[Path, str | None]]:
 
 @contextmanager
 def _name_in_errors(path: Path, name: str) -> Iterator[None]:
-    """Speak in errors of what the user has in memory, not of a temporary file."""
+    """Name in errors the object in memory in place of its temporary file."""
     try:
         yield
     except InvalidInput as error:
@@ -59,7 +59,7 @@ def _name_in_errors(path: Path, name: str) -> Iterator[None]:
 
 
 def columns_of(subject: Any) -> Mapping[str, Any] | None:
-    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of what has none."""
+    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of any other object."""
     if isinstance(subject, Mapping):
         return subject
     names = getattr(subject, "column_names", getattr(subject, "columns", None))

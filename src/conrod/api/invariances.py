@@ -85,7 +85,7 @@ def _check_free(part: str, name: str, found: Mapping[str, InvarianceStudy]) -> N
 def invariances_of_file(
     name: str, path: Path, seconds: float | None, keyframe: str | None, controls: Controls
 ) -> InvarianceStudy:
-    """Invariances of a model file, in a process of its own."""
+    """Invariances of a model file, found in another process."""
     from conrod.mjcf.invariances.study import bits, study
 
     run = seconds, keyframe, controls

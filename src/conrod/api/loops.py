@@ -80,7 +80,7 @@ def check_loops(
 
 
 def check_machine(name: str, question: Question) -> LoopStudy:
-    """Judge a machine in space by its own model, driven as it is made for unless laws are given."""
+    """Judge a machine in space by its model, driven by its default laws unless others are given."""
     machine = MACHINES[name]()
     own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
     with tempfile.TemporaryDirectory() as folder:
@@ -93,7 +93,7 @@ def check_machine(name: str, question: Question) -> LoopStudy:
 
 
 def check_model_loops(path: Path, question: Question, name: str) -> LoopStudy:
-    """Judge a model file in a process of its own."""
+    """Judge the loops of a model file in another process."""
     from conrod.mjcf.loops.study import study
 
     return confined(study, path, question, name)

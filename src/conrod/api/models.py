@@ -31,7 +31,7 @@ def lint(
     ignore: Sequence[str] = (),
     fix_for: Path | None = None,
 ) -> Report:
-    """Find what a MuJoCo model has that its motion does not need, and what will cause trouble.
+    """Find parts of a MuJoCo model that its motion does not need, and parts that will cause trouble.
 
     Args:
         model: path of an MJCF file, which is only read.

@@ -71,7 +71,7 @@ def validate(
     if baseline or accept:
         from conrod.api.baselines import BaselineCheck  # it knows all kinds of findings
 
-        check = BaselineCheck.of(baseline, chosen, words, accept=accept)
+        check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
     def find(several: Sequence[Mapping[str, Scene]], defects: bool) -> list[Sequence[SceneStudy]]:

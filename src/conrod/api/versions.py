@@ -19,7 +19,7 @@ DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam
 def versions(
     engine: str, scenes: Scenes = (), *, releases: Sequence[str] | None = None, runs: Runs | None = None
 ) -> Findings[VersionStudy]:
-    """Run the same cases in releases of an engine, each installed once in an environment of its own.
+    """Run the same cases in several releases of an engine, each installed once in a separate environment.
 
     Args:
         engine: by name.

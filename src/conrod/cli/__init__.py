@@ -49,8 +49,8 @@ MODULE_OF_VERB = {"recommend": "sweep", "engines": "show", "results": "report"} 
 
 
 @contextmanager
-def _telling_closed_output() -> Iterator[None]:
-    """Have an output that nobody reads any more end the command by an error that click does not take for its own."""
+def _raise_output_closed() -> Iterator[None]:
+    """Turn a broken pipe into `OutputClosed`, which click does not handle itself."""
     try:
         yield
     except BrokenPipeError:
@@ -61,11 +61,11 @@ class Verbs(click.Group):
     """A group whose commands are imported when they are called, from modules of their names or of a neighbour."""
 
     def make_context(self, *arguments: Any, **more: Any) -> click.Context:
-        with _telling_closed_output():
+        with _raise_output_closed():
             return super().make_context(*arguments, **more)
 
     def invoke(self, ctx: click.Context) -> Any:
-        with _telling_closed_output():
+        with _raise_output_closed():
             return super().invoke(ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -93,7 +93,7 @@ def cli() -> None:
 
 
 def main() -> None:
-    """Run the command line; a user's error is one line and exit status 2, what is no user's error is raised."""
+    """Run the command line; a user's error is one line and exit status 2, any other error is raised."""
     _prepare()
     warnings.showwarning = _say_warning
     try:
@@ -123,7 +123,7 @@ def main() -> None:
 
 
 def _say_warning(message: Warning | str, category: type[Warning], *place: object, **more: object) -> None:
-    """Print what the API warns of as a line; warnings of libraries are for developers."""
+    """Print a warning of the API as one line; warnings of libraries are for developers."""
     if category.__module__.startswith("conrod."):
         say(f"conrod: {one_line(str(message))}", err=True)
 
@@ -163,7 +163,7 @@ def say(text: str, *, err: bool = False, nl: bool = True) -> None:
 
 @contextmanager
 def waiting(subject: object, timeout: float | None) -> Iterator[None]:
-    """Say after a while that the work on a file or a scene goes on.
+    """Print after some seconds that the work on a file or a scene is still running.
 
     Args:
         timeout: after which it is ended [s]; None of work in this process.

@@ -13,7 +13,7 @@ ROUNDS = 200
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions):
+class AblateOptions(StudyOptions):
     """Request to `conrod ablate`, as typed; None or empty where nothing was given."""
 
     steps_per_rev: int | None = option(
@@ -24,21 +24,21 @@ class Asked(StudyOptions):
     )
 
 
-@options.verb(Asked)
+@options.verb(AblateOptions)
 @click.argument("scenes", nargs=-1, required=True, metavar="SCENE...", shell_complete=completion.scenes)
-def ablate(scenes: tuple[str, ...], asked: Asked) -> None:
-    """Measure what a model requires and what is optional: each ingredient's cost, and what it does to the motion.
+def ablate(scenes: tuple[str, ...], asked: AblateOptions) -> None:
+    """Measure which ingredients a model requires: the cost of each, and its effect on the motion.
 
     Ingredients are added to the minimal model one by one and all together, and taken from the full one.
     Finished runs are kept in the ledger: an interrupted study goes on where it stopped.
     """
     from conrod.api.ablate import ablate
-    from conrod.cli.outputs import outputs
+    from conrod.cli.outputs import check_outputs
     from conrod.report.ablate import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
     chosen = select_scenes(scenes, asked.assignments)
-    files = outputs(KIND, chosen, asked)
+    files = check_outputs(KIND, chosen, asked)
     with asked.runs() as runs:
         found = ablate(chosen, steps_per_rev=asked.steps_per_rev, rounds=asked.rounds, engines=asked.engine, runs=runs)
     files.answer(found, "ablate", scenes)

@@ -22,9 +22,9 @@ def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     Exit status 0: every item has a verdict, whatever it is; 2: bad usage.
     """
     from conrod.api.audit import audit, page_names
-    from conrod.cli.outputs import outputs
+    from conrod.cli.outputs import check_outputs
     from conrod.report.printed_values import KIND
 
     pages = page_names(files)
-    target = outputs(KIND, pages, asked, {file: Path(file) for file in files})
+    target = check_outputs(KIND, pages, asked, {file: Path(file) for file in files})
     target.answer(audit(files), "audit", pages)

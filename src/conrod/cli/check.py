@@ -124,7 +124,7 @@ def _refuse_kind(name: str, endings: Sequence[str]) -> None:
 
 def _check_model(name: str, asked: CheckOptions) -> None:
     from conrod.api.check import TURNS, check_model
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.mechanism.units import parse_quantity
     from conrod.own.files import as_outputs_must_not_be
     from conrod.report.user_model import KIND
@@ -138,7 +138,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     )
     refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE))
     crank, points = _crank_and_points(asked, scene[1])
-    files = outputs(KIND, [path.stem], asked, as_outputs_must_not_be(path))
+    files = check_outputs(KIND, [path.stem], asked, as_outputs_must_not_be(path))
     dossier = _dossier("check", (name,), asked, dict([scene]))
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
     rotation, zero = (None if text is None else parse_quantity(one, text, "rad") for one, text in angles.items())
@@ -162,7 +162,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     files.answer(found, "check", {path.stem: name})
     if dossier:
         dossier.write(found)
-    end(found)
+    exit_with_verdict(found)
 
 
 def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, str]]:
@@ -185,7 +185,7 @@ def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, s
 
 def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     from conrod.api.check import READING_TIMEOUT, STEPS, TURNS, check_fmu, check_table
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.trajectory import KIND, PART
     from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scene
 
@@ -193,7 +193,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     what = "an FMU" if is_fmu else "a table"
     refuse(asked, f"{what}: it is for a model", *MODEL)
     refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
-    files = outputs(KIND, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
+    files = check_outputs(KIND, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
     dossier = _dossier("check", (name,), asked, dict([scene]))
     common: dict[str, Any] = {
         "columns": columns_in(asked.columns, tuple(scene[1].lengths)),
@@ -220,7 +220,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     files.answer(found, "check", {PART: name})
     if dossier:
         dossier.write(found)
-    end(found)
+    exit_with_verdict(found)
 
 
 # -- closed loops ------------------------------------------------------------------------------------------------------
@@ -229,7 +229,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
 def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge model files and machines in space by their own exact motion."""
     from conrod.api.loops import check_loops
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.exact.space.drive_laws import FORMS
     from conrod.mjcf.loops.results import QUANTITIES
     from conrod.own.files import as_outputs_must_not_be, check_readable
@@ -253,7 +253,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
     if asked.scene and asked.scene not in MACHINES:
         inputs |= as_outputs_must_not_be(Path(asked.scene))
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
-    files = outputs(KIND, parts, asked, inputs)
+    files = check_outputs(KIND, parts, asked, inputs)
     dossier = _dossier(command, names, asked, {})
     with ExitStack() as under_way:
 
@@ -275,7 +275,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
     files.answer(found, command, parts)
     if dossier:
         dossier.write(found)
-    end(found)
+    exit_with_verdict(found)
 
 
 def _dossier(command: str, names: tuple[str, ...], asked: CheckOptions, scenes: dict[str, Any]) -> Any:
@@ -289,4 +289,4 @@ def _dossier(command: str, names: tuple[str, ...], asked: CheckOptions, scenes: 
         return None
     from conrod.cli.verification import Dossier
 
-    return Dossier.of(command, names, asked, scenes)
+    return Dossier.prepare(command, names, asked, scenes)

@@ -15,7 +15,7 @@ Completer: TypeAlias = Callable[[click.Context, click.Parameter, str], "list[Com
 
 
 def scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Names of scenes, the words that stand for several, and mechanism files."""
+    """Names of scenes, `catalogue` and `spatial`, and mechanism files."""
     from conrod.scenes import CATALOGUE, SCENES, catalogue_names, dynamics_names
     from conrod.scenes.space import MACHINES, SPATIAL
 
@@ -54,7 +54,7 @@ def models_or_scenes(context: click.Context, parameter: click.Parameter, begun: 
 
 
 def files_with(endings: Sequence[str]) -> Completer:
-    """Make a completer of files with some endings, and of the folders on the way to them."""
+    """Make a completer of folders, and of files with some endings."""
 
     def files(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
         return _files(begun, endings)

@@ -38,7 +38,7 @@ def catalogue() -> Iterator[Part]:
         tables.append(table(("name", "title", "moving links"), machines, title=title))
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     title = "machines in space (in MuJoCo: validate, export --format mjcf)"
-    yield from _apart(*tables, table(("name", "title"), spatial, title=title))
+    yield from _separated_by_lines(*tables, table(("name", "title"), spatial, title=title))
     yield from ("", "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them")
 
 
@@ -79,17 +79,17 @@ def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Part]:
         yield f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg"
     elif turn.crank_range.full and not kinematics.repeats:
         yield "after a turn the links do not stand as before it: strokes and angles are those of the first turn"
-    yield from _apart(outputs_table(turn), transmission_table(turn))
+    yield from _separated_by_lines(outputs_table(turn), transmission_table(turn))
 
 
 def instant_found(instant: InstantQuantities) -> Iterator[Part]:
     """The motion of links and points at a crank angle."""
     speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
     yield from ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}")
-    yield from _apart(links_table(instant), points_table(instant))
+    yield from _separated_by_lines(links_table(instant), points_table(instant))
 
 
-def _apart(*tables: Table) -> Iterator[Part]:
+def _separated_by_lines(*tables: Table) -> Iterator[Part]:
     for shown in filter(None, tables):
         yield from ("", shown)
 
@@ -111,8 +111,8 @@ def outputs_table(turn: TurnQuantities) -> Table:
 
 
 def _output_row(output: OutputLink) -> tuple[str, ...]:
-    on = f"goes on, {_way(output.gain, output.unit)} a turn"
-    stroke = on if output.stroke is None else _way(output.stroke, output.unit)
+    on = f"goes on, {_displacement_text(output.gain, output.unit)} a turn"
+    stroke = on if output.stroke is None else _displacement_text(output.stroke, output.unit)
     there_and_back = ", ".join(degrees(way) for way in (output.forward, output.backward) if way is not None)
     ratio = "" if output.time_ratio is None else f"{output.time_ratio:.6g}"
     ends = [dict.fromkeys((degrees(centre.angle), degrees(centre.until))) for centre in output.dead_centres]
@@ -120,7 +120,7 @@ def _output_row(output: OutputLink) -> tuple[str, ...]:
     return (output.link, output.joint, stroke, centres or "nowhere", there_and_back, ratio)
 
 
-def _way(value: float, unit: str) -> str:
+def _displacement_text(value: float, unit: str) -> str:
     return f"{MM * value:.6g} mm" if unit == "m" else f"{math.degrees(value):.6g} deg"
 
 
@@ -141,7 +141,7 @@ def links_table(instant: InstantQuantities) -> Table:
     turning, changing = [link.rate[2] for link in instant.links], [link.acceleration[2] for link in instant.links]
     rows = []
     for link in instant.links:
-        moved = _clean(link.rate[2], turning), _clean(link.acceleration[2], changing)
+        moved = _without_rounding(link.rate[2], turning), _without_rounding(link.acceleration[2], changing)
         rows.append((link.link, *_millimetres(link.pose[:2]), degrees(link.pose[2]), *moved))
     right = ("x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]")
     return table(("link", *right), rows, right, "links")
@@ -152,7 +152,7 @@ def points_table(instant: InstantQuantities) -> Table:
     rows = []
     for name, point in instant.points.points.items():
         vectors = [moved[0].tolist() for moved in (point.velocity, point.acceleration)]
-        components = (_clean(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
+        components = (_without_rounding(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
         rows.append((name, *_millimetres(point.position[0]), *components))
     moved = ("velocity x [m/s]", "velocity y [m/s]", "acceleration x [m/s²]", "acceleration y [m/s²]")
     right = ("x [mm]", "y [mm]", *moved)
@@ -168,8 +168,8 @@ def _millimetres(lengths: Iterable[float]) -> list[str]:
     return [f"{MM * length:z.3f}" for length in lengths]
 
 
-def _clean(value: float, beside: list[float]) -> str:
-    """A value, 0 where it is rounding of those beside it."""
+def _without_rounding(value: float, beside: list[float]) -> str:
+    """A value as text; 0 where it is below rounding of the other values."""
     if abs(value) <= ROUNDING * max(abs(other) for other in beside):
         return "0"
     return numbers.quantity(value, 6)

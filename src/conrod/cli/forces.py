@@ -11,7 +11,7 @@ from conrod.cli.options import JudgedOptions, RunOptions, names_in, option, tole
 
 
 @dataclass(frozen=True)
-class Asked(JudgedOptions, RunOptions):
+class ForcesOptions(JudgedOptions, RunOptions):
     """Request to `conrod forces`, as typed; None or empty where nothing was given."""
 
     quantity: str | None = option("--quantity", metavar="NAME,...", help="Of torque, reactions, contact [all].")
@@ -22,22 +22,22 @@ class Asked(JudgedOptions, RunOptions):
     assignments: tuple[str, ...] = option("--set")
 
 
-@options.verb(Asked)
+@options.verb(ForcesOptions)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
-def forces(scenes: tuple[str, ...], asked: Asked) -> None:
+def forces(scenes: tuple[str, ...], asked: ForcesOptions) -> None:
     """Compare the forces that engines report with the exact ones of SCENEs.
 
     Torque of the crank, reactions of joints and contact forces, at constant crank speed.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.api.forces import REVOLUTIONS, check_quantities, forces
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.forces import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
     chosen = select_scenes(scenes, asked.assignments)
     quantities = check_quantities(names_in(asked.quantity), chosen)
-    files = outputs(KIND, chosen, asked)
+    files = check_outputs(KIND, chosen, asked)
     with asked.runs() as runs:
         found = forces(
             chosen,
@@ -52,4 +52,4 @@ def forces(scenes: tuple[str, ...], asked: Asked) -> None:
             runs=runs,
         )
     files.answer(found, "forces", scenes)
-    end(found)
+    exit_with_verdict(found)

@@ -11,7 +11,7 @@ from conrod.cli.options import ReportOptions, RunOptions, option, tolerance_in
 
 
 @dataclass(frozen=True)
-class Asked(ReportOptions, RunOptions):
+class FreeOptions(ReportOptions, RunOptions):
     """Request to `conrod free`, as typed; None or empty where nothing was given."""
 
     torque: bool = option("--torque", is_flag=True, help="With the torques of the scene's driver.")
@@ -23,23 +23,23 @@ class Asked(ReportOptions, RunOptions):
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Largest errors allowed, e.g. position=1e-4.")
 
 
-@options.verb(Asked)
+@options.verb(FreeOptions)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
-def free(scenes: tuple[str, ...], asked: Asked) -> None:
+def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
     """Compare the motion of SCENEs without a drive with their equations of motion.
 
     Machines move by weight, springs, loads and their start.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.api.free_motion import free_motion
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.mechanism.units import parse_quantity
     from conrod.report.free_motion import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
     from conrod.studies.free_motion.results import QUANTITIES
 
     chosen = select_scenes(scenes, asked.assignments)
-    files = outputs(KIND, chosen, asked)
+    files = check_outputs(KIND, chosen, asked)
     with asked.runs() as runs:
         found = free_motion(
             chosen,
@@ -52,4 +52,4 @@ def free(scenes: tuple[str, ...], asked: Asked) -> None:
             runs=runs,
         )
     files.answer(found, "free", scenes)
-    end(found)
+    exit_with_verdict(found)

@@ -33,7 +33,7 @@ ALWAYS = (
 
 
 @dataclass(frozen=True)
-class Asked:
+class HardenOptions:
     """Options of `conrod harden`, as typed; None or empty where nothing was given."""
 
     output: str | None = option("-o --output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
@@ -50,9 +50,9 @@ class Asked:
     document: str | None = option("--json")
 
 
-@options.verb(Asked)
+@options.verb(HardenOptions)
 @click.argument("model", metavar="MODEL.xml", shell_complete=completion.files_with(MODELS))
-def harden(model: str, asked: Asked) -> None:
+def harden(model: str, asked: HardenOptions) -> None:
     """Make the closed loops of a MuJoCo model stay closed, and show what that changes.
 
     Takes the regularisation out of the equality constraints of a compiled model, which MJCF cannot express: prints the
@@ -83,7 +83,7 @@ def harden(model: str, asked: Asked) -> None:
             force=asked.force,
             write="-o" in files,
         )
-    tell(hardened(found, files.get("-o")))
+    tell(print_hardening(found, files.get("-o")))
     contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
@@ -93,8 +93,8 @@ def harden(model: str, asked: Asked) -> None:
 # -- printing ----------------------------------------------------------------------------------------------------------
 
 
-def hardened(found: HardenedModel, file: Path | None) -> Iterator[Part]:
-    """Figures before and after, lines to paste, and notes; or why there are none."""
+def print_hardening(found: HardenedModel, file: Path | None) -> Iterator[Part]:
+    """Figures before and after hardening, lines to paste and notes; or why nothing was hardened."""
     if found.variants:
         begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
         run = f"{found.seconds:.4g} s in steps of {found.timestep:g} s from {found.start}"

@@ -13,7 +13,7 @@ from conrod.cli.options import ReportOptions, controls_in, option
 
 
 @dataclass(frozen=True)
-class Asked(ReportOptions):
+class InvariancesOptions(ReportOptions):
     """Request to `conrod invariances`, as typed; None or empty where nothing was given."""
 
     keyframe: str | None = option("--keyframe", metavar="NAME", help="Start from it, of a model.")
@@ -22,9 +22,9 @@ class Asked(ReportOptions):
     assignments: tuple[str, ...] = option("--set")
 
 
-@options.verb(Asked)
+@options.verb(InvariancesOptions)
 @click.argument("subjects", nargs=-1, metavar="[MODEL.xml | SCENE]...", shell_complete=completion.models_or_scenes)
-def invariances(subjects: tuple[str, ...], asked: Asked) -> None:
+def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     """Change what must not matter in MuJoCo models and SCENEs' models, and compare accelerations.
 
     Names, order of declaration, units, frames, and the like.
@@ -32,7 +32,7 @@ def invariances(subjects: tuple[str, ...], asked: Asked) -> None:
     """
     from conrod.api.files import MODELS
     from conrod.api.invariances import invariances
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.errors import InvalidInput
     from conrod.own.files import as_outputs_must_not_be, check_readable
     from conrod.report.invariances import KIND
@@ -48,7 +48,7 @@ def invariances(subjects: tuple[str, ...], asked: Asked) -> None:
     parts = [*(Path(name).stem for name in models), *scenes]
     if hidden := next((name for k, name in enumerate([*models, *scenes]) if parts[k] in parts[:k]), None):
         raise InvalidInput(f"{hidden}: another has the same name in the report: judge it by itself")
-    files = outputs(KIND, parts, asked, inputs)
+    files = check_outputs(KIND, parts, asked, inputs)
     with ExitStack() as under_way:
 
         def begin(name: str) -> None:
@@ -63,4 +63,4 @@ def invariances(subjects: tuple[str, ...], asked: Asked) -> None:
             progress=begin,
         )
     files.answer(found, "invariances", dict(zip(parts, [*models, *(named or scenes)], strict=True)))
-    end(found)
+    exit_with_verdict(found)

@@ -15,7 +15,7 @@ SEPARATOR = ".."
 
 
 @dataclass(frozen=True)
-class Asked(StudyOptions):
+class LimitsOptions(StudyOptions):
     """Request to `conrod limits`, as typed; None or empty where nothing was given."""
 
     axes: tuple[str, ...] = option(
@@ -29,21 +29,21 @@ class Asked(StudyOptions):
     preset: str | None = option("--preset")
 
 
-@options.verb(Asked)
+@options.verb(LimitsOptions)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
-def limits(scenes: tuple[str, ...], asked: Asked) -> None:
+def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
     """Find where each engine stops being trustworthy, how it fails there, and whether one would notice.
 
     Each axis is walked from its safe end to its failing one, and its boundaries are found to 2 %. Finished runs are
     kept in the ledger: an interrupted study goes on where it stopped.
     """
     from conrod.api.limits import limits
-    from conrod.cli.outputs import outputs
+    from conrod.cli.outputs import check_outputs
     from conrod.report.limits.report import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
     chosen, span = select_scenes(scenes, asked.assignments), None if asked.span is None else _span(asked.span)
-    files = outputs(KIND, chosen, asked)
+    files = check_outputs(KIND, chosen, asked)
     with asked.runs() as runs:
         found = limits(chosen, axes=asked.axes, span=span, engines=asked.engine, preset=asked.preset, runs=runs)
     # Limits of a run are given too: they decide how some end.

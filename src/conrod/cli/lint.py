@@ -24,7 +24,7 @@ COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}
 
 
 @dataclass(frozen=True)
-class Asked:
+class LintOptions:
     """Options of `conrod lint`, as typed; None or empty where nothing was given."""
 
     keyframe: str | None = option(
@@ -47,10 +47,10 @@ class Asked:
     fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
 
 
-@options.verb(Asked)
+@options.verb(LintOptions)
 @click.argument("model", metavar="MODEL.xml", shell_complete=completion.files_with(MODELS))
-def lint(model: str, asked: Asked) -> None:
-    """List what a MuJoCo model has that its motion does not need, and what will cause trouble.
+def lint(model: str, asked: LintOptions) -> None:
+    """List parts of a MuJoCo model that its motion does not need, and parts that will cause trouble.
 
     The model is run, and run again without each suspect; the file is only read.
 
@@ -77,7 +77,7 @@ def lint(model: str, asked: Asked) -> None:
             fix_for=folder,
         )
     if asked.form == "text":
-        tell(report_found(report, files.get("--fix")))
+        tell(print_report(report, files.get("--fix")))
     else:
         with naming("standard output"):
             click.echo(sarif(report), nl=False)
@@ -93,29 +93,29 @@ def lint(model: str, asked: Asked) -> None:
 # -- printing --------------------------------------------------------------------------------------------------------
 
 
-def report_found(report: Report, out_file: Path | None) -> Iterator[Part]:
+def print_report(report: Report, out_file: Path | None) -> Iterator[Part]:
     """A block for each finding, the most harmful first, then what else was judged otherwise."""
     yield f"{report.model}: {report.run}"
     for finding in report.findings:
-        yield from _finding(finding)
-    yield from ("", *report.notes, _counted([finding.severity for finding in report.findings]))
+        yield from _print_finding(finding)
+    yield from ("", *report.notes, _count_words([finding.severity for finding in report.findings]))
     if report.fixed is not None:
-        yield _fixed(report.fixed, out_file)
+        yield _fix_words(report.fixed, out_file)
 
 
-def _counted(found: list[Severity]) -> str:
+def _count_words(found: list[Severity]) -> str:
     """'3 findings: 1 error, 2 notes'."""
     number, counts = len(found), [(one.value, found.count(one)) for one in Severity]
     parts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
     return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
 
 
-def _finding(finding: Finding) -> Iterator[Part]:
+def _print_finding(finding: Finding) -> Iterator[Part]:
     severity = finding.severity
     yield from ("", Text(f"{severity.value}: {finding.rule}", COLOURS[severity]))
-    lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value(v)}" for name, v in finding.evidence.items())]
+    lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value_text(v)}" for name, v in finding.evidence.items())]
     if finding.change is not None:
-        lines.append(f"change of motion without it: {_value(finding.change)}")
+        lines.append(f"change of motion without it: {_value_text(finding.change)}")
     lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
     lines += [f"     {edit}" for edit in finding.edits]
     if finding.edits:
@@ -123,15 +123,15 @@ def _finding(finding: Finding) -> Iterator[Part]:
     yield from (f"  {line}" for line in lines)
 
 
-def _fixed(fixed: Fixed, file: Path | None) -> str:
+def _fix_words(fixed: Fixed, file: Path | None) -> str:
     if not fixed.text:
         return f"nothing can be fixed safely; {file} is not written"
     number = len(fixed.edits)
-    moved = "did not change" if fixed.change == 0.0 else f"changed by {_value(fixed.change)} of its travel"
+    moved = "did not change" if fixed.change == 0.0 else f"changed by {_value_text(fixed.change)} of its travel"
     return f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}"
 
 
-def _value(value: Value) -> str:
+def _value_text(value: Value) -> str:
     if isinstance(value, float):
         return "beyond all bounds" if value >= 1e300 else f"{value:.4g}"
     return str(value)

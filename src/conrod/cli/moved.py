@@ -29,18 +29,18 @@ def new_spelling(arguments: Sequence[str]) -> str | None:
     """
     if not arguments or arguments[0] not in ("validate", "check"):
         return None
-    verb, words = arguments[0], _parted(arguments[1:])
+    verb, words = arguments[0], _split_equals(arguments[1:])
     given = [word for word in words if word.startswith("--")]
     moved = next((VERB_OF_OPTION[one] for one in VERB_OF_OPTION if one in given), None) if verb == "validate" else None
     if moved is None and verb == "validate" and any(_is_file(name) for name in _subjects(words)):
         moved = "check"
     if moved is None and "--report" not in given:
         return None
-    new = ["conrod", moved or verb, *_respelled(words, moved)]
-    return f"`{_shown(['conrod', *arguments])}` is now `{_shown(new)}`"
+    new = ["conrod", moved or verb, *_respell_options(words, moved)]
+    return f"`{_shell_text(['conrod', *arguments])}` is now `{_shell_text(new)}`"
 
 
-def _parted(words: Sequence[str]) -> list[str]:
+def _split_equals(words: Sequence[str]) -> list[str]:
     """Words, with `--option=value` as two."""
     found = list[str]()
     for word in words:
@@ -61,7 +61,7 @@ def _is_file(name: str) -> bool:
     return name.lower().endswith(FILES)
 
 
-def _respelled(words: Sequence[str], verb: str | None) -> list[str]:
+def _respell_options(words: Sequence[str], verb: str | None) -> list[str]:
     """The words with options in their new spelling."""
     found, skip = list[str](), False
     for word, following in zip(words, [*words[1:], ""], strict=True):
@@ -77,5 +77,5 @@ def _respelled(words: Sequence[str], verb: str | None) -> list[str]:
     return found
 
 
-def _shown(words: Sequence[str]) -> str:
+def _shell_text(words: Sequence[str]) -> str:
     return " ".join(shlex.quote(word) for word in words)

@@ -118,21 +118,21 @@ def verb(kind: type[Any] | None = None, **attributes: Any) -> Callable[[Callable
     # A verb's own before those that it has from others.
     fields = sorted(dataclasses.fields(kind), key=lambda one: one.name not in kind.__annotations__) if kind else []
 
-    def made(function: Callable[..., Any]) -> click.Command:
+    def decorate(function: Callable[..., Any]) -> click.Command:
         @wraps(function)
-        def called(**values: Any) -> Any:
+        def call_with_options(**values: Any) -> Any:
             if kind is None:
                 return function(**values)
             asked = {one.name: values.pop(one.name) for one in fields if one.name in values}
             return function(asked=kind(**asked), **values)
 
-        decorated: Any = called
+        decorated: Any = call_with_options
         for one in reversed([one for one in fields if one.metadata]):
             given = dict(one.metadata)
             decorated = click.option(*given.pop("option").split(), one.name, cls=Option, **given)(decorated)
         return click.command(cls=Verb, **attributes)(decorated)
 
-    return made
+    return decorate
 
 
 def refuse(asked: Any, subject: str, *which: str) -> None:
@@ -152,7 +152,7 @@ def refuse(asked: Any, subject: str, *which: str) -> None:
 
 
 def refuse_others(asked: Any, subject: str, *taken: str) -> None:
-    """Refuse all options but some; raises InvalidInput, which names what is taken."""
+    """Refuse all options except those taken; raises InvalidInput, which names these."""
     if other := next((name for name in explicit_options(asked) if name not in taken), None):
         raise InvalidInput(
             f"{other} does not go with {subject}, which takes {', '.join(one for one in taken if one != subject)}"
@@ -207,7 +207,7 @@ class RunOptions:
 
     @contextmanager
     def runs(self) -> Iterator[Runs]:
-        """How runs are made, with their progress shown; an interrupt says how to go on."""
+        """The runs that the options ask for, with progress shown; an interrupt says how to go on."""
         from conrod.cli.progress import ProgressBar
         from conrod.studies.execution.runner import Runs
 
@@ -248,7 +248,7 @@ class JudgedOptions(ReportOptions):
 
 @dataclass(frozen=True)
 class VerificationOptions(JudgedOptions):
-    """Options of a verb whose verdict may stand in a verification report."""
+    """Options of a verb that can write a verification report."""
 
     verification: str | None = option(
         "--verification", OUTPUT, metavar="FILE", help="Write a verification report in HTML, to sign."

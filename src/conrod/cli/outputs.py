@@ -85,8 +85,8 @@ def _processes(asked: ReportOptions) -> Any:
     return Runs(jobs=asked.jobs).processes() if isinstance(asked, RunOptions) else nullcontext()
 
 
-def end(found: Findings[Any]) -> None:
-    """Print how findings stand to their baseline; end with exit status 1 where something is out of tolerance."""
+def exit_with_verdict(found: Findings[Any]) -> None:
+    """Print the comparison with a baseline; exit with status 1 where something is out of tolerance."""
     if compared := found.baseline:
         accept = [] if compared.passed or compared.written else [shlex.join(["conrod", *sys.argv[1:], "--accept"])]
         tell([*compared.text.splitlines(), *(f"accept it: {line}" for line in accept)])
@@ -94,7 +94,7 @@ def end(found: Findings[Any]) -> None:
         sys.exit(FAILED)
 
 
-def outputs(
+def check_outputs(
     kind: Kind[F],
     parts: Iterable[str],
     asked: ReportOptions,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
-    """List what is available, one line each; or describe one SCENE."""
+    """List scenes and machines, one line each; or describe one SCENE."""
     from conrod.cli.console import catalogue, instant_found, linkage_text, scene_found, turn_found
     from conrod.exact.linkage import turn_quantities
     from conrod.report.terminal import tell
@@ -80,7 +80,7 @@ def _instant(scene: Scene, text: str) -> InstantQuantities:
 
 @options.verb()
 def engines() -> None:
-    """List the engines that are installed, where each comes from, and what it can do beside runs.
+    """List the installed engines: version, origin, presets and capabilities.
 
     Other packages bring engines by an entry point of the group `conrod.engines` (docs/engines.md). One that cannot be
     loaded is named with the reason, and keeps nothing else from running.

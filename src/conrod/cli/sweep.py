@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput
 
 
 @dataclass(frozen=True)
-class SweepAsked(StudyOptions):
+class SweepOptions(StudyOptions):
     """Request to `conrod sweep`, as typed."""
 
     grid: str = option(
@@ -21,9 +21,9 @@ class SweepAsked(StudyOptions):
     )
 
 
-@options.verb(SweepAsked)
+@options.verb(SweepOptions)
 @click.argument("scenes", nargs=-1, required=True, metavar="SCENE...", shell_complete=completion.scenes)
-def sweep(scenes: tuple[str, ...], asked: SweepAsked) -> None:
+def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
     """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
 
     The grid `presets` has engines beside each other: every preset of each, at more steps.
@@ -31,21 +31,21 @@ def sweep(scenes: tuple[str, ...], asked: SweepAsked) -> None:
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
     from conrod.api.sweep import sweep
-    from conrod.cli.outputs import outputs
+    from conrod.cli.outputs import check_outputs
     from conrod.engines.variants import grid_named
     from conrod.report.sweep import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
     chosen = select_scenes(scenes, asked.assignments)
     grid_named(asked.grid)
-    files = outputs(KIND, chosen, asked)
+    files = check_outputs(KIND, chosen, asked)
     with asked.runs() as runs:
         found = sweep(chosen, grid=asked.grid, engines=asked.engine, runs=runs)
     files.answer(found, "sweep", scenes)
 
 
 @dataclass(frozen=True)
-class RecommendAsked(StudyOptions):
+class RecommendOptions(StudyOptions):
     """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
 
     position: float | None = option(
@@ -60,9 +60,9 @@ class RecommendAsked(StudyOptions):
     )
 
 
-@options.verb(RecommendAsked)
+@options.verb(RecommendOptions)
 @click.argument("scene", shell_complete=completion.scenes)
-def recommend(scene: str, asked: RecommendAsked) -> None:
+def recommend(scene: str, asked: RecommendOptions) -> None:
     """The cheapest setting of each engine within all given tolerances, ready to paste.
 
     Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
@@ -72,7 +72,7 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
     Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
     """
     from conrod.api.sweep import cheapest_settings, findings_of
-    from conrod.cli.outputs import outputs
+    from conrod.cli.outputs import check_outputs
     from conrod.engines.capabilities import MissingCapability, ModelFile, capability
     from conrod.report.recommendation import KIND
     from conrod.studies.frame.files import files_to_write
@@ -83,7 +83,7 @@ def recommend(scene: str, asked: RecommendAsked) -> None:
     name, chosen = select_scene(scene, asked.assignments)
     engines = choose_engines(asked.engine)
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
-    files = outputs(KIND, [name], asked, wanted)
+    files = check_outputs(KIND, [name], asked, wanted)
     able = {one.name: capability(one, ModelFile) for one in engines}
     writers = {name: made for name, made in able.items() if not isinstance(made, MissingCapability)}
     if asked.model and not writers:

@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput
 
 
 @dataclass(frozen=True)
-class Asked(VerificationOptions, RunOptions):
+class ValidateOptions(VerificationOptions, RunOptions):
     """Request to `conrod validate`, as typed; None or empty where nothing was given."""
 
     engine: tuple[str, ...] = option("--engine")
@@ -23,9 +23,9 @@ class Asked(VerificationOptions, RunOptions):
     qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
 
 
-@options.verb(Asked)
+@options.verb(ValidateOptions)
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
-def validate(scenes: tuple[str, ...], asked: Asked) -> None:
+def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     """Compare engines with the exact motion of SCENEs at constant crank speed.
 
     A SCENE is one that `conrod show` lists or a mechanism file (.toml); all with a closed form where none is named;
@@ -34,7 +34,7 @@ def validate(scenes: tuple[str, ...], asked: Asked) -> None:
     """
     from conrod.api.files import FILES
     from conrod.api.validate import REVOLUTIONS, validate
-    from conrod.cli.outputs import end, outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.validation import KIND
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scenes
@@ -49,13 +49,13 @@ def validate(scenes: tuple[str, ...], asked: Asked) -> None:
         options.refuse_old_spelling(click.get_current_context())
     chosen = select_scenes(scenes, asked.assignments)
     dossier = None
-    files = outputs(KIND, chosen, asked)
+    files = check_outputs(KIND, chosen, asked)
     if asked.verification is None:
         refuse(asked, "no --verification", *MEASUREMENTS)
     else:
         from conrod.cli.verification import Dossier
 
-        dossier = Dossier.of("validate", scenes, asked, chosen)
+        dossier = Dossier.prepare("validate", scenes, asked, chosen)
     with asked.runs() as runs:
         found = validate(
             chosen,
@@ -72,14 +72,14 @@ def validate(scenes: tuple[str, ...], asked: Asked) -> None:
     files.answer(found, "validate", scenes)
     if dossier:
         dossier.write(found)
-    end(found)
+    exit_with_verdict(found)
 
 
 MEASUREMENTS = ("measured", "limits", "uncertainties", "columns", "units", "estimate")
 TAKEN_IN_SPACE = ("--engine", "--tolerance", "--out", "--html", "--json", "--verification")
 
 
-def _validate_in_space(names: tuple[str, ...], asked: Asked) -> None:
+def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
     """Judge machines in space by their own exact motion, driven as they are made for."""
     from conrod.cli.check import CheckOptions, check_machines
 

@@ -64,10 +64,10 @@ class Dossier:
     uncertainties: Mapping[str, float]
 
     @classmethod
-    def of(
+    def prepare(
         cls, command: str, subjects: Sequence[str], asked: VerificationOptions, scenes: Mapping[str, Scene]
     ) -> Dossier:
-        """The report that is asked for, on what is judged: one part.
+        """Read all that a verification report needs, before anything is run.
 
         Raises:
             InvalidInput: it cannot be made, or something would be lost by it.
@@ -75,11 +75,13 @@ class Dossier:
         if len(subjects) != 1 or len(scenes) > 1:
             raise InvalidInput("--verification: a verification report is on one machine or file: name it")
         scene = next(iter(scenes.values()), None)
-        beside = {f"the input {name}": Path(name) for name in _typed(asked, subjects[0])[1:] if Path(name).is_file()}
+        beside = {
+            f"the input {name}": Path(name) for name in _named_paths(asked, subjects[0])[1:] if Path(name).is_file()
+        }
         given = {"--json": asked.document, "--html": asked.html, "--verification": asked.verification}
         file = files_to_write(given, beside)["--verification"]
-        before, uncertainties = _replaced(file), _uncertainties(asked.uncertainties, scene)
-        limits, measured = _limits(asked, subjects[0], scene), _measured(asked, scene)
+        before, uncertainties = _existing_report(file), _parse_uncertainties(asked.uncertainties, scene)
+        limits, measured = _read_limits(asked, subjects[0], scene), _study_measurements(asked, scene)
         return cls(command, subjects[0], asked, file, before, scene, limits, measured, uncertainties)
 
     def write(self, found: Findings[Any]) -> None:
@@ -97,7 +99,7 @@ class Dossier:
         scene, subject, data = self.scene, self.subject, self.uncertainties.get(DATA)
         found, deviations = sections(study)
         lengths = {name: size for name, size in self.uncertainties.items() if name != DATA}
-        found["parameters"], moves, place = beside.parameters(scene, lengths, _off(study))
+        found["parameters"], moves, place = beside.parameters(scene, lengths, _length_deviations(study))
         found["inputs"] = beside.inputs(_files(self.asked, subject), scene)
         found["software"] = beside.software(study)
         for section, (content, off) in {
@@ -114,7 +116,7 @@ class Dossier:
         return Verification(Path(subject).name, verdict, made, command, found, tuple(deviations))
 
     def _invariances(self, study: Any) -> InvarianceStudy | str:
-        """Invariances of the model, or why there are none."""
+        """Invariances of the model; a sentence where it has none."""
         keyframe: str | None = getattr(self.asked, "keyframe", None)
         try:
             if self.subject.lower().endswith(MODELS):
@@ -128,13 +130,13 @@ class Dossier:
     def _without_places(self, report: Verification) -> Verification:
         """The same with names of files, and not the folders that they are in, which are a user's own affair."""
         text = json.dumps(values_of(report))
-        for typed in _typed(self.asked, self.subject):
+        for typed in _named_paths(self.asked, self.subject):
             text = text.replace(json.dumps(typed)[1:-1], json.dumps(Path(typed).name or typed)[1:-1])
         return restored(Verification, json.loads(text))
 
 
-def _typed(asked: VerificationOptions, subject: str) -> list[str]:
-    """Files and folders that were named, as typed, that of the report first."""
+def _named_paths(asked: VerificationOptions, subject: str) -> list[str]:
+    """Files and folders that options name, as typed, the report first."""
     drives = [drive.partition("=table:")[2] for drive in getattr(asked, "drives", ())]
     named = (asked.verification, subject, getattr(asked, "scene", None), asked.measured, asked.limits, *drives)
     return [name for name in dict.fromkeys(named) if name]
@@ -142,11 +144,11 @@ def _typed(asked: VerificationOptions, subject: str) -> list[str]:
 
 def _files(asked: VerificationOptions, subject: str) -> list[Path]:
     """The files that are read."""
-    paths = [Path(name) for name in _typed(asked, subject)[1:] if Path(name).is_file()]
+    paths = [Path(name) for name in _named_paths(asked, subject)[1:] if Path(name).is_file()]
     return [one for path in paths for one in (files_of_model(path) if path.suffix.lower() in MODELS else [path])]
 
 
-def _replaced(file: Path) -> bytes | None:
+def _existing_report(file: Path) -> bytes | None:
     """The report that another is to take the place of; raises InvalidInput where something would be lost by that."""
     if not file.exists():
         return None
@@ -160,7 +162,7 @@ def _replaced(file: Path) -> bytes | None:
     return page
 
 
-def _uncertainties(texts: Sequence[str], scene: Scene | None) -> dict[str, float]:
+def _parse_uncertainties(texts: Sequence[str], scene: Scene | None) -> dict[str, float]:
     """Standard uncertainties [m] by length, and of the measurements."""
     known = [DATA, *(name for name in (length_names(scene) if scene else ()) if name != ALL_LENGTHS)]
     form = "a length and its standard uncertainty: rod=0.1mm"
@@ -168,7 +170,7 @@ def _uncertainties(texts: Sequence[str], scene: Scene | None) -> dict[str, float
     return {name: parse_quantity(f"--uncertainty {name}", size, "m") for name, size in sizes.items()}
 
 
-def _limits(asked: VerificationOptions, subject: str, scene: Scene | None) -> LimitStudy | None:
+def _read_limits(asked: VerificationOptions, subject: str, scene: Scene | None) -> LimitStudy | None:
     if asked.limits is None or scene is None:
         return None
     folder, wanted = ReportFolder(Path(asked.limits), LIMITS), getattr(asked, "scene", None) or subject
@@ -178,7 +180,7 @@ def _limits(asked: VerificationOptions, subject: str, scene: Scene | None) -> Li
     return restored(LIMITS.findings, folder.values(wanted))
 
 
-def _measured(asked: VerificationOptions, scene: Scene | None) -> TableStudy | None:
+def _study_measurements(asked: VerificationOptions, scene: Scene | None) -> TableStudy | None:
     if asked.measured is None:
         return None
     if scene is None:
@@ -189,7 +191,7 @@ def _measured(asked: VerificationOptions, scene: Scene | None) -> TableStudy | N
     return study_table(path.name, scene.kind, scene, reading, estimated)
 
 
-def _off(study: Any) -> dict[str, float]:
+def _length_deviations(study: Any) -> dict[str, float]:
     """By how much lengths of a user's model are too long [m], where that explains its paths."""
     found = study.identity.explanations[:1] if isinstance(study, ModelStudy) else ()
     lengths = [one for explanation in found for one in explanation.lengths]

@@ -11,7 +11,7 @@ from conrod.cli.options import ReportOptions, RunOptions, names_in, option
 
 
 @dataclass(frozen=True)
-class Asked(ReportOptions, RunOptions):
+class VersionsOptions(ReportOptions, RunOptions):
     """Request to `conrod versions`, as typed."""
 
     assignments: tuple[str, ...] = option("--set")
@@ -20,24 +20,24 @@ class Asked(ReportOptions, RunOptions):
     )
 
 
-@options.verb(Asked)
+@options.verb(VersionsOptions)
 @click.argument("engine", shell_complete=completion.engines)
 @click.argument("scenes", nargs=-1, metavar="[SCENE...]", shell_complete=completion.scenes)
-def versions(engine: str, scenes: tuple[str, ...], asked: Asked) -> None:
+def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> None:
     """Measure what each release of an engine changed: outcome, error, and the last bit of every state.
 
     Each release is installed once, in an environment of its own in the cache folder. Finished runs are kept in the
     ledger: an interrupted study goes on where it stopped.
     """
     from conrod.api.versions import DEFAULT_SCENES, versions
-    from conrod.cli.outputs import outputs
+    from conrod.cli.outputs import check_outputs
     from conrod.engines import engine_named
     from conrod.report.versions import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
     engine_named(engine)
     chosen = select_scenes(scenes or DEFAULT_SCENES, asked.assignments)
-    files = outputs(KIND, [engine], asked)
+    files = check_outputs(KIND, [engine], asked)
     with asked.runs() as runs:
         found = versions(engine, chosen, releases=names_in(asked.versions), runs=runs)
     files.answer(found, "versions", {engine: engine}, {"": scenes})
