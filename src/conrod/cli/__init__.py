@@ -95,9 +95,9 @@ def cli() -> None:
 def main() -> None:
     """Run the command line; a user's error is one line and exit status 2, any other error is raised."""
     _prepare()
-    warnings.showwarning = _say_warning
     try:
-        cli.main(prog_name="conrod", standalone_mode=False)
+        with _warnings_as_lines():
+            cli.main(prog_name="conrod", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
     except click.ClickException as error:
@@ -120,6 +120,15 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         click.echo("conrod: interrupted", err=True)
         sys.exit(INTERRUPTED)
+
+
+@contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """Print each warning of the API as a line, whatever the interpreter was told to do with warnings."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("always", category=UserWarning, module=r"conrod\.")
+        warnings.showwarning = _say_warning
+        yield
 
 
 def _say_warning(message: Warning | str, category: type[Warning], *place: object, **more: object) -> None:
