@@ -81,8 +81,8 @@ class Findings(Mapping[str, F], Generic[F]):
         return "\n".join(self.kind.verdict(found) for found in self.parts.values())
 
     def tables(self) -> list[Table]:
-        """The tables that the command prints."""
-        return [part for part in self.kind.printed(list(self.parts.values())) if isinstance(part, Table)]
+        """The tables that the command prints, those without rows left out as there."""
+        return [part for part in self.kind.printed(list(self.parts.values())) if isinstance(part, Table) and part]
 
     @property
     def text(self) -> str:
