@@ -35,8 +35,8 @@ def test_outputs_may_have_names_that_are_no_utf_8(tmp_path: Path) -> None:
     for arguments in (
         ("show", "saw-500rpm", "--svg", f"{NAMED}.svg", "--json", f"{NAMED}.json"),
         ("export", "saw-500rpm", "--format", "csv", "-o", table),
-        ("validate", table, "--scene", "saw-500rpm", "--out", NAMED, "--json", f"a{NAMED}", "--html", f"b{NAMED}"),
-        ("validate", table, "--scene", "saw-500rpm", "--report", f"c{NAMED}.html"),
+        ("check", table, "--scene", "saw-500rpm", "--out", NAMED, "--json", f"a{NAMED}", "--html", f"b{NAMED}"),
+        ("check", table, "--scene", "saw-500rpm", "--verification", f"c{NAMED}.html"),
         ("report", "--verify", f"c{NAMED}.html"),
         ("report", NAMED, "--html", f"d{NAMED}"),
         ("lint", "saw.xml", "--json", f"e{NAMED}"),
@@ -46,7 +46,7 @@ def test_outputs_may_have_names_that_are_no_utf_8(tmp_path: Path) -> None:
     assert {os.fsencode(name)[:5] for name in os.listdir(tmp_path)} >= {b"out\xff.", b"out\xff", b"aout\xff"}
 
 
-@pytest.mark.parametrize("verb", [["lint"], ["harden"], ["validate", "--scene", "saw-500rpm"], ["validate"]])
+@pytest.mark.parametrize("verb", [["lint"], ["harden"], ["check", "--scene", "saw-500rpm"], ["check"]])
 def test_a_model_whose_name_is_no_utf_8_is_refused(verb: list[str], tmp_path: Path) -> None:
     shutil.copy(SAW, tmp_path / f"{NAMED}.xml")
     said = conrod(verb[0], f"{NAMED}.xml", *verb[1:], cwd=tmp_path)

@@ -88,7 +88,12 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
     ("name", "raised", "status", "words"),
     [
         ("conrod.report.figure.Figure.svg", KeyboardInterrupt, 130, "interrupted"),
-        ("conrod.cli.runner.pursue", MemoryError, 2, "out of memory: fewer --steps-per-rev or --revolutions"),
+        (
+            "conrod.studies.execution.runner.pursue",
+            MemoryError,
+            2,
+            "out of memory: fewer --steps-per-rev or --revolutions",
+        ),
         ("os.fsync", OSError(28, "No space left on device"), 2, "No space left on device: "),
     ],
 )

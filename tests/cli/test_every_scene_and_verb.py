@@ -28,12 +28,12 @@ VERBS = (
     "lint m.xml --seconds 0.01",
     "show {} --angle 0",
     "export {} --format csv --steps-per-rev 40 -o t.csv",
-    "validate t.csv --scene {}",
-    "validate m.xml --scene {} --crank crank POINTS",
+    "check t.csv --scene {}",
+    "check m.xml --scene {} --crank crank POINTS",
     f"validate {{}} {COARSE}",
-    f"validate {{}} --quantity torque,reactions,contact {COARSE}",
-    "validate {} --motion free --seconds 0.02",
-    "validate {} --motion torque --seconds 0.02",
+    f"forces {{}} --quantity torque,reactions,contact {COARSE}",
+    "free {} --seconds 0.02",
+    "free {} --torque --seconds 0.02",
 )
 # Of each kind one: every machine of a kind has the same runs, and these take most of the time.
 STUDIES = (

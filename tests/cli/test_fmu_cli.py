@@ -64,7 +64,7 @@ def write_fmu(path: Path, library: Path | None, files: Mapping[str, str]) -> Pat
 
 # -- judged ------------------------------------------------------------------------------------------------------------
 
-VALIDATE = ("validate", "saw.fmu", "--scene", "saw-500rpm")
+CHECK = ("check", "saw.fmu", "--scene", "saw-500rpm")
 POINT = ("--column", "C.x=slider.r[1]", "--column", "C.y=slider.r[2]", "--column", "crank_angle=crank.phi")
 JUDGED = ("--tolerance", "position=1e-4")
 
@@ -89,7 +89,7 @@ def saw(folder: Path, library: Path, fault: str = "none") -> Path:
 def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library)
     speed = ("--column", "C.vx=slider.v")
-    done = conrod(*VALIDATE, *POINT, *speed, *JUDGED, "--json", "o.json", "--out", "rep", cwd=tmp_path)
+    done = conrod(*CHECK, *POINT, *speed, *JUDGED, "--json", "o.json", "--out", "rep", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "within tolerance: phase" in done.stdout
     assert "it has model-exchange, too: --preset model-exchange" in done.stdout
@@ -101,7 +101,7 @@ def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
     assert sizes["velocity"] < 1e-12
     assert "co-simulation, 1000 steps a turn" in (tmp_path / "rep/README.md").read_text()
     # Model exchange is as exact as its integrator.
-    done = conrod(*VALIDATE, *POINT, "--preset", "model-exchange", "--json", "m.json", cwd=tmp_path)
+    done = conrod(*CHECK, *POINT, "--preset", "model-exchange", "--json", "m.json", cwd=tmp_path)
     found = json.loads((tmp_path / "m.json").read_text())["parts"]["table"]["findings"]
     assert (done.returncode, "model-exchange, 1000 steps a turn, CVode at 1e-09" in found["form"]) == (0, True)
     assert found["errors"]["C"]["position"]["size"]["max"] < 1e-7
@@ -110,7 +110,7 @@ def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
 @at_once
 def test_a_planted_error_is_out_of_tolerance(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, "late")
-    done = conrod(*VALIDATE, "--column", "C.x=slider.r[1]", *JUDGED, cwd=tmp_path)
+    done = conrod(*CHECK, "--column", "C.x=slider.r[1]", *JUDGED, cwd=tmp_path)
     assert done.returncode == 1, done.stderr
     assert "OUT OF TOLERANCE: position" in done.stdout
     assert "each row belongs 6e-05 s (0.5 of a step) earlier than its time says" in done.stdout
@@ -132,7 +132,7 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
 
 def in_its_own_process(folder: Path) -> subprocess.CompletedProcess[str]:
     """The command as a user gives it; it ends only when nobody holds its output open any more."""
-    command = [sys.executable, "-m", "conrod", *VALIDATE, *POINT, *JUDGED]
+    command = [sys.executable, "-m", "conrod", *CHECK, *POINT, *JUDGED]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=100, check=False)
 
 
@@ -163,7 +163,7 @@ def test_what_cannot_be_used_is_one_line(
     fault: str, arguments: tuple[str, ...], words: str, tmp_path: Path, library: Path
 ) -> None:
     saw(tmp_path, library, fault)
-    assert words in refusal(*VALIDATE, *arguments, cwd=tmp_path)
+    assert words in refusal(*CHECK, *arguments, cwd=tmp_path)
 
 
 @at_once
@@ -178,9 +178,9 @@ def test_an_archive_that_was_made_to_do_harm_is_refused(
 ) -> None:
     monkeypatch.setattr(fmu, "MOST_BYTES", 100_000)
     write_fmu(tmp_path / "saw.fmu", None, files)
-    assert words in refusal(*VALIDATE, *POINT, cwd=tmp_path)
+    assert words in refusal(*CHECK, *POINT, cwd=tmp_path)
     monkeypatch.setitem(sys.modules, "fmpy", None)
-    assert "is not installed: pip install 'conrod[fmi]'" in refusal(*VALIDATE, *POINT, cwd=tmp_path)
+    assert "is not installed: pip install 'conrod[fmi]'" in refusal(*CHECK, *POINT, cwd=tmp_path)
 
 
 @at_once
@@ -193,7 +193,7 @@ def test_an_array_without_bounds_is_refused_at_once(dimensions: int, size: int, 
   <ModelStructure/></fmiModelDescription>"""
     write_fmu(tmp_path / "saw.fmu", None, {"modelDescription.xml": text, "binaries/x86_64-linux/saw.so": ""})
     begun = time.process_time()
-    said = refusal(*VALIDATE, *POINT, cwd=tmp_path)
+    said = refusal(*CHECK, *POINT, cwd=tmp_path)
     assert time.process_time() - begun < 5.0
     assert "brings it to more than 1000000 real numbers" in said or "its description cannot be used" in said
 
@@ -207,7 +207,7 @@ def judged(folder: Path, scene: str, *options: str, exported: tuple[str, ...] = 
     """Exit status and findings of a scene that was exported with some parameters."""
     done = conrod("export", scene, "--format", "fmu", "-o", "unit.fmu", *exported, cwd=folder)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-    done = conrod("validate", "unit.fmu", "--scene", scene, *options, "--json", "o.json", cwd=folder)
+    done = conrod("check", "unit.fmu", "--scene", scene, *options, "--json", "o.json", cwd=folder)
     return done.returncode, json.loads((folder / "o.json").read_text())["parts"]["table"]["findings"]
 
 

@@ -19,17 +19,17 @@ from table_files import csv_text, exact_table
 from conrod.scenes import SCENES
 from conrod.studies.frame.baseline import Baseline, write
 
-MODEL = "validate hacksaw.xml --scene saw-40rpm"
+MODEL = "check hacksaw.xml --scene saw-40rpm"
 GIVEN = f"{MODEL} --crank a --point C=x"
-TABLE = "validate t.csv --scene saw-500rpm"
+TABLE = "check t.csv --scene saw-500rpm"
 MISTAKES = {
     # Names.
     "validate sheer-press": ("'sheer-press'", "did you mean 'shear-press'"),
     "validate --engine pymunk --preset hardened": ("pymunk has no preset 'hardened', mujoco has: choose from stock",),
     "export saw-40rpm": ("say with --format", "mjcf"),
     # A missing file, before anything else is asked for.
-    "validate none.xml": ("conrod: none.xml: there is no such file",),
-    "validate foreign --scene saw-40rpm": ("conrod: foreign: it is a folder, not a file",),
+    "check none.xml": ("conrod: none.xml: there is no such file",),
+    "check foreign --scene saw-40rpm": ("conrod: foreign: it is a folder, not a file",),
     # Parameters and their units.
     "validate shear-press --set offset=1mm": ("'offset'", "slider_mass"),
     "validate saw-40rpm --set crank=80mm --set crank=70mm": ("crank", "twice", "'80mm'", "'70mm'"),
@@ -43,13 +43,13 @@ MISTAKES = {
     # Tolerances, steps and revolutions.
     "validate --tolerance position=-1": ("position = -1",),
     "validate --tolerance jerk=1": ("'jerk'", "acceleration"),
-    "validate saw-40rpm --quantity torq": ("unknown quantity 'torq'",),
-    "validate saw-40rpm --quantity contact": ("no joint of saw-40rpm acts by contact",),
-    "validate saw-40rpm --quantity torque --tolerance reactions=1e-3": ("unknown quantity 'reactions'",),
-    "validate pendulum --motion torque": ("no torque that drives its crank",),
-    "validate pendulum --motion free --tolerance velocity=1": ("velocity",),
-    "validate pendulum --motion free --seconds -1": ("--seconds = -1 s is out of range",),
-    "validate pendulum --motion free --step 1e-6 --seconds 10": ("steps; it must be 1 to",),
+    "forces saw-40rpm --quantity torq": ("unknown quantity 'torq'",),
+    "forces saw-40rpm --quantity contact": ("no joint of saw-40rpm acts by contact",),
+    "forces saw-40rpm --quantity torque --tolerance reactions=1e-3": ("unknown quantity 'reactions'",),
+    "free pendulum --torque": ("no torque that drives its crank",),
+    "free pendulum --tolerance velocity=1": ("velocity",),
+    "free pendulum --seconds -1": ("--seconds = -1 s is out of range",),
+    "free pendulum --step 1e-6 --seconds 10": ("steps; it must be 1 to",),
     "validate --steps-per-rev 10000000 --revolutions 3": ("samples", "20000000"),
     "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
     "validate double-rocker --steps-per-rev 5 --engine pymunk --preset tuned": ("are 0 of the pass: at least 3",),
@@ -93,23 +93,23 @@ MISTAKES = {
     "harden legged.xml --ctrl moter=1": ("moter: the model has no actuator",),
     "harden legged.xml --keyframe swung": ("did you mean 'swing'?",),
     **{f"{verb} endless.xml": ("pipe is no regular file",) for verb in ("lint", "harden")},
-    "validate endless.xml --scene saw-40rpm --crank j --point C=body:b": ("pipe is no regular file",),
+    "check endless.xml --scene saw-40rpm --crank j --point C=body:b": ("pipe is no regular file",),
     "harden includes.xml --json part.inc": ("part.inc, which the model is made of",),
     "harden legged.xml -o hard.mjb --json there/hard.mjb": ("it is the same file as -o",),
     # Models and tables that are validated.
-    "validate saw.xml there/saw.xml --drive crank=60rpm": ("another has the same name in the report",),
+    "check saw.xml there/saw.xml --drive crank=60rpm": ("another has the same name in the report",),
     f"{MODEL} --point C=C": ("say which joint of the model is driven: --crank JOINT",),
     f"{MODEL} --crank motor --point D=x": ("unknown observed point 'D': choose from C, M",),
     f"{MODEL} --crank moter --point C=body:bow": ("hacksaw.xml: unknown joint 'moter': did you mean 'motor'?",),
     f"{MODEL} --crank motor --point 'C=crank pin'": ("unknown site 'crank pin': did you mean 'crankpin'?",),
     f"{MODEL} --crank motor --point C=body:bow --keyframe a": ("unknown keyframe 'a': choose from qpos0",),
-    "validate cut.xml --scene saw-40rpm --crank crank --point C=C": ("MuJoCo cannot load it: XML parse error",),
-    "validate nan.xml --scene saw-40rpm --crank crank --point C=C": ("site_pos is not finite",),
+    "check cut.xml --scene saw-40rpm --crank crank --point C=C": ("MuJoCo cannot load it: XML parse error",),
+    "check nan.xml --scene saw-40rpm --crank crank --point C=C": ("site_pos is not finite",),
     f"{GIVEN} --preset tuned": ("--preset does not go with a model",),
-    "validate saw.xml --scene saw-40rpm --crank crank --point C=C --json same.xml": ("it is the same file as",),
-    "validate saw.urdf --scene saw-40rpm --crank crank": ("a file is known by its ending, one of .xml, .m",),
+    "check saw.xml --scene saw-40rpm --crank crank --point C=C --json same.xml": ("it is the same file as",),
+    "check saw.urdf --scene saw-40rpm --crank crank": ("a file is known by its ending, one of .xml, .m",),
     "validate saw-40rpm --crank a": ("--crank does not go with a scene: it is for a file",),
-    "validate t.csv": ("say with --scene",),
+    "check t.csv": ("say with --scene",),
     f"{TABLE} saw-40rpm": ("t.csv: a file is judged on its own, without saw-40rpm",),
     f"{TABLE} --crank hinge": ("--crank does not go with a table",),
     f"{TABLE} --estimate fase": ("unknown thing to estimate 'fase'",),
@@ -170,7 +170,10 @@ def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
     command: str, folder: Path, tmp_path: Path
 ) -> None:
     arguments = shlex.split(command)
-    if arguments[0] in ("validate", "sweep", "limits", "ablate") and "--json" not in arguments:
+    if (
+        arguments[0] in ("validate", "forces", "free", "check", "sweep", "limits", "ablate")
+        and "--json" not in arguments
+    ):
         arguments += ["--json", "out.json"]
     before = contents(folder)
     line = refusal(*arguments, cwd=folder, ledger=tmp_path / "ledger.sqlite")
@@ -188,7 +191,7 @@ FIELD = '<asset><hfield name="h" nrow="30000" ncol="30000" size="1 1 1 1"/></ass
 VERBS = {
     "lint": ("lint", "m.xml"),
     "harden": ("harden", "m.xml"),
-    "validate": ("validate", "m.xml", "--scene", "saw-40rpm", "--crank", "j", "--point", "C=body:b"),
+    "check": ("check", "m.xml", "--scene", "saw-40rpm", "--crank", "j", "--point", "C=body:b"),
 }
 
 
@@ -205,7 +208,7 @@ def test_a_height_field_of_gigabytes_is_out_of_memory(verb: str, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    "verb", ["lint", *(pytest.param(verb, marks=pytest.mark.slow) for verb in ("harden", "validate"))]
+    "verb", ["lint", *(pytest.param(verb, marks=pytest.mark.slow) for verb in ("harden", "check"))]
 )
 def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -> None:
     # Compiling it takes hours.

@@ -37,7 +37,7 @@ def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
 
     def check(subject: Any, scene: Any = None, **words: Any) -> Any:
         asked.append((subject, scene, words))
-        return SimpleNamespace(in_law=True, baseline=conrod.Held(Path()))
+        return SimpleNamespace(within_tolerance=True, baseline=conrod.BaselineComparison(Path()))
 
     monkeypatch.setitem(vars(conrod), "check", check)
     pytester.makepyfile(

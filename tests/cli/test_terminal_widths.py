@@ -14,13 +14,9 @@ from typing import Any
 import click
 import pytest
 from command_line import conrod
-from conrod.cli.validate_scenes import verdicts
 
-from conrod.cli.ablate import ablations
 from conrod.cli.harden import print_hardening
-from conrod.cli.limits import limits_found
 from conrod.cli.lint import print_report
-from conrod.cli.sweep import fronts
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
 from conrod.report.folder import restored
@@ -48,11 +44,15 @@ def found_in_model() -> tuple[Any, Any]:
     return harden_file(file, seconds=0.024, content=False), lint(file, seconds=0.024)
 
 
+def printed(kind: str, found: Sequence[Any]) -> Iterable[Part]:
+    return kind_named(kind).printed(found)
+
+
 PRINTED: dict[str, Callable[[], Iterable[Part]]] = {
-    "validate": lambda: verdicts([*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
-    "sweep": lambda: fronts(saved("sweep", "sweep")),
-    "limits": lambda: limits_found(saved("limits", "limits")),
-    "ablate": lambda: ablations(saved("ablate", "ablate")),
+    "validate": lambda: printed("validation", [*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
+    "sweep": lambda: printed("sweep", saved("sweep", "sweep")),
+    "limits": lambda: printed("limits", saved("limits", "limits")),
+    "ablate": lambda: printed("ablate", saved("ablate", "ablate")),
     "harden": lambda: print_hardening(replace(found_in_model()[0], lines=""), None),
     "lint": lambda: print_report(found_in_model()[1], None),
 }

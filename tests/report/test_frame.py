@@ -29,7 +29,7 @@ from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.frame.writing import write_together
 from conrod.studies.free_motion.results import ExactSummary, MotionCurves, MotionResult, MotionStudy
 
-COMMAND = Reproduction("conrod validate {scene} --motion free --out reports")
+COMMAND = Reproduction("conrod free {scene} --out reports")
 BLOCKED = """
 import sys
 class Blocked:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import conrod
+from command_line import conrod, refusal
 from encoder_table import encoder_table
 from own_model_edits import ROD_END, TEXTS, replaced
 
@@ -202,7 +202,7 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
     monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
     (tmp_path / "saw.xml").write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
     given = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--revolutions", "1")
-    done = conrod("validate", str(tmp_path / "saw.xml"), *given, "--report", str(tmp_path / "r.html"))
+    done = conrod("check", str(tmp_path / "saw.xml"), *given, "--verification", str(tmp_path / "r.html"))
     assert done.returncode == 1
     page = (tmp_path / "r.html").read_bytes()
     found = data_of(page)
@@ -243,22 +243,29 @@ def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: 
     older.write_bytes(resealed(sealed_page(report()).replace(b'"subject"', b'"about"')))
     assert seal_of(older.read_bytes())
     for arguments, said in {
-        ("saw-500rpm", "--report", str(file)): "it was changed after it was written",
-        ("saw-500rpm", "--report", str(other)): "no verification report of conrod; give another name",
-        ("saw-500rpm", "--report", str(older)): "do not fit Verification",
-        ("saw-500rpm", "saw-40rpm", "--report", str(tmp_path / "new.html")): "one machine or file",
-        ("saw-500rpm", "--limits", "reports"): "--limits does not go with no --report",
-        ("saw-500rpm", "--report", str(tmp_path), "--preset", "tuned"): "it is a folder",
-        ("saw-500rpm", "--report", "new.html", "--uncertainty", "rood=1mm"): "did you mean 'rod'",
-        ("saw-500rpm", "--report", "new.html", "--limits", str(tmp_path)): "no limits of saw-500rpm, but of nothing",
-        ("saw-500rpm", "--report", "new.html", "--measured", "nothing.csv"): "there is no such file",
-        ("saw-500rpm", "--report", "new.html", "--motion", "free"): "--report does not go with --motion",
+        ("saw-500rpm", "--verification", str(file)): "it was changed after it was written",
+        ("saw-500rpm", "--verification", str(other)): "no verification report of conrod; give another name",
+        ("saw-500rpm", "--verification", str(older)): "do not fit Verification",
+        ("saw-500rpm", "saw-40rpm", "--verification", str(tmp_path / "new.html")): "one machine or file",
+        ("saw-500rpm", "--limits", "reports"): "--limits does not go with no --verification",
+        ("saw-500rpm", "--verification", str(tmp_path), "--preset", "tuned"): "it is a folder",
+        ("saw-500rpm", "--verification", "new.html", "--uncertainty", "rood=1mm"): "did you mean 'rod'",
+        (
+            "saw-500rpm",
+            "--verification",
+            "new.html",
+            "--limits",
+            str(tmp_path),
+        ): "no limits of saw-500rpm, but of nothing",
+        ("saw-500rpm", "--verification", "new.html", "--measured", "nothing.csv"): "there is no such file",
+        ("--motion", "free", "saw-500rpm", "--verification", "new.html"): "is now `conrod free saw-500rpm",
     }.items():
         done = conrod("validate", *arguments)
         assert (done.returncode, done.stdout) == (2, ""), arguments
         assert said in done.stderr
         assert len(done.stderr.splitlines()) == 1
     assert other.read_text() == "<p>mine</p>"
+    assert "No such option '--verification'" in refusal("free", "saw-500rpm", "--verification", "new.html")
     assert not (tmp_path / "new.html").exists()
 
 
@@ -279,6 +286,6 @@ def test_a_committed_report_made_again_says_the_same_but_for_the_software(name: 
     old = data_of((REPORTS / f"{name}.html").read_bytes())
     places = {"hacksaw.xml": "inputs/hacksaw.xml", "encoder.csv": "inputs/encoder.csv", "limits": "../limits"}
     words = [str(REPORTS / places[word]) if word in places else word for word in old.command.split()[1:-2]]
-    assert conrod(*words, "--report", str(tmp_path / f"{name}.html")).returncode == 0
+    assert conrod(*words, "--verification", str(tmp_path / f"{name}.html")).returncode == 0
     again = changes(old, data_of((tmp_path / f"{name}.html").read_bytes()))
     assert all(change.startswith("software, ") for change in again), again

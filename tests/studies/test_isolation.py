@@ -103,8 +103,8 @@ NAMES = ("queue", "pickle", "numpy", "csv", "re", "typing", "__future__", "subpr
 PLANTED = "open(__file__ + '.executed', 'w').close()"
 COMMANDS = (
     ("lint", "my.xml", "--seconds", "0.1", "--json", "lint.json"),
-    ("validate", "my.xml", "--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--revolutions", "1"),
-    ("validate", "t.csv", "--scene", "saw-500rpm"),
+    ("check", "my.xml", "--scene", "saw-40rpm", "--crank", "motor", "--point", "C=body:bow", "--revolutions", "1"),
+    ("check", "t.csv", "--scene", "saw-500rpm"),
 )
 
 

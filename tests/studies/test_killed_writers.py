@@ -105,7 +105,7 @@ def test_a_kill_at_any_step_leaves_each_file_old_or_new(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Path) -> None:
-    folder, again = tmp_path / "report", Reproduction("conrod validate {scene} --motion free --jobs 3 --out reports")
+    folder, again = tmp_path / "report", Reproduction("conrod free {scene} --jobs 3 --out reports")
     old = [study("saw-40rpm"), study("cam-follower"), study("whitworth")]
     new = [study("saw-40rpm", 1e-4, curves=False), study("cam-follower", 1e-5), study("shear-press")]
     write(folder, *old)

@@ -293,42 +293,46 @@ def test_results_are_read_where_nothing_can_be_written(
     assert {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in folder.iterdir()} == before
 
 
-# -- `conrod validate` goes on where it stopped ------------------------------------------------------------------------
+# -- a verb goes on where it stopped ------------------------------------------------------------------------------------
 
 
-def validated(folder: Path, asked: str, *more: str) -> tuple[str, dict[str, Any], int]:
-    """What a validation says of the runs it makes, the document that it writes, and its exit status."""
+def judged(folder: Path, verb: str, asked: str, *more: str) -> tuple[str, dict[str, Any], int]:
+    """What a verb says of the runs it makes, the document that it writes, and its exit status."""
     file = folder / "results.json"
     given = (*asked.split(), "--preset", "tuned", "--jobs", "1", "--json", str(file), *more)
-    done = conrod("validate", *given, ledger=folder / "ledger.sqlite")
+    done = conrod(verb, *given, ledger=folder / "ledger.sqlite")
     assert done.returncode in (0, 1), done.stderr
     return done.stderr.splitlines()[0], json.loads(file.read_text()), done.returncode
 
 
 @pytest.mark.parametrize(
-    ("asked", "other", "tight"),
+    ("verb", "asked", "other", "tight"),
     [
-        ("saw-40rpm --steps-per-rev 200 --revolutions 1", "--steps-per-rev 100", "position=1e-200"),
+        ("validate", "saw-40rpm --steps-per-rev 200 --revolutions 1", "--steps-per-rev 100", "position=1e-200"),
         # By one frame.
         pytest.param(
-            "saw-40rpm --quantity torque --steps-per-rev 200", "--steps-per-rev 100", "torque=1e-200", marks=SLOW
+            "forces",
+            "saw-40rpm --quantity torque --steps-per-rev 200",
+            "--steps-per-rev 100",
+            "torque=1e-200",
+            marks=SLOW,
         ),
-        pytest.param("pendulum --motion free --seconds 0.5", "--seconds 0.25", "energy=1e-200", marks=SLOW),
+        pytest.param("free", "pendulum --seconds 0.5", "--seconds 0.25", "energy=1e-200", marks=SLOW),
     ],
 )
 def test_what_the_ledger_has_is_not_run_again_unless_asked_for(
-    asked: str, other: str, tight: str, tmp_path: Path
+    verb: str, asked: str, other: str, tight: str, tmp_path: Path
 ) -> None:
-    said, first, status = validated(tmp_path, asked)
+    said, first, status = judged(tmp_path, verb, asked)
     count = int(said.split()[1])
     anew, kept = f"runs: {count} to do, 0 in the ledger", f"runs: 0 to do, {count} in the ledger"
     assert said == anew
-    assert validated(tmp_path, asked) == (kept, first, status)
-    assert validated(tmp_path, asked, "--fresh") == (anew, first, status)
+    assert judged(tmp_path, verb, asked) == (kept, first, status)
+    assert judged(tmp_path, verb, asked, "--fresh") == (anew, first, status)
     # Another tolerance is judged without a run, and its verdict is not what is kept.
-    assert validated(tmp_path, asked, "--tolerance", tight)[::2] == (kept, 1)
-    assert validated(tmp_path, asked) == (kept, first, status)
+    assert judged(tmp_path, verb, asked, "--tolerance", tight)[::2] == (kept, 1)
+    assert judged(tmp_path, verb, asked) == (kept, first, status)
     # Negative control: what is not the same run is run.
-    said, found, _ = validated(tmp_path, asked, *other.split())
+    said, found, _ = judged(tmp_path, verb, asked, *other.split())
     assert not said.startswith("runs: 0 to do")
     assert found != first

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from conrod.cli.runner import Runner
+from conrod.studies.execution.runner import Runner
 from synthetic import completed
 
 from conrod.cli.options import RunOptions

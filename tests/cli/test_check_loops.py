@@ -1,4 +1,4 @@
-"""`conrod validate MODEL --drive JOINT=LAW`: what a user types, sees and gets, and what is said of models and options
+"""`conrod check MODEL --drive JOINT=LAW`: what a user types, sees and gets, and what is said of models and options
 that cannot be used.
 """
 
@@ -62,7 +62,7 @@ MODELS = {
 def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what: str, tmp_path: Path) -> None:
     text, options, words = MODELS[what]
     file, out, document = written(tmp_path, text, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
-    assert words in refusal("validate", str(file), *options, "--out", str(out), "--json", str(document))
+    assert words in refusal("check", str(file), *options, "--out", str(out), "--json", str(document))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bar.xml"]
     assert file.read_text() == text
 
@@ -73,7 +73,7 @@ def test_none_of_several_models_is_written_over(tmp_path: Path, options: tuple[s
     other.write_text(BAR)
     for target in (file, other):
         words = f"--json {target}: it is the same file as the model"
-        assert words in refusal("validate", str(file), *options, str(other), *DRIVE, "--json", str(target))
+        assert words in refusal("check", str(file), *options, str(other), *DRIVE, "--json", str(target))
 
 
 # -- what is judged ----------------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ FEW = ("--seconds", "0.05")
 def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
     file, out, document = written(tmp_path, BAR, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
     options = (*DRIVE, *FEW, "--tolerance", "position=1mm", "--out", str(out), "--json", str(document))
-    done = conrod("validate", str(file), *options)
+    done = conrod("check", str(file), *options)
     assert done.returncode == 0, done.stderr
     assert "driven: `crank=60rpm`; 0.05 s" in done.stdout
     part = json.loads(document.read_text())["parts"]["bar"]
@@ -102,7 +102,7 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_tolerance_that_is_missed_has_exit_status_1(tmp_path: Path) -> None:
-    done = conrod("validate", str(written(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-9")
+    done = conrod("check", str(written(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-9")
     assert done.returncode == 1
     assert "OUT OF TOLERANCE (position" in done.stdout
 
@@ -113,7 +113,7 @@ def test_a_keyframe_selects_the_branch(tmp_path: Path) -> None:
     file, ways = written(tmp_path, four_bar(keys=keys), "bar.xml"), {}
     for name in ("qpos0", "right", "left"):
         document = tmp_path / f"{name}.json"
-        done = conrod("validate", str(file), *DRIVE, *FEW, "--keyframe", name, "--point", "C", "--json", str(document))
+        done = conrod("check", str(file), *DRIVE, *FEW, "--keyframe", name, "--point", "C", "--json", str(document))
         assert done.returncode == 0, done.stderr
         ways[name] = json.loads(document.read_text())["parts"]["bar"]["findings"]["travel"]
     assert ways["qpos0"] == pytest.approx(ways["right"], rel=1e-12)

@@ -1,4 +1,4 @@
-"""`conrod validate --quantity`: forces by engines' accounts against the exact ones."""
+"""`conrod forces`: forces by engines' accounts against the exact ones."""
 
 from __future__ import annotations
 
