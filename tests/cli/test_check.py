@@ -15,14 +15,14 @@ import pytest
 from command_line import conrod, kept_worker
 from table_files import csv_text, exact_table
 
-from conrod import SCENES, InvalidInput, check
+from conrod import SCENES, InvalidInput, check, scene
 from conrod.own.tables.study import TableStudy
 
 pytestmark = pytest.mark.usefixtures("at_once")
 ROOT = Path(__file__).parents[2]
 MODEL = ROOT / "mjcf" / "saw-500rpm.xml"
 SAW = SCENES["saw-500rpm"]
-ASKED: dict[str, Any] = {"crank": "crank", "point": {"C": "site:C"}, "tolerance": {"position": 1e-6}}
+ASKED: dict[str, Any] = {"crank": "crank", "points": {"C": "site:C"}, "tolerance": {"position": 1e-6}}
 TYPED = ("--scene", "saw-500rpm", "--crank", "crank", "--point", "C=site:C", "--tolerance", "position=1e-6")
 TIMES = np.linspace(0.0, 0.24, 200)
 EXACT = SAW.motion(SAW.speed * TIMES, SAW.speed).point("C")
@@ -32,7 +32,7 @@ TABLE = {"time": TIMES, "C": EXACT.position}
 def test_a_model_is_judged_as_the_command_judges_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     checked = check(MODEL, "saw-500rpm", **ASKED)
     assert capsys.readouterr() == ("", "")
-    done = conrod("validate", str(MODEL), *TYPED, "--json", str(tmp_path / "found.json"))
+    done = conrod("check", str(MODEL), *TYPED, "--json", str(tmp_path / "found.json"))
     assert (checked.passed, done.returncode) == (True, 0)
     assert checked.text == done.stdout
     assert checked.json == (tmp_path / "found.json").read_text(encoding="utf-8")
@@ -49,15 +49,15 @@ def test_a_table_is_judged_from_a_file_from_arrays_and_from_a_frame(tmp_path: Pa
     file.write_text(csv_text(exact_table(SAW)), encoding="utf-8")
     measured = check(file, SAW)
     assert (measured.passed, type(measured.study)) == (None, TableStudy)
-    assert check(TABLE, SAW, tolerance="position=1e-9").passed is True
+    assert check(TABLE, SAW, tolerance={"position": 1e-9}).passed is True
     # A defect that is planted is caught, and named.
     off = check(TABLE | {"C": EXACT.position + np.array([1e-4, 0.0])}, "saw-500rpm", tolerance={"position": 1e-4})
     assert off.passed is False
     assert "offset by (0.1, 0) mm" in off.text
-    assert repr(off).startswith("<Checked passed=False: OUT OF TOLERANCE: position")
+    assert repr(off).startswith("<Findings passed=False: OUT OF TOLERANCE: position")
     frame = pyarrow.table({"time": TIMES, "C.x": EXACT.position[:, 0], "C.y": EXACT.position[:, 1]})
-    assert check(frame, SAW, tolerance="position=1e-9").passed is True
-    estimated = check(TABLE, SAW, estimate=["time"], unit="s", set={"crank": 0.1})
+    assert check(frame, SAW, tolerance={"position": 1e-9}).passed is True
+    estimated = check(TABLE, scene("saw-500rpm", crank=0.1), estimate=["time"], units=["s"])
     assert "what is left is" in estimated.text
 
 
@@ -66,14 +66,14 @@ def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("conrod.studies.execution.local.WorkerProcess", kept_worker)
-    file, asked = tmp_path / "saw.json", {"engine": "mujoco", "preset": "hardened", "steps_per_rev": 50}
+    file, asked = tmp_path / "saw.json", {"engines": "mujoco", "preset": "hardened", "steps_per_rev": 50}
     typed = ("validate", "saw-500rpm", "--engine=mujoco", "--preset=hardened", "--steps-per-rev=50")
     done = conrod(*typed, "--baseline", str(file))
     assert (done.returncode, "no baseline yet: " in done.stdout) == (1, True)
     assert set(json.loads(file.read_text(encoding="utf-8"))["results"]) == {"mujoco kinematic", "mujoco hardened"}
     checked = check("saw-500rpm", **asked, baseline=file)
     assert (checked.passed, checked.baseline and checked.baseline.text) == (True, "")
-    assert repr(checked) == "<Checked passed=True: saw-500rpm: All 2 judged results are within tolerance>"
+    assert repr(checked) == "<Findings passed=True: saw-500rpm: All 2 judged results are within tolerance>"
     # A drift that is planted, and what is out of tolerance, are told apart; the second is not accepted.
     kept = json.loads(file.read_text(encoding="utf-8"))
     kept["results"]["mujoco hardened"]["numbers"]["position"]["value"] *= 1.001
@@ -84,7 +84,7 @@ def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
     accept = drifted.stdout.splitlines()[-1]
     assert accept == f"accept it: conrod {' '.join(typed)} --baseline {file} --accept"
     failed = check("saw-500rpm", **asked, baseline=file, accept=True, tolerance={"position": 1e-12})
-    assert (failed.passed, failed.in_law, failed.baseline and failed.baseline.written) == (False, False, True)
+    assert (failed.passed, failed.within_tolerance, failed.baseline and failed.baseline.written) == (False, False, True)
     assert failed.verdict.startswith("saw-500rpm: MuJoCo hardened: OUT OF TOLERANCE: position")
     assert conrod(*typed, "--baseline", str(file)).returncode == 0
 
@@ -93,7 +93,15 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "no model": (3, {}, "a int cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data frame or"),
     "no scene": (TABLE, {"scene": None}, "a dict: say with scene=... what machine it is"),
     "no numbers": (TABLE | {"C": ["a"] * 200}, {}, "the table: 'C': an array of numbers is wanted"),
-    "a parameter": (TABLE, {"set": {"crnk": 1}}, "unknown parameter 'crnk': did you mean 'crank'?"),
+    "a misspelt keyword": (TABLE, {"unit": ["s"]}, "unknown keyword 'unit': did you mean 'units'?"),
+    "a keyword of models": (TABLE, {"crank": "hinge"}, "crank does not go with a table: it is for models"),
+    "a scene's scene": ("saw-500rpm", {}, "is for a file: a scene is judged as it is"),
+    "a scene's crank": (SAW, {"scene": None, "crank": "crank"}, "crank does not go with a scene: it is for models"),
+    "no crank": (MODEL, {"points": {"C": "site:C"}}, "say which joint of the model is driven: --crank JOINT"),
+    "no point": (MODEL, {"crank": "crank"}, "say where an observed point of the scene is: --point C=site:NAME"),
+    "no file": ("none.xml", {}, "none.xml: there is no such file"),
+    "no FMU": ("none.fmu", {}, "none.fmu: there is no such file"),
+    "option text": (TABLE, {"tolerance": "position=1e-9"}, "give numbers by quantity"),
 }
 
 

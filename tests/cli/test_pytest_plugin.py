@@ -15,7 +15,7 @@ pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parents[2]
 TEST = """
 def test_saw(conrod_check):
-    conrod_check("saw-500rpm", engine="mujoco", preset="hardened", steps_per_rev={steps})
+    conrod_check("saw-500rpm", engines="mujoco", preset="hardened", steps_per_rev={steps})
 """
 
 
@@ -44,20 +44,20 @@ def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
         """
         def test_one(conrod_check):
             conrod_check("a", revolutions=3)
-            conrod_check("b", "saw", point={"C": "site:D"})
+            conrod_check("b", "saw", points={"C": "site:D"})
         """
     )
     pytester.inline_run("-p", "pytest_conrod", "-q")
     folder = Path("conrod-baselines", "test_a_call_says_what_is_asked_and_each_has_its_own_baseline")
     assert asked == [
         ("a", None, {"revolutions": 3, "accept": False, "baseline": folder / "test_one.json"}),
-        ("b", "saw", {"point": {"C": "site:D"}, "accept": False, "baseline": folder / "test_one+2.json"}),
+        ("b", "saw", {"points": {"C": "site:D"}, "accept": False, "baseline": folder / "test_one+2.json"}),
     ]
 
 
 SLIPS = {
-    "'saw-500rpm', engin='mujoco'": "conrod: unknown keyword 'engin': did you mean 'engine'?",
-    "'saw-500rpm', crank='crank'": "conrod: --crank does not go with a scene",
+    "'saw-500rpm', engin='mujoco'": "conrod: unknown keyword 'engin': did you mean 'engines'?",
+    "'saw-500rpm', crank='crank'": "conrod: crank does not go with a scene",
     "3, 'saw-500rpm'": "conrod: a int cannot be judged: give a scene",
 }
 

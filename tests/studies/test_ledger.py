@@ -293,7 +293,7 @@ def test_results_are_read_where_nothing_can_be_written(
     assert {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in folder.iterdir()} == before
 
 
-# -- a verb goes on where it stopped ------------------------------------------------------------------------------------
+# -- a verb goes on where it stopped -------------------------------------------------------------------------------
 
 
 def judged(folder: Path, verb: str, asked: str, *more: str) -> tuple[str, dict[str, Any], int]:

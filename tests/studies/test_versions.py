@@ -13,7 +13,6 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from conrod.studies.execution.runner import Runner
 from synthetic import completed
 
 from conrod.cli.options import RunOptions
@@ -24,6 +23,7 @@ from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, scene_named
 from conrod.studies import releases
+from conrod.studies.execution.runner import Runner
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.releases import VersionCase, interpreter, python_of
 from conrod.studies.versions import LINKAGE_STEPS, VersionStudy, change_between, plan_cases, versions_study

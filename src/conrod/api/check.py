@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory, user_model
 from conrod.report.findings import Findings
 from conrod.scenes import Scene
+from conrod.scenes.space import MACHINES
 from conrod.studies.execution.local import confined
 from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
 from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, OneScene, check_tolerance, scene_by_name
@@ -50,32 +51,51 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
         InvalidInput: the subject, the scene or an argument cannot be used.
     """
     name = str(subject).lower() if isinstance(subject, str | Path) else ""
+    if isinstance(subject, str) and subject in MACHINES:
+        return check_loops(subject, **_keywords(check_loops, "a machine in space", scene, arguments, "machine"))
     if isinstance(subject, Scene) or (name and not name.endswith(FILES)):
         if scene is not None:
             raise InvalidInput(f"scene={scene!r} is for a file: a scene is judged as it is")
-        _check_keywords(validate, arguments)
         with tempfile.TemporaryDirectory() as folder:
             runs = Runs(ledger=Path(folder, "ledger.sqlite"), fresh=True, jobs=1)
-            return validate(subject, **{"runs": runs, **arguments})
+            return validate(subject, **{"runs": runs, **_keywords(validate, "a scene", None, arguments)})
     is_table = name.endswith(TABLES) or columns_of(subject) is not None
     if "drives" in arguments and not is_table and not name.endswith(FMUS):
-        _check_keywords(check_loops, arguments)
-        return check_loops(subject, machine=None if scene is None else str(scene), **arguments)
+        return check_loops(subject, **_keywords(check_loops, "a model with drives", scene, arguments, "machine"))
     if scene is None:
         what = str(subject) if name else f"a {type(subject).__name__}"
         raise InvalidInput(f"{what}: say with scene=... what machine it is")
-    judge: Callable[..., Findings[Any]] = check_table if is_table else check_model
-    judge = check_fmu if name.endswith(FMUS) else judge
-    _check_keywords(judge, arguments)
-    return judge(subject, scene, **arguments)
+    if name.endswith(FMUS):
+        return check_fmu(subject, **_keywords(check_fmu, "an FMU", scene, arguments))
+    if is_table:
+        return check_table(subject, **_keywords(check_table, "a table", scene, arguments))
+    given = _keywords(check_model, "a model", scene, arguments)
+    return check_model(subject, **{"crank": None, "points": {}, **given})
 
 
-def _check_keywords(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
-    """Refuse a keyword that a function does not take; raises InvalidInput, which names the nearest."""
-    known = [one.name for one in inspect.signature(function).parameters.values() if one.kind is one.KEYWORD_ONLY]
-    for name in arguments:
-        if name not in known:
-            raise unknown_choice("keyword", name, known)
+def _keywords(
+    function: Callable[..., Any], subject: str, scene: OneScene | None, given: Mapping[str, Any], name: str = "scene"
+) -> dict[str, Any]:
+    """Arguments of a function, with the scene under a name.
+
+    Args:
+        subject: what the function judges, for the message.
+
+    Raises:
+        InvalidInput: an argument is none of the function's; says whose it is.
+    """
+    users: dict[str, Callable[..., Any]] = {
+        "scenes": validate, "models": check_model, "FMUs": check_fmu, "tables": check_table, "closed loops": check_loops
+    }  # fmt: skip
+    known = {user: [*signature(one).parameters][1:] for user, one in users.items()}
+    taken = [*signature(function).parameters][1:]
+    for argument in given:
+        if argument not in taken:
+            others = [user for user, names in known.items() if argument in names]
+            if others:
+                raise InvalidInput(f"{argument} does not go with {subject}: it is for {', '.join(others)}")
+            raise unknown_choice("keyword", argument, [one for one in taken if one not in ("scene", "progress")])
+    return dict(given) if scene is None else {name: str(scene) if name == "machine" else scene, **given}
 
 
 def check_model(

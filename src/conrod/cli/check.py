@@ -54,7 +54,7 @@ class CheckOptions(VerificationOptions):
     steps_per_rev: int | None = option(
         "--steps-per-rev", RUNS, type=int, metavar="N", help="Steps a turn, of an FMU [1000]."
     )
-    preset: str | None = option("--preset", RUNS, metavar="MODE", help="Interface of an FMU that is run.")
+    preset: str | None = option("--preset", RUNS)
     cell_timeout: float | None = option(
         "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run of an FMU [600 s]."
     )
@@ -77,7 +77,7 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a FILE of your own by an exact motion, as it stands.
 
     A MuJoCo model (.xml, .mjb), an FMU (.fmu) or a table (.csv, .npz, ...) by that of --scene; closed loops of a model
-    by its own, with --drive.
+    by its own, with --drive. Presets of an FMU are model-exchange and co-simulation.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.api.files import FILES, FMUS, MODELS

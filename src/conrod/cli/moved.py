@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from pathlib import Path
 
 # Options of `conrod validate` that belong to another verb now; None where nothing is left of the option.
 VERB_OF_OPTION = {
@@ -36,6 +37,8 @@ def new_spelling(arguments: Sequence[str]) -> str | None:
         moved = "check"
     if moved is None and "--report" not in given:
         return None
+    if verb == "validate" and moved == "check" and (refusal := _for_files_alone(words, given)):
+        return refusal
     new = ["conrod", moved or verb, *_respell_options(words, moved)]
     return f"`{_shell_text(['conrod', *arguments])}` is now `{_shell_text(new)}`"
 
@@ -53,6 +56,19 @@ def _subjects(words: Sequence[str]) -> list[str]:
     """Words that are no option and no option's value."""
     values = {k + 1 for k, word in enumerate(words) if word in WITH_VALUE}
     return [word for k, word in enumerate(words) if k not in values and not word.startswith("-")]
+
+
+def _for_files_alone(words: Sequence[str], given: Sequence[str]) -> str | None:
+    """Why an option of files cannot be meant: only scenes are named; None where something else is."""
+    from conrod.scenes.space import MACHINES, SPATIAL
+
+    names = _subjects(words)
+    if any(_is_file(name) or name in (*MACHINES, SPATIAL) or Path(name).exists() for name in names):
+        return None
+    if any(Path(name).suffix not in ("", ".toml") for name in names):
+        return None
+    option = next(one for one in VERB_OF_OPTION if one in given)
+    return f"{option} does not go with a scene: it is for a file, in `conrod check`"
 
 
 def _is_file(name: str) -> bool:

@@ -278,6 +278,8 @@ def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOL
     Raises:
         InvalidInput: an unknown quantity, or a value that is not a positive number.
     """
+    if not isinstance(tolerance, Mapping):
+        raise InvalidInput(f"--tolerance {tolerance!r}: give numbers by quantity, such as {{'position': 1e-4}}")
     for name, allowed in tolerance.items():
         if name not in known:
             raise unknown_choice("quantity", name, known)
