@@ -137,7 +137,7 @@ def test_without_a_compiler_the_fmu_holds_sources_and_one_line_says_so(
 ) -> None:
     monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
     done = conrod("export", "saw-40rpm", "--format", "fmu", "-o", "saw.fmu", cwd=tmp_path)
-    reason = "saw-40rpm: the FMU holds sources alone: there is no C compiler (no-such-compiler) here\n"
+    reason = "conrod: saw-40rpm: the FMU holds sources alone: there is no C compiler (no-such-compiler) here\n"
     assert (done.returncode, done.stdout, done.stderr) == (0, "", reason)
     names = zipfile.ZipFile(tmp_path / "saw.fmu").namelist()
     assert [name for name in names if "binaries" in name] == []
