@@ -6,18 +6,17 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-# Options of `conrod validate` that belong to another verb now; None where nothing is left of the option.
+# Options of `conrod validate` that belong to another verb now
 VERB_OF_OPTION = {
     "--invariances": "invariances", "--motion": "free", "--quantity": "forces", "--step": "free", "--drive": "check",
     "--scene": "check", "--crank": "check", "--point": "check", "--plane": "check", "--rotation": "check",
-    "--crank-zero": "check", "--keyframe": "check", "--ctrl": "check",
+    "--crank-zero": "check", "--keyframe": "check", "--ctrl": "check", "--seconds": "free",
 }  # fmt: skip
 # Options that take a value, which is no file that is judged.
 WITH_VALUE = (
     "--scene", "--drive", "--crank", "--point", "--plane", "--rotation", "--crank-zero", "--keyframe", "--ctrl",
     "--column", "--unit", "--estimate", "--motion", "--quantity", "--seconds", "--step", "--out", "--json", "--html",
-    "--engine",
-    "--preset", "--set", "--steps-per-rev", "--revolutions", "--tolerance", "--baseline", "--report", "--verification",
+    "--engine", "--preset", "--set", "--steps-per-rev", "--revolutions", "--tolerance", "--baseline", "--report", "--verification",
     "--measured", "--limits", "--uncertainty", "--ledger", "--jobs", "--cluster", "--cell-timeout", "--cell-memory",
 )  # fmt: skip
 
@@ -34,6 +33,8 @@ def new_spelling(arguments: Sequence[str]) -> str | None:
     given = [word for word in words if word.startswith("--")]
     moved = next((VERB_OF_OPTION[one] for one in VERB_OF_OPTION if one in given), None) if verb == "validate" else None
     if moved is None and verb == "validate" and any(_is_file(name) for name in _subjects(words)):
+        moved = "check"
+    if moved == "free" and _names_machine_in_space(words):
         moved = "check"
     if moved is None and "--report" not in given:
         return None
@@ -60,15 +61,19 @@ def _subjects(words: Sequence[str]) -> list[str]:
 
 def _for_files_alone(words: Sequence[str], given: Sequence[str]) -> str | None:
     """Why an option of files cannot be meant: only scenes are named; None where something else is."""
-    from conrod.scenes.space import MACHINES, SPATIAL
-
     names = _subjects(words)
-    if any(_is_file(name) or name in (*MACHINES, SPATIAL) or Path(name).exists() for name in names):
+    if _names_machine_in_space(words) or any(_is_file(name) or Path(name).exists() for name in names):
         return None
     if any(Path(name).suffix not in ("", ".toml") for name in names):
         return None
     option = next(one for one in VERB_OF_OPTION if one in given)
     return f"{option} does not go with a scene: it is for a file, in `conrod check`"
+
+
+def _names_machine_in_space(words: Sequence[str]) -> bool:
+    from conrod.scenes.space import MACHINES, SPATIAL
+
+    return any(name in (*MACHINES, SPATIAL) for name in _subjects(words))
 
 
 def _is_file(name: str) -> bool:
