@@ -109,7 +109,7 @@ def ask(given: Input, ledger: Path | None = None) -> Answer:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-PROGRESS = re.compile(r"^(runs: |.*: under way, )")
+PROGRESS = re.compile(r"^(runs: |.*: running \()")
 
 
 def answer_of(status: int, written: str, errors: str) -> Answer:

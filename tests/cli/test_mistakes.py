@@ -223,7 +223,7 @@ def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -
         start_new_session=True,
     ) as running:  # fmt: skip
         try:
-            assert "m.xml: under way, ended after 600 s, by Ctrl-C at once" in running.stderr.readline()
+            assert "m.xml: running (stops itself after 600 s; Ctrl-C stops now)" in running.stderr.readline()
             os.killpg(running.pid, signal.SIGINT)
             # Standard error ends where the last process has it no more: none is left that compiles.
             assert running.stderr.read().strip() == "conrod: interrupted"

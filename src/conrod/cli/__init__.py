@@ -177,8 +177,8 @@ def waiting(subject: object, timeout: float | None) -> Iterator[None]:
     Args:
         timeout: after which it is ended [s]; None of work in this process.
     """
-    after = "" if timeout is None else f" after {timeout:g} s,"
-    words = one_line(f"{subject}: under way, ended{after} by Ctrl-C at once")
+    ends = "" if timeout is None else f"stops itself after {timeout:g} s; "
+    words = one_line(f"{subject}: running ({ends}Ctrl-C stops now)")
     said = threading.Timer(SAID_AFTER, say, (words,), {"err": True})
     said.daemon = True
     said.start()

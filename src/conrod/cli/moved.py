@@ -16,8 +16,9 @@ VERB_OF_OPTION = {
 WITH_VALUE = (
     "--scene", "--drive", "--crank", "--point", "--plane", "--rotation", "--crank-zero", "--keyframe", "--ctrl",
     "--column", "--unit", "--estimate", "--motion", "--quantity", "--seconds", "--step", "--out", "--json", "--html",
-    "--engine", "--preset", "--set", "--steps-per-rev", "--revolutions", "--tolerance", "--baseline", "--report", "--verification",
-    "--measured", "--limits", "--uncertainty", "--ledger", "--jobs", "--cluster", "--cell-timeout", "--cell-memory",
+    "--engine", "--preset", "--set", "--steps-per-rev", "--revolutions", "--tolerance", "--baseline", "--report",
+    "--verification", "--measured", "--limits", "--uncertainty", "--ledger", "--jobs", "--cluster",
+    "--cell-timeout", "--cell-memory",
 )  # fmt: skip
 
 
