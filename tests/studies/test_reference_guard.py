@@ -28,7 +28,8 @@ from conrod.scenes import SCENES, catalogue_scene, scene_named
 from conrod.scenes.saw import Saw
 from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.prediction import Prediction, contradictions, misfit_words, reference_misfit
+from conrod.studies.frame.prediction import Prediction, reference_misfit
+from conrod.studies.frame.result import contradictions, misfit_words
 from conrod.studies.frame.run import LEAST_STEPS
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.study import validate_kinematic

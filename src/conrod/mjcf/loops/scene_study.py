@@ -33,8 +33,9 @@ from conrod.runs.other_forces import with_obstacles
 from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, Verdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.scenes import Scene
-from conrod.studies.frame.prediction import misfit_words, reference_misfit
+from conrod.studies.frame.prediction import reference_misfit
 from conrod.studies.frame.resolve_arguments import MOST_SAMPLES
+from conrod.studies.frame.result import misfit_words
 from conrod.studies.validation.results import RefinementPoint
 
 FINER = (0.5, 2.0, 4.0)  # steps that take the place of one, where a model is refined

@@ -15,7 +15,8 @@ from conrod.own.tables.errors import ERRORS, Errors, Exact
 from conrod.own.tables.estimation import Estimate, aligned, estimate
 from conrod.own.tables.reading import Reading
 from conrod.scenes import Scene
-from conrod.studies.frame.prediction import misfit_words, reference_misfit
+from conrod.studies.frame.prediction import reference_misfit
+from conrod.studies.frame.result import misfit_words
 
 BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
 CLOCK_NOTE = (

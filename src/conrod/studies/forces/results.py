@@ -9,8 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from conrod.exact.dynamics.inverse import TORQUE
-from conrod.studies.frame.prediction import misfit_words
-from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
+from conrod.studies.frame.result import AS_ASKED, Result, SceneResults, misfit_words
 
 GROUPS = ("torque", "reactions", "contact")
 # Of a change that is to be seen: errors that look like half of it look like it.

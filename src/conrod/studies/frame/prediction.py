@@ -241,28 +241,6 @@ def merged_misfit(*several: Mapping[str, Misfit]) -> dict[str, Misfit]:
     return kept
 
 
-def contradictions(misfit: Mapping[str, Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
-    """The quantities whose measured errors the joints' gaps do not explain."""
-    return {name: found for name, found in misfit.items() if not found["difference"] <= found["allowed"]}
-
-
-def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:
-    """What contradicts the exact motion, in words; empty where nothing does."""
-    wrong = contradictions(misfit)
-    if any(name.startswith(POINTS) for name in wrong):
-        apart = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS))
-        return f"the measured points are not those of the bodies whose joints predict their errors, by {apart:.2g}"
-    if not wrong:
-        return ""
-    quantity = max(wrong, key=lambda name: wrong[name]["difference"] / wrong[name]["allowed"])
-    worst, others = wrong[quantity], [name for name in wrong if name != quantity]
-    too = f" ({' and '.join(others)} too)" if others else ""
-    return (
-        f"the exact motion contradicts the joints' equations: {quantity} by {worst['difference']:.2g} at crank angle "
-        f"{math.degrees(worst['angle']):.6g} deg, where {worst['allowed']:.2g} can be explained{too}"
-    )
-
-
 def reference_misfit(reference: ExactReference) -> dict[str, Misfit]:
     """Hold a reference to its own joint equations, without any engine: by quantity where the two fit least.
 

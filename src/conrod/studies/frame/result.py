@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from conrod.runs.plain import plain, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import MEASURES, RESULT_VERSION, Case, Measurement, Study
+from conrod.studies.frame.prediction import POINTS
 from conrod.studies.frame.run import LEAST_STEPS
 
 AS_ASKED = "as asked for"
@@ -108,6 +110,28 @@ class SceneResults(Generic[Found]):
     def passed(self) -> bool:
         """No judged result is out of tolerance."""
         return all(result.passed is not False for result in self.results)
+
+
+def contradictions(misfit: Mapping[str, Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
+    """Return the quantities whose measured errors the joints' gaps do not explain."""
+    return {name: found for name, found in misfit.items() if not found["difference"] <= found["allowed"]}
+
+
+def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:
+    """Say what contradicts the exact motion; empty where nothing does."""
+    wrong = contradictions(misfit)
+    if any(name.startswith(POINTS) for name in wrong):
+        apart = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS))
+        return f"the measured points are not those of the bodies whose joints predict their errors, by {apart:.2g}"
+    if not wrong:
+        return ""
+    quantity = max(wrong, key=lambda name: wrong[name]["difference"] / wrong[name]["allowed"])
+    worst, others = wrong[quantity], [name for name in wrong if name != quantity]
+    too = f" ({' and '.join(others)} too)" if others else ""
+    return (
+        f"the exact motion contradicts the joints' equations: {quantity} by {worst['difference']:.2g} at crank angle "
+        f"{math.degrees(worst['angle']):.6g} deg, where {worst['allowed']:.2g} can be explained{too}"
+    )
 
 
 def refinement_path(scene: Scene, steps: int) -> tuple[int, ...]:

@@ -10,8 +10,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.prediction import misfit_words
-from conrod.studies.frame.result import AS_ASKED, Result, SceneResults
+from conrod.studies.frame.result import AS_ASKED, Result, SceneResults, misfit_words
 
 Mode = Literal["kinematic", "dynamic"]
 
