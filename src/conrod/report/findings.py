@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
@@ -127,7 +128,8 @@ class Findings(Mapping[str, F], Generic[F]):
         return folder / self.kind.first_page(self.parts)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} passed={self.passed}: {self.verdict.split('. ')[0].rstrip('.')}>"
+        first = re.split(r"(?<=[^.\s])\.\s", self.verdict)[0].rstrip(".")  # a range is written "2.44 .. 2.54"
+        return f"<{type(self).__name__} passed={self.passed}: {first}>"
 
     def _repr_html_(self) -> str:
         """The verdict and the tables, as a notebook shows them."""
