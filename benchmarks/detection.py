@@ -21,9 +21,9 @@ from benchmarks.healthy import VariantCase, variant
 from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, legend_above, log_axis, rows_axis, svg_text
+from conrod.report.charts.canvas import add_legend_above, drawing_style, set_log_axis, set_rows, svg_text
 from conrod.report.charts.styles import preset_style, preset_title
-from conrod.report.results import name_of
+from conrod.report.results import engine_and_preset
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.runs.plain import json_document, plain
@@ -130,7 +130,7 @@ def limits_table(machines: Sequence[Machine]) -> Table:
             missed = [one for one in seen if (one.smallest is None if unit else not one.by)]
             text = "cannot be seen" if found and not seen else "not judged" if not found else "noticed"
             if unit and least:
-                text = f"{numbers.sized(float(np.median(least)), unit)}, {numbers.sized(max(least), unit)}"
+                text = ", ".join(numbers.defect_size_text(size, unit) for size in (float(np.median(least)), max(least)))
             cells.append(text + (f"; not noticed on {len(missed)} of {len(seen)}" if missed else ""))
         rows.append((defect + (" (forces)" if kind == "forces" else ""), *cells))
     return table(["defect", *(preset_title(*preset) for preset in presets)], rows)
@@ -141,11 +141,15 @@ def alarms_table(machines: Sequence[Machine]) -> Table:
     rows = []
     for machine in machines:
         for verdict in machine.verdicts:
-            runs = [r for r in machine.healthy if name_of(r) == name_of(verdict) and r.passed is not None]
+            runs = [
+                r
+                for r in machine.healthy
+                if engine_and_preset(r) == engine_and_preset(verdict) and r.passed is not None
+            ]
             alarms = sum(r.passed is False for r in runs)
             tight = [_times(*_tightness(verdict)[q]) if q in _tightness(verdict) else "n/a" for q in QUANTITIES]
             judged = f"{alarms} of {len(runs)}" if runs else verdict.reason or "not judged"
-            rows.append((machine.name, *name_of(verdict), judged, *tight))
+            rows.append((machine.name, *engine_and_preset(verdict), judged, *tight))
     head = ["machine", "engine", "preset", "false alarms", *(f"{q}: tolerance / error" for q in QUANTITIES)]
     return table(head, rows, head[3:])
 
@@ -186,14 +190,14 @@ def figure(machines: Sequence[Machine]) -> Figure:
                 labels.setdefault(preset_title(*preset), mark)
         if not any(one.smallest for found in _sizes(machines, *key).values() for one in found.values()):
             axes.annotate("cannot be seen", (1e-12, row), va="center", color="#777777")
-    log_axis(axes, (1e-13, 1e4), [10.0**k for k in range(-12, 4, 3)])
+    set_log_axis(axes, (1e-13, 1e4), [10.0**k for k in range(-12, 4, 3)])
     names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
     units = [unit.replace("% of the way", "way").replace("%", "share") for unit in kinds.values()]
-    rows_axis(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
+    set_rows(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
     axes.set_xlabel("smallest size that the verdict notices; one mark for each machine")
     for name, mark in labels.items():
         mark.set_label(name)
-    legend_above(drawn, [*labels.values()], handlelength=1.5)
+    add_legend_above(drawn, [*labels.values()], handlelength=1.5)
     return drawn
 
 
@@ -209,7 +213,7 @@ def page(machines: Sequence[Machine]) -> str:
         if q in _tightness(v)
     ]
     loose = [
-        f"{name}, {' '.join(name_of(v))}: {q} {_times(error, allowed)}"
+        f"{name}, {' '.join(engine_and_preset(v))}: {q} {_times(error, allowed)}"
         for name, v, q, error, allowed in pairs
         if error > numbers.ROUNDING and allowed > LOOSE * error
     ]
@@ -253,7 +257,7 @@ def main() -> None:
     if asked.out:
         with drawing_style():
             drawn = svg_text(figure(machines))
-        sizes = {m.name: {" ".join(name_of(v)): plain(v.qualified) for v in m.verdicts} for m in machines}
+        sizes = {m.name: {" ".join(engine_and_preset(v)): plain(v.qualified) for v in m.verdicts} for m in machines}
         folder: Path = folder_to_write(asked.out, "--out")
         (folder / "figures").mkdir(parents=True, exist_ok=True)
         files = {"README.md": text, "detection.json": json_document(sizes)}

@@ -19,7 +19,7 @@ from conrod.errors import InvalidInput
 from conrod.mjcf.loops.results import LoopStudy, Question
 from conrod.report.kind import SCENE, Reproduction
 from conrod.report.loops import KIND, shipped_words
-from conrod.report.numbers import measured, quantity
+from conrod.report.numbers import measured_text, quantity
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.report.writer import report_batch
@@ -218,10 +218,13 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
     rows = []
     for name, study in studies.items():
         gaps = [
-            measured(1e3 * (r.gap or 0.0)) if r.outcome is Outcome.COMPLETED else r.outcome.slug for r in study.runs
+            measured_text(1e3 * (r.gap or 0.0)) if r.outcome is Outcome.COMPLETED else r.outcome.slug
+            for r in study.runs
         ]
         shipped = "oscillates" if study.shipped.chatter else study.shipped.outcome.slug
-        costs = ", ".join(measured(run.cost) if run.outcome is Outcome.COMPLETED else "-" for run in study.runs[1:])
+        costs = ", ".join(
+            measured_text(run.cost) if run.outcome is Outcome.COMPLETED else "-" for run in study.runs[1:]
+        )
         step = quantity(1e3 * study.own.timestep)
         left, redundant = str(study.mobility.remaining_dof), str(sum(study.mobility.redundant.values()))
         rows.append((f"[{name}]({name}{KIND.suffix}.md)", left, redundant, step, *gaps, costs, shipped))

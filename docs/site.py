@@ -8,8 +8,8 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 
-from conrod.report.html.markdown import Place, html_of
-from conrod.report.html.page import Section, document, picture, sections_of, tiles
+from conrod.report.html.markdown import Place, render_html
+from conrod.report.html.page import PageSection, html_document, image_html, page_sections, tiles_html
 from conrod.report.kind import KINDS
 from conrod.studies.frame.writing import Batch, write_together
 
@@ -52,23 +52,23 @@ def reports() -> Iterator[tuple[str, Batch]]:
                 yield (folder / page).relative_to(ROOT).as_posix(), Batch(folder, {**shared, **texts})
 
 
-def plain(page: str, target: Callable[[str], str | None]) -> Section:
+def plain(page: str, target: Callable[[str], str | None]) -> PageSection:
     """A page that no study made."""
 
     def figure(name: str, alt: str) -> str | None:
         file = (ROOT / page).parent / name
-        return picture(file.read_text(), alt) if file.suffix == ".svg" else None
+        return image_html(file.read_text(), alt) if file.suffix == ".svg" else None
 
     place = Place(PurePosixPath(page).stem, 0, figure, target)
-    html = html_of((ROOT / page).read_text(), place)
-    return Section(place.anchor, place.title, html)
+    html = render_html((ROOT / page).read_text(), place)
+    return PageSection(place.anchor, place.title, html)
 
 
 def machines(site: dict[str, str]) -> str:
     """All machines in motion, each leading to its page."""
     files = [file for folder in MACHINES for file in sorted((ROOT / folder / "figures").glob("*-moving.svg"))]
     names = [(file.parents[1].relative_to(ROOT).as_posix(), file.stem.removesuffix("-moving"), file) for file in files]
-    return tiles((site[f"{folder}/{name}.md"], name, file.read_text()) for folder, name, file in names)
+    return tiles_html((site[f"{folder}/{name}.md"], name, file.read_text()) for folder, name, file in names)
 
 
 def build(out: Path) -> None:
@@ -77,11 +77,11 @@ def build(out: Path) -> None:
     files = {}
     for page, file in site.items():
         target = addresses(page, site)
-        sections = sections_of(studies[page], outside=target) if page in studies else [plain(page, target)]
+        sections = page_sections(studies[page], outside=target) if page in studies else [plain(page, target)]
         if page == ENTRANCE:
             head, end, rest = sections[0].html.partition("</p>\n")
-            sections = [Section("top", sections[0].title, f'{head}{end}<h2 id="top">Machines</h2>{machines(site)}{rest}')]
-        files[file] = document(sections, home="" if page == ENTRANCE else target(os.path.relpath(ENTRANCE, PurePosixPath(page).parent)) or "")
+            sections = [PageSection("top", sections[0].title, f'{head}{end}<h2 id="top">Machines</h2>{machines(site)}{rest}')]
+        files[file] = html_document(sections, home="" if page == ENTRANCE else target(os.path.relpath(ENTRANCE, PurePosixPath(page).parent)) or "")
     write_together([Batch(out, files)])
 
 

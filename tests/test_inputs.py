@@ -82,7 +82,11 @@ def test_answers_are_judged_by_status_and_words(given: Input, status: int, outpu
 
 
 def test_words_in_passing_are_no_answer() -> None:
-    answer = answer_of(1, "\nthe rod is too long\n", "runs: 1 to do\nm.xml: running (stops itself after 600 s; Ctrl-C stops now)\nnote\n")
+    answer = answer_of(
+        1,
+        "\nthe rod is too long\n",
+        "runs: 1 to do\nm.xml: running (stops itself after 600 s; Ctrl-C stops now)\nnote\n",
+    )
     assert answer.first == "the rod is too long"
     assert answer.output == "\nthe rod is too long\nnote"
 

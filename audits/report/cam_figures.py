@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from audits.cam_survey import BASE_RADII, LARGEST_PRESSURE_ANGLE, cams, surveys
 from audits.documents.arc_cam import ArcCam
 from conrod.exact.motion import Array
-from conrod.report.charts.canvas import legend_above, on_grid
-from conrod.report.charts.styles import HUES
+from conrod.report.charts.canvas import add_legend_above, round_to_grid
+from conrod.report.charts.styles import CURVE_COLOURS
 
 UNITS = {"lift": "mm", "velocity": "mm/s", "acceleration": "mm/s²", "jerk": "mm/s³"}
 BASE = 36.0  # [mm], the base of the document's extreme cam
@@ -23,15 +23,17 @@ def series_error() -> Figure:
     curves = [(cam, *_errors(cam)) for cam in cams() if cam.base == BASE]
     for k, (axes, (name, unit)) in enumerate(zip(panels, UNITS.items(), strict=True)):
         span = max(float(np.ptp(errors[k])) for _, _, errors in curves)
-        for hue, (cam, angles, errors) in zip(HUES, curves, strict=False):
+        for hue, (cam, angles, errors) in zip(CURVE_COLOURS, curves, strict=False):
             label = f"rho = {cam.flank:g} mm" + (", one circle" if cam.scene.is_one_circle else "")
-            axes.plot(on_grid(angles, 180.0), on_grid(errors[k], span), color=hue, label=label, linewidth=1.3)
+            axes.plot(
+                round_to_grid(angles, 180.0), round_to_grid(errors[k], span), color=hue, label=label, linewidth=1.3
+            )
         axes.axhline(0.0, color="#888888", linewidth=0.7, zorder=1)
         axes.set_ylabel(f"{name}, series less exact [{unit}]")
         axes.set_xlim(0.0, 180.0)
     for axes in panels[2:]:
         axes.set_xlabel("cam angle on the rise [deg]")
-    legend_above(figure, panels[0].get_lines()[:-1])
+    add_legend_above(figure, panels[0].get_lines()[:-1])
     return figure
 
 
@@ -54,11 +56,11 @@ def pressure_angle() -> Figure:
     figure = Figure(figsize=(8.0, 4.6))
     axes = figure.subplots()
     found = surveys()
-    for hue, base in zip(HUES, BASE_RADII, strict=False):
+    for hue, base in zip(CURVE_COLOURS, BASE_RADII, strict=False):
         some = sorted((s for s in found if s.base == base), key=lambda s: s.flank)
         axes.plot(
-            on_grid(np.array([s.flank for s in some]), 60.0),
-            on_grid(np.array([s.pressure_angle for s in some]), 40.0),
+            round_to_grid(np.array([s.flank for s in some]), 60.0),
+            round_to_grid(np.array([s.pressure_angle for s in some]), 40.0),
             color=hue,
             marker="o",
             markersize=4.5,

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 
 from conrod.own.printed.verdicts import DIGITS, Kind, Verdict
-from conrod.report.numbers import MISSING, quantity, rounded
-from conrod.report.printed_values import escaped, verdict_text
+from conrod.report.numbers import MISSING, quantity, round_to_digits
+from conrod.report.printed_values import escape_marks, verdict_text
 from conrod.report.table import Table, table
 
 # Wrong steps first, because other numbers follow from them.
@@ -26,7 +26,7 @@ def code(text: str) -> str:
 
 def share_text(share: float) -> str:
     """A share in percent, in two significant digits and without an exponent."""
-    percent = rounded(100.0 * share, 2)
+    percent = round_to_digits(100.0 * share, 2)
     return f"{percent:.0f}" if percent >= 10.0 else quantity(percent, 2)
 
 
@@ -37,7 +37,7 @@ def off_text(verdict: Verdict) -> str:
 
 def printed_text(verdict: Verdict) -> str:
     """The print with its unit, or the formula."""
-    return code(verdict.printed) if is_formula(verdict) else f"{verdict.printed} {escaped(verdict.unit)}".strip()
+    return code(verdict.printed) if is_formula(verdict) else f"{verdict.printed} {escape_marks(verdict.unit)}".strip()
 
 
 def right_text(verdict: Verdict) -> str:
@@ -48,7 +48,7 @@ def right_text(verdict: Verdict) -> str:
     if not number and re.search(r"[*^]", verdict.should_be) and " in place of " not in verdict.should_be:
         # A formula is to be copied: no mark of Markdown may come into it.
         return f"**{code(verdict.should_be)}**"
-    return f"**{escaped(verdict.should_be)}**" + (f" {escaped(verdict.unit)}".rstrip() if number else "")
+    return f"**{escape_marks(verdict.should_be)}**" + (f" {escape_marks(verdict.unit)}".rstrip() if number else "")
 
 
 def corrections(verdicts: Sequence[Verdict]) -> list[tuple[Verdict, ...]]:
@@ -70,8 +70,8 @@ def corrections_table(verdicts: Sequence[Verdict]) -> Table:
     """Wrong items with what should stand in their places."""
     rows = [
         [
-            str(number), _lines(group), escaped(_what(first)), printed_text(first), right_text(first), off_text(first),
-            first.kind.value, escaped(first.reason),
+            str(number), _lines(group), escape_marks(_what(first)), printed_text(first), right_text(first),
+            off_text(first), first.kind.value, escape_marks(first.reason),
         ]
         for number, group in enumerate(corrections(verdicts), start=1)
         for first in group[:1]
@@ -85,7 +85,7 @@ def causes_table(verdicts: Sequence[Verdict]) -> Table:
     for verdict in verdicts:
         if verdict.kind is Kind.EXPLAINED:
             causes.setdefault(verdict.cause or "", []).append(verdict)
-    rows = [[escaped(cause.rstrip(",")), str(len(group))] for cause, group in causes.items()]
+    rows = [[escape_marks(cause.rstrip(",")), str(len(group))] for cause, group in causes.items()]
     return table(["cause", "items"], rows)
 
 
@@ -93,8 +93,8 @@ def formulas_table(verdicts: Sequence[Verdict]) -> Table:
     """All formulas of a document."""
     rows = [
         [
-            str(v.line), escaped(v.place), escaped(v.quantity), code(v.printed), off_text(v), verdict_text(v),
-            right_text(v), escaped(v.reason),
+            str(v.line), escape_marks(v.place), escape_marks(v.quantity), code(v.printed), off_text(v), verdict_text(v),
+            right_text(v), escape_marks(v.reason),
         ]
         for v in verdicts
         if is_formula(v)

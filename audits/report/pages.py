@@ -25,7 +25,7 @@ def section(page: str) -> list[sections.Block]:
 
 def notes(audited: Audited) -> list[str]:
     """What is uncertain."""
-    return [printed_values.escaped(note) for note in audited.notes]
+    return [printed_values.escape_marks(note) for note in audited.notes]
 
 
 def numbers(audited: Audited) -> list[Verdict]:

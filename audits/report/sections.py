@@ -13,7 +13,7 @@ from audits.report.cam_figures import pressure_angle, series_error
 from audits.report.corrections import share_text
 from conrod.report.figure import Figure
 from conrod.report.numbers import quantity
-from conrod.report.printed_values import escaped, unsigned_zero
+from conrod.report.printed_values import escape_marks, unsigned_zero
 from conrod.report.table import Table, table
 
 Block: TypeAlias = str | Table | Figure
@@ -22,7 +22,14 @@ Block: TypeAlias = str | Table | Figure
 def module_section() -> list[Block]:
     """The answers, with their computation."""
     rows = [
-        [str(a.line), escaped(a.place), escaped(a.quantity), quantity(a.value, 6), escaped(a.unit), escaped(a.why)]
+        [
+            str(a.line),
+            escape_marks(a.place),
+            escape_marks(a.quantity),
+            quantity(a.value, 6),
+            escape_marks(a.unit),
+            escape_marks(a.why),
+        ]
         for a in answers()
     ]
     return [

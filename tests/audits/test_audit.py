@@ -26,7 +26,7 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
 from conrod.own.printed.verdicts import Kind, Number
-from conrod.report.writer import rendered_again
+from conrod.report.writer import render_again
 from conrod.scenes import ShearPress, catalogue_scene
 
 # -- the documents ---------------------------------------------------------------------------------------------------
@@ -236,7 +236,7 @@ def test_the_committed_report_is_what_the_code_produces(files: dict[str, str]) -
 
 
 def test_it_is_rendered_again_from_what_it_saved(files: dict[str, str]) -> None:
-    (again,) = rendered_again(REPORT)
+    (again,) = render_again(REPORT)
     assert {name: text for name, text in again.files.items() if name.endswith(".md")} == {
         name: text for name, text in files.items() if name.endswith(".md")
     }

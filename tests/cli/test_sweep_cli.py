@@ -25,7 +25,7 @@ import pytest
 from conrod import SCENES, PymunkSettings, compare, run
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient
-from conrod.report.folder import restored
+from conrod.report.folder import restore_findings
 from conrod.runs.plain import restore
 from conrod.studies.ablate_findings import AblationStudy
 from conrod.studies.frame.ledger import Ledger
@@ -190,4 +190,4 @@ def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypat
 
 
 def findings(file: Path) -> AblationStudy:
-    return restored(AblationStudy, json.loads(file.read_text())["parts"]["saw-500rpm"]["findings"])
+    return restore_findings(AblationStudy, json.loads(file.read_text())["parts"]["saw-500rpm"]["findings"])

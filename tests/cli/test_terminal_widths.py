@@ -15,13 +15,13 @@ import click
 import pytest
 from command_line import conrod
 
-from conrod.cli.harden import print_hardening
-from conrod.cli.lint import print_report
+from conrod.cli.harden import hardening_to_print
+from conrod.cli.lint import report_to_print
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
-from conrod.report.folder import restored
+from conrod.report.folder import restore_findings
 from conrod.report.kind import kind_named
-from conrod.report.terminal import Part, tell
+from conrod.report.terminal import PrintedPart, print_parts
 
 ROOT = Path(__file__).parents[2]
 WIDTHS = (60, 100)
@@ -35,7 +35,7 @@ Print = Callable[[], object]
 @cache
 def saved(folder: str, kind: str) -> list[Any]:
     files = sorted((ROOT / "reports" / folder / "data").glob("*.json"))
-    return [restored(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
+    return [restore_findings(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
 
 
 @cache
@@ -44,17 +44,17 @@ def found_in_model() -> tuple[Any, Any]:
     return harden_file(file, seconds=0.024, content=False), lint(file, seconds=0.024)
 
 
-def printed(kind: str, found: Sequence[Any]) -> Iterable[Part]:
+def printed(kind: str, found: Sequence[Any]) -> Iterable[PrintedPart]:
     return kind_named(kind).printed(found)
 
 
-PRINTED: dict[str, Callable[[], Iterable[Part]]] = {
+PRINTED: dict[str, Callable[[], Iterable[PrintedPart]]] = {
     "validate": lambda: printed("validation", [*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
     "sweep": lambda: printed("sweep", saved("sweep", "sweep")),
     "limits": lambda: printed("limits", saved("limits", "limits")),
     "ablate": lambda: printed("ablate", saved("ablate", "ablate")),
-    "harden": lambda: print_hardening(replace(found_in_model()[0], lines=""), None),
-    "lint": lambda: print_report(found_in_model()[1], None),
+    "harden": lambda: hardening_to_print(replace(found_in_model()[0], lines=""), None),
+    "lint": lambda: report_to_print(found_in_model()[1], None),
 }
 COMMANDS = {"show": ("show",), "show SCENE": ("show", "inverted-slider-crank", "--angle", "60deg")}
 
@@ -90,7 +90,7 @@ def check_whole(narrow: Sequence[str], piped: Sequence[str], width: int) -> None
 
 @pytest.mark.parametrize("verb", [*PRINTED, *COMMANDS])
 def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    what = (lambda: tell(PRINTED[verb]())) if verb in PRINTED else lambda: conrod(*COMMANDS[verb])
+    what = (lambda: print_parts(PRINTED[verb]())) if verb in PRINTED else lambda: conrod(*COMMANDS[verb])
     piped = lines_of(what, None, capsys)
     assert [line for line in piped if line != line.rstrip()] == []
     for width in WIDTHS:
@@ -99,7 +99,7 @@ def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.Capt
 
 def test_lines_that_are_cut_or_lose_a_word_are_found(capsys: pytest.CaptureFixture[str]) -> None:
     # Negative control.
-    piped = lines_of(lambda: tell(PRINTED["sweep"]()), None, capsys)
+    piped = lines_of(lambda: print_parts(PRINTED["sweep"]()), None, capsys)
     for width, narrow in ((60, piped), (60, [line[:60] for line in piped])):
         with pytest.raises(AssertionError):
             check_whole(narrow, piped, width)

@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import MOST_SETS, _changes
 from conrod.own.models.request import ModelFacts, Place
-from conrod.report.user_model import length, verdict
+from conrod.report.user_model import length_words, verdict
 
 SAW = TEXTS["saw"]
 DEGREES = np.pi / 180.0
@@ -89,7 +89,7 @@ def test_one_length_that_is_off_is_found_to_rounding(
     identity = seen(tmp_path, kind, text)
     (found,) = identity.explanations
     assert [one.found for one in found.lengths] == [pytest.approx(value, rel=1e-10)]
-    assert length(found.lengths[0]).startswith(told)
+    assert length_words(found.lengths[0]).startswith(told)
     assert not found.misplaced
     assert identity.left < 1e-12
 
@@ -97,7 +97,7 @@ def test_one_length_that_is_off_is_found_to_rounding(
 def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_path: Path) -> None:
     text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"')
     (found,) = seen(tmp_path, "saw", text).explanations
-    assert [length(one) for one in found.lengths] == ["rod is 0.01 % too long: 300.03 mm instead of 300 mm"]
+    assert [length_words(one) for one in found.lengths] == ["rod is 0.01 % too long: 300.03 mm instead of 300 mm"]
     (misplaced,) = found.misplaced
     assert (misplaced.point, misplaced.away) == ("M", pytest.approx(15e-6, rel=1e-6))
 

@@ -17,7 +17,7 @@ from conrod.report import free_motion, numbers, trajectory
 from conrod.report import validation_tables as tables
 from conrod.report.results import summary_words, verdict_words
 from conrod.report.sweep_tables import cheapest_table, front_table
-from conrod.report.table import Table, text_of
+from conrod.report.table import Table, cell_text
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import MEASURES, QUANTITIES
 from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult
@@ -36,7 +36,9 @@ def planted(name: str, preset: str | None = "tuned") -> ValidationResult:
     """A run every point of which is off by `OFF`, always; what is over all points is over the largest L."""
     known, lengths = OFF / LENGTHS[name], SCENES[name].lengths
     rates = {q: dict.fromkeys(MEASURES, 0.5) for q in ("velocity", "acceleration")}
-    errors = {p: rates | {q: dict.fromkeys(MEASURES, OFF / lengths[p]) for q in numbers.PLACES} for p in lengths}
+    errors = {
+        p: rates | {q: dict.fromkeys(MEASURES, OFF / lengths[p]) for q in numbers.QUANTITIES_OVER_L} for p in lengths
+    }
     return replace(
         a_result(name, preset=preset),
         mode="dynamic" if preset else "kinematic",
@@ -79,7 +81,7 @@ def of_own_table(name: str) -> Iterator[Table]:
 def in_mm(table: Table) -> Iterator[str]:
     """All numbers of a table that are in mm; what a velocity has not, `n/a`, is none."""
     for row in table.rows:
-        for heading, cell in zip(table.headings, map(text_of, row), strict=True):
+        for heading, cell in zip(table.headings, map(cell_text, row), strict=True):
             found = re.findall(r"[\d.]\S*", cell) if "[mm]" in heading else re.findall(r"(\S+) mm\b", cell)
             yield from (number.strip("(,)") for number in found)
 
@@ -106,7 +108,7 @@ def test_every_table_shows_the_planted_distance(tables_of: Callable[[str], Itera
 def test_a_wrong_factor_is_caught(
     tables_of: Callable[[str], Iterator[Table]], wrong: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    right = numbers.scaled
+    right = numbers.scaled_text
     monkeypatch.setattr(numbers, "scaled", lambda value, factor: right(value, wrong * factor))
     with pytest.raises(AssertionError):
         check(tables_of, "saw-500rpm")

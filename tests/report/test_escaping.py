@@ -19,14 +19,20 @@ from conrod.errors import COMMANDING
 from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.figure import Figure
-from conrod.report.folder import restored
+from conrod.report.folder import restore_findings
 from conrod.report.html import page as html_page
-from conrod.report.html.markdown import Place, html_of
+from conrod.report.html.markdown import Place, render_html
 from conrod.report.kind import KINDS, Part, kind_named
-from conrod.report.table import LONGEST, Toned, table, verbatim
+from conrod.report.table import MAX_ERROR_CHARACTERS, Toned, table, verbatim
 from conrod.report.template import _environment
 from conrod.report.terminal import console, print_lines, print_table
-from conrod.report.verification.page import Section, Verification, data_of, seal_of, sealed_page
+from conrod.report.verification.page import (
+    Verification,
+    VerificationSection,
+    read_verification,
+    sealed_page,
+    valid_seal,
+)
 from conrod.studies.execution.local import isolated
 
 TITLE = "\x1b]0;owned\x07\x9b2J <script>alert(1)</script> <img src=x onerror=a()> [a](javascript:a()) \u202egnp"
@@ -92,7 +98,7 @@ def test_no_kind_of_report_takes_a_name_as_markup(kind: str, tmp_path: Path) -> 
     for hostile in HOSTILE:
         text = hostile.replace("\ud800", "?")
         head = {"title": text, "command": text, "conrod": text}
-        found = Part(name, restored(kind_named(kind).findings, hostile_values(values, text)), text, text)
+        found = Part(name, restore_findings(kind_named(kind).findings, hostile_values(values, text)), text, text)
         try:
             page = kind_named(kind).page_of(found)
         except (ValueError, KeyError):  # a text that is a key of another table
@@ -126,7 +132,9 @@ def kind_of(file: Path) -> str | None:
 
 def document_of(kind: str, name: str, entry: dict[str, Any], text: str) -> str:
     place = Place("page", 0, lambda file, alt: None, lambda file: None)
-    return html_page.document([html_page.Section("page", entry["title"], html_of(text, place), entry["command"])])
+    return html_page.html_document(
+        [html_page.PageSection("page", entry["title"], render_html(text, place), entry["command"])]
+    )
 
 
 @pytest.mark.parametrize("text", HOSTILE)
@@ -161,10 +169,12 @@ def test_a_figure_a_log_and_a_line_command_nothing(text: str, capsys: pytest.Cap
 @pytest.mark.parametrize("text", [one for one in HOSTILE if "\ud800" not in one])
 def test_a_verification_report_keeps_its_data_and_commands_nothing(text: str) -> None:
     names = ("criteria", "code", "solution", "validation", "inputs", "software", "settings", "validity", "invariances")
-    sections = {name: Section((table(("a", text), [(text, text)]),), (text,)) for name in (*names, "parameters")}
+    sections = {
+        name: VerificationSection((table(("a", text), [(text, text)]),), (text,)) for name in (*names, "parameters")
+    }
     page = sealed_page(Verification(text, text, "2026-01-01 00:00 UTC", text, sections, (text,)))
-    assert seal_of(page)
-    assert data_of(page).subject == text
+    assert valid_seal(page)
+    assert read_verification(page).subject == text
     assert MUST_NOT.isdisjoint(page.decode())
     assert Loading(page.decode()).found == []
 
@@ -195,7 +205,7 @@ def test_an_error_is_one_line_without_control_characters() -> None:
     done = conrod("show", f"{TITLE}{'x' * 5000}\n\n")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert len(done.stderr) < LONGEST + 50
+    assert len(done.stderr) < MAX_ERROR_CHARACTERS + 50
     assert ESCAPES.isdisjoint(done.stderr)
 
 

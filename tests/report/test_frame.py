@@ -18,12 +18,12 @@ from committed_studies import ablation_study, limit_study
 from handmade import handmade_sweep
 
 from conrod.errors import InvalidInput
-from conrod.report.folder import ReportFolder, restored, values_of
+from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
 from conrod.report.table import Toned, table
 from conrod.report.template import table_text
-from conrod.report.writer import rendered_again, report_batch
+from conrod.report.writer import render_again, report_batch
 from conrod.scenes import SCENES, Scene
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.frame.writing import write_together
@@ -71,24 +71,24 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_findings_come_back_as_they_were_saved() -> None:
     one = study("saw-40rpm")
-    back = restored(MotionStudy, json.loads(json.dumps(values_of(one))))
+    back = restore_findings(MotionStudy, json.loads(json.dumps(plain_findings(one))))
     assert back.scene == one.scene
     assert back.results[0].errors == one.results[0].errors
     np.testing.assert_allclose(back.results[0].curves.error, np.full(50, 1e-9), rtol=1e-6)
-    assert values_of(back) == values_of(one)
+    assert plain_findings(back) == plain_findings(one)
 
 
 @pytest.mark.parametrize("name", ["cam-follower", "pendulum"])
 def test_a_scene_comes_back_with_its_parameters_also_one_from_a_file(name: str) -> None:
     scene = select_scenes([name], [])[name]
-    assert restored(Scene, json.loads(json.dumps(values_of(scene)))) == scene
+    assert restore_findings(Scene, json.loads(json.dumps(plain_findings(scene)))) == scene
 
 
 def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
     with pytest.raises(InvalidInput, match="do not fit MotionStudy"):
-        restored(MotionStudy, {"name": "x"})
+        restore_findings(MotionStudy, {"name": "x"})
     with pytest.raises(TypeError, match="is not plain"):
-        values_of(lambda: None)
+        plain_findings(lambda: None)
 
 
 FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_study}
@@ -98,10 +98,10 @@ FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_s
 @pytest.mark.parametrize("kind", FINDINGS)
 def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_others(kind: str, tmp_path: Path) -> None:
     found: Any = FINDINGS[kind]()
-    assert restored(type(found), json.loads(json.dumps(values_of(found)))) == found
+    assert restore_findings(type(found), json.loads(json.dumps(plain_findings(found)))) == found
     batch = report_batch(kind_named(kind), {found.name: found}, tmp_path, COMMAND)
     write_together([batch])
-    (again,) = rendered_again(tmp_path)
+    (again,) = render_again(tmp_path)
     assert again.files == batch.files
     # Every file that a page refers to is written.
     for name in (name for name in batch.files if name.endswith(".md")):
@@ -181,11 +181,11 @@ def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path)
     before = contents(tmp_path)
     shutil.rmtree(tmp_path / "figures")
     (tmp_path / "saw-40rpm-motion.md").unlink()
-    write_together(rendered_again(tmp_path))
+    write_together(render_again(tmp_path))
     assert contents(tmp_path) == before
     data = tmp_path / "data/saw-40rpm-motion.json"
     data.write_text(data.read_text().replace('{"max": 1e-09', '{"max": 7e-05'))
-    write_together(rendered_again(tmp_path))
+    write_together(render_again(tmp_path))
     assert "7.0e-5" in (tmp_path / "saw-40rpm-motion.md").read_text()
 
 

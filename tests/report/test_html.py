@@ -16,8 +16,8 @@ import pytest
 from command_line import conrod
 from html_pages import Found, found_in
 
-from conrod.report.html.markdown import Place, html_of
-from conrod.report.html.page import html_report, picture
+from conrod.report.html.markdown import Place, render_html
+from conrod.report.html.page import html_report, image_html
 from conrod.studies.frame.writing import Batch
 
 REPORTS = Path(__file__).parents[2] / "reports"
@@ -86,13 +86,15 @@ def test_a_figure_is_in_the_page_with_words_for_it() -> None:
 
 def test_a_picture_is_its_drawing_and_cannot_leave_its_attribute() -> None:
     drawing = """<svg a="100%">'#" & <script>a()</script>\n</svg>\n"""
-    ((_, image),) = found_in(picture(drawing, '"x"')).elements[1:]
+    ((_, image),) = found_in(image_html(drawing, '"x"')).elements[1:]
     assert unquote(image["src"]) == f"data:image/svg+xml,{drawing.strip().replace(chr(10), '')}"
     assert image["alt"] == '"x"'
 
 
 def test_names_stay_text() -> None:
-    page = html_of(f"# {HOSTILE}\n\n{HOSTILE}\n\n| a | b |\n| --- | ---: |\n| {HOSTILE} | 1 |\n", place(command="c"))
+    page = render_html(
+        f"# {HOSTILE}\n\n{HOSTILE}\n\n| a | b |\n| --- | ---: |\n| {HOSTILE} | 1 |\n", place(command="c")
+    )
     found = found_in(page)
     assert {tag for tag, _ in found.elements} == {
         "h1", "p", "a", "div", "table", "thead", "tbody", "tr", "th", "td"
@@ -102,15 +104,17 @@ def test_names_stay_text() -> None:
 
 
 def test_what_a_page_folds_away_stands_open_and_nothing_else_is_markup() -> None:
-    page = html_of("<details><summary>Every <b> & run</summary>\n\n| a |\n| --- |\n| 1 |\n\n</details>\n", place())
+    page = render_html("<details><summary>Every <b> & run</summary>\n\n| a |\n| --- |\n| 1 |\n\n</details>\n", place())
     assert "<details" not in page  # a name within the words is no words
-    page = html_of("<details>\n<summary>Every run</summary>\n\nText <details> in it\n\n</details>\n", place())
+    page = render_html("<details>\n<summary>Every run</summary>\n\nText <details> in it\n\n</details>\n", place())
     assert page.startswith("<details open><summary>Every run</summary>\n")
     assert page.count("<details") == page.count("</details>") == 1
 
 
 def test_a_number_links_to_the_command_of_its_page() -> None:
-    page = html_of("| machine | x |\n| --- | ---: |\n| 3 saws | 1.0 |\n| none | n/a |\n", place(command="p--command"))
+    page = render_html(
+        "| machine | x |\n| --- | ---: |\n| 3 saws | 1.0 |\n| none | n/a |\n", place(command="p--command")
+    )
     assert re.findall(r'href="([^"]*)">([^<]*)', page) == [("#p--command", "1.0")]
 
 

@@ -12,8 +12,8 @@ import pytest
 from browser import asked_for, browser, complaints, opened
 from command_line import conrod
 
-from conrod.report.folder import restored
-from conrod.report.html.moving import moving
+from conrod.report.folder import restore_findings
+from conrod.report.html.moving import moving_machine
 from conrod.studies.frame.resolve_arguments import select_scenes
 from conrod.studies.validation.results import SceneStudy
 
@@ -43,8 +43,8 @@ def page() -> Iterator[Any]:
 
 
 def machine(folder: Path) -> Any:
-    found = restored(SceneStudy, json.loads((folder / "r" / "data" / f"{MACHINE}.json").read_text()))
-    return moving(found)
+    found = restore_findings(SceneStudy, json.loads((folder / "r" / "data" / f"{MACHINE}.json").read_text()))
+    return moving_machine(found)
 
 
 def expected(poses: Any) -> Any:

@@ -21,8 +21,8 @@ from html_pages import found_in
 
 from conrod.engines import engine_named
 from conrod.report.figure import with_spots
-from conrod.report.folder import restored
-from conrod.report.html.page import document, sections_of
+from conrod.report.folder import restore_findings
+from conrod.report.html.page import html_document, page_sections
 from conrod.report.kind import Part, kind_named
 from conrod.report.sweep import diagram_of
 from conrod.report.sweep_tables import timed_points
@@ -44,7 +44,7 @@ def entrance(site: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The first page of the catalogue, as the site has it."""
     page, file = "reports/catalogue/README.md", tmp_path_factory.mktemp("site") / "catalogue.html"
     target = site.addresses(page, site.pages())
-    file.write_text(document(sections_of(dict(site.reports())[page], outside=target)))
+    file.write_text(html_document(page_sections(dict(site.reports())[page], outside=target)))
     return file
 
 
@@ -94,7 +94,7 @@ def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     curves = [one.attrib["d"] for one in drawn.iter() if "marker-mid" in one.attrib]
     alone = [[float(one.get("x", 0.0)), float(one.get("y", 0.0))] for one in drawn.iter() if one.tag.endswith("use")]
     places = np.concatenate([*(vertices(curve) for curve in curves), alone]) / [width, height]
-    spots = diagram.places()
+    spots = diagram.laid_out_spots()
     assert len(spots) >= len(study.points) // 2
     far = [np.abs(places - [x, y]).max(axis=1).min() for x, y, _ in spots]
     assert max(far) < 0.003
@@ -116,7 +116,7 @@ HEAVIEST = ("reports/limits/saw-500rpm.md", "reports/sweep/saw-40rpm.md", "repor
 
 
 def weight(batch: Batch) -> int:
-    return len(document(sections_of(batch)).encode())
+    return len(html_document(page_sections(batch)).encode())
 
 
 @pytest.mark.parametrize("page", [*HEAVIEST, pytest.param("", marks=pytest.mark.slow)])
@@ -138,7 +138,7 @@ def test_a_heavy_figure_is_noticed(site: Any) -> None:
 
 def test_lines_of_a_point_give_its_very_settings() -> None:
     file = ROOT / "reports" / "sweep" / "data" / "cam-follower.json"
-    swept = restored(SweepStudy, json.loads(file.read_text()))
+    swept = restore_findings(SweepStudy, json.loads(file.read_text()))
     scene = SCENES[swept.name]
     plan = plan_sweep(swept.name, scene, [engine_named(name) for name in swept.engines], "coarse")
     settings = {case.key: (rule.engine, case.settings) for rule in plan.rules for case in rule.cases}
@@ -156,10 +156,10 @@ def test_lines_of_a_point_give_its_very_settings() -> None:
 def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, site: Any, tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")
-    findings = restored(kind.findings, json.loads(file.with_suffix(".json").read_text()))
+    findings = restore_findings(kind.findings, json.loads(file.with_suffix(".json").read_text()))
     figures = kind.page_of(Part("", findings, "", "")).figures
     known = {(*words.split("\n", 1), "")[:2] for figure in figures for *_, words in figure.places()}
-    (tmp_path / "p.html").write_text(document(sections_of(dict(site.reports())[f"reports/{name}.md"])))
+    (tmp_path / "p.html").write_text(html_document(page_sections(dict(site.reports())[f"reports/{name}.md"])))
     with browser() as page:
         opened(page, tmp_path / "p.html")
         page.execute_script("document.querySelectorAll('details').forEach((one) => { one.open = true; })")

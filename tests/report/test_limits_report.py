@@ -15,10 +15,10 @@ from matplotlib.lines import Line2D
 
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.charts.styles import OUTCOME_MARKS
-from conrod.report.folder import restored
+from conrod.report.folder import restore_findings
 from conrod.report.kind import Reproduction
-from conrod.report.limits.charts import UNDETECTED_COLOUR, error_chart, places_on
-from conrod.report.limits.report import KIND, merged
+from conrod.report.limits.charts import UNDETECTED_COLOUR, axis_places, error_chart
+from conrod.report.limits.report import KIND, merge_studies
 from conrod.report.limits.tables import limits_table, undetected_table, undetected_words
 from conrod.report.writer import report_batch
 from conrod.studies.frame.writing import Batch, write_together
@@ -109,23 +109,23 @@ def test_one_axis_alone_replaces_that_axis_alone(tmp_path: Path) -> None:
     command = Reproduction("conrod limits {scene} --axis mass-ratio --out reports/limits")
     batch = rendered(replace(again, walks=tuple(walks)), tmp_path, command)
     write_together([batch])
-    found = restored(LimitStudy, json.loads(str(batch.files[f"data/{SCENE}.json"])))
+    found = restore_findings(LimitStudy, json.loads(str(batch.files[f"data/{SCENE}.json"])))
     assert [(w.axis, w.engine, w.preset) for w in found.walks] == [(w.axis, w.engine, w.preset) for w in study.walks]
     assert {w.axis for w in found.walks if any(p.reason == "new" for p in w.probes)} == {"mass-ratio"}
     assert found.determinism == study.determinism
-    assert f"`{COMMAND.of(SCENE)}; {command.of(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
+    assert f"`{COMMAND.command_for(SCENE)}; {command.command_for(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
     # The same study whole again: nothing of the two remains.
-    assert command.of(SCENE) not in str(rendered(study, tmp_path).files[f"{SCENE}.md"])
+    assert command.command_for(SCENE) not in str(rendered(study, tmp_path).files[f"{SCENE}.md"])
 
 
 def test_nothing_is_kept_of_another_machine_or_another_engine() -> None:
     study, steps = limit_study(), of_axis("steps")
-    assert merged(study, replace(steps, parameters={**study.parameters, "rod": 9.0})).walks == steps.walks
-    newer = merged(study, replace(steps, engines={**study.engines, "pymunk": "8.0.0"}))
+    assert merge_studies(study, replace(steps, parameters={**study.parameters, "rod": 9.0})).walks == steps.walks
+    newer = merge_studies(study, replace(steps, engines={**study.engines, "pymunk": "8.0.0"}))
     assert {walk.axis for walk in newer.walks if walk.engine == "pymunk"} == {"steps"}
     assert {walk.axis for walk in newer.walks if walk.engine == "mujoco"} == {walk.axis for walk in study.walks}
 
 
 def test_a_mark_that_stands_alone_stands_where_it_would_beside_others() -> None:
-    alone, beside = (places_on(AXES["steps"], values)[0] for values in ([2.0], [2.0, 20_000.0]))
+    alone, beside = (axis_places(AXES["steps"], values)[0] for values in ([2.0], [2.0, 20_000.0]))
     assert alone == pytest.approx(beside, rel=1e-3) == pytest.approx(2.0, rel=1e-3)

@@ -72,8 +72,8 @@ def test_texts_of_a_drawing_stand_clear_of_each_other(name: str) -> None:
         assert overlaps(drawn) == []
         # Negative control of the look at overlaps.
         at = np.array(drawn.axes[0].texts[0].get_position())
-        parts.note(drawn.axes[0], at, "one", parts.INK)
-        parts.note(drawn.axes[0], at, "other", parts.INK, 30.0)
+        parts.draw_note(drawn.axes[0], at, "one", parts.INK)
+        parts.draw_note(drawn.axes[0], at, "other", parts.INK, 30.0)
     assert {"one", "other"} in overlaps(drawn)
 
 

@@ -110,7 +110,7 @@ def last_bits_changed(result: ValidationResult) -> ValidationResult:
     ],
 )
 def test_measured_numbers_have_two_significant_digits(value: float | None, shown: str) -> None:
-    assert numbers.measured(value) == shown
+    assert numbers.measured_text(value) == shown
 
 
 def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_where_they_differ() -> None:

@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.report import numbers
-from conrod.report.charts.canvas import drawing_style, on_log_grid
-from conrod.report.folder import restored
+from conrod.report.charts.canvas import drawing_style, round_to_log_grid
+from conrod.report.folder import restore_findings
 from conrod.report.kind import Reproduction
 from conrod.report.sweep import KIND, work_precision_figure
 from conrod.report.sweep_tables import findings
@@ -57,7 +57,7 @@ def test_the_front_in_the_figure_is_the_front_of_the_data(study: SweepStudy, fig
             expected = sorted((p.cost or 0.0, p.error(quantity) or 0.0) for p in front)
             lines = [x for x in panel(figure, quantity).lines if (x.get_linewidth(), x.get_color()) == (2.2, hue)]
             assert len(lines) == 1
-            assert lines[0].get_xydata() == pytest.approx(on_log_grid(np.array(expected)))
+            assert lines[0].get_xydata() == pytest.approx(round_to_log_grid(np.array(expected)))
 
 
 def beats(one: SweptPoint, other: SweptPoint, quantity: str) -> bool:
@@ -68,7 +68,7 @@ def beats(one: SweptPoint, other: SweptPoint, quantity: str) -> bool:
 def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, figure: Figure) -> None:
     seen = np.concatenate([np.asarray(line.get_xydata()) for line in panel(figure, "position").lines])
     for point in study.points:
-        at = on_log_grid(np.array([point.cost, point.error("position")], dtype=float))
+        at = round_to_log_grid(np.array([point.cost, point.error("position")], dtype=float))
         assert np.isclose(seen, at, rtol=1e-9).all(axis=1).any() == point.completed, point.label
 
 
@@ -92,7 +92,7 @@ def test_the_explanation_quotes_what_was_measured() -> None:
     rows = [row for table in tables for row in takewhile(lambda line: line[:1] == "|", table.splitlines())]
     assert len(rows) > 20
     results = (ROOT / "reports" / "sweep" / "data" / "saw-500rpm.json").read_text(encoding="utf-8")
-    points = restored(SweepStudy, json.loads(results)).points
+    points = restore_findings(SweepStudy, json.loads(results)).points
     measured = {f"| {p.rule} | {p.steps_per_revolution} | {' | '.join(quoted(p))} |" for p in points}
     assert [row for row in rows if row not in measured] == []
     # Negative control: another digit is noticed.
@@ -102,4 +102,4 @@ def test_the_explanation_quotes_what_was_measured() -> None:
 def quoted(point: SweptPoint) -> list[str]:
     if not point.completed:
         return [point.outcome] * len(QUANTITIES)
-    return [numbers.measured(point.error(quantity)) for quantity in QUANTITIES]
+    return [numbers.measured_text(point.error(quantity)) for quantity in QUANTITIES]

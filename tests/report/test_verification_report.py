@@ -23,7 +23,14 @@ from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.table import table
 from conrod.report.verification import beside
 from conrod.report.verification import page as pages
-from conrod.report.verification.page import Section, Verification, changes, data_of, seal_of, sealed_page
+from conrod.report.verification.page import (
+    Verification,
+    VerificationSection,
+    read_verification,
+    sealed_page,
+    statement_changes,
+    valid_seal,
+)
 from conrod.report.verification.sections import Refinement
 from conrod.runs.convergence import numerical_uncertainty
 from conrod.scenes import SCENES
@@ -38,8 +45,8 @@ def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
     criteria = table(
         ("run", "quantity", "criterion", "found"), [("own", "position", f"{allowed:.6g}", "1e-5")], names=2
     )
-    sections = {name: Section((), ("nothing",)) for name in (*NAMES, "parameters")}
-    sections["criteria"] = Section((criteria,))
+    sections = {name: VerificationSection((), ("nothing",)) for name in (*NAMES, "parameters")}
+    sections["criteria"] = VerificationSection((criteria,))
     return Verification(subject, "within tolerance", "2026-01-01 00:00 UTC", f"conrod {subject}", sections, ())
 
 
@@ -56,18 +63,18 @@ def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
 
 def test_one_changed_byte_anywhere_is_seen() -> None:
     page = sealed_page(report())
-    assert seal_of(page)
+    assert valid_seal(page)
     head = page.index(b"SHA-256 of this file")
     for at in {*range(0, len(page), 29), *range(head - 20, head + 110), len(page) - 1}:
         changed = page[:at] + bytes([page[at] ^ 1]) + page[at + 1 :]
-        assert not seal_of(changed), page[at - 10 : at + 10]
-    assert not seal_of(page + b"\n")
-    assert not seal_of(page.replace(b"\n", b"\r\n"))
+        assert not valid_seal(changed), page[at - 10 : at + 10]
+    assert not valid_seal(page + b"\n")
+    assert not valid_seal(page.replace(b"\n", b"\r\n"))
 
 
 def test_the_hash_is_zeroed_at_one_place_alone() -> None:
     page = sealed_page(report())
-    seal = str(seal_of(page)).encode()
+    seal = str(valid_seal(page)).encode()
     assert page.count(seal) == 1
     assert hashlib.sha256(page.replace(seal, pages.UNSEALED)).hexdigest().encode() == seal
     for changed in (
@@ -81,19 +88,19 @@ def test_the_hash_is_zeroed_at_one_place_alone() -> None:
         page.replace(b'content="2"', b'content="sha256:' + seal + b'"'),
     ):
         assert changed != page
-        assert seal_of(changed) is None
+        assert valid_seal(changed) is None
     # A subject that looks like the field is text, and no second one.
-    assert seal_of(sealed_page(report(subject="SHA-256 of this file: <code>" + "0" * 64 + "</code>")))
+    assert valid_seal(sealed_page(report(subject="SHA-256 of this file: <code>" + "0" * 64 + "</code>")))
 
 
 def test_a_page_of_an_earlier_version_is_verified_at_both_its_places() -> None:
     mark = f'<meta name="conrod-verification" content="sha256:{"0" * 64}"><code>{"0" * 64}</code>'.encode()
     seal = hashlib.sha256(mark).hexdigest().encode()
     page = mark.replace(pages.UNSEALED, seal)
-    assert seal_of(page) == seal.decode()
+    assert valid_seal(page) == seal.decode()
     head, _, tail = page.rpartition(seal)
-    assert seal_of(head + pages.UNSEALED + tail) is None
-    assert seal_of(page + seal) is None
+    assert valid_seal(head + pages.UNSEALED + tail) is None
+    assert valid_seal(page + seal) is None
 
 
 def test_the_first_line_says_what_the_hash_does_not_do() -> None:
@@ -125,7 +132,7 @@ def test_names_of_a_user_stay_text() -> None:
     page = sealed_page(report(subject=HOSTILE)).decode()
     assert "<img" not in page
     assert page.count("<script") == 2  # conrod's own, and the data
-    assert data_of(page.encode()).subject == HOSTILE
+    assert read_verification(page.encode()).subject == HOSTILE
 
 
 @pytest.mark.parametrize(
@@ -145,12 +152,12 @@ def test_verify_tells_by_its_status(change: Any, status: int, said: str, tmp_pat
 
 
 def test_a_loosened_criterion_is_named_and_a_tighter_one_is_no_loosening() -> None:
-    (one,) = changes(report(1e-4), report(1e-3))
+    (one,) = statement_changes(report(1e-4), report(1e-3))
     assert one == "criteria, own position: 0.0001; 1e-5 -> 0.001; 1e-5 (LOOSENED)"
-    assert "LOOSENED" not in changes(report(1e-3), report(1e-4))[0]
-    none = replace(report(), sections={**report().sections, "criteria": Section()})
-    assert changes(report(), none)[0].endswith("absent (LOOSENED)")
-    assert changes(report(), report()) == ()
+    assert "LOOSENED" not in statement_changes(report(1e-3), report(1e-4))[0]
+    none = replace(report(), sections={**report().sections, "criteria": VerificationSection()})
+    assert statement_changes(report(), none)[0].endswith("absent (LOOSENED)")
+    assert statement_changes(report(), report()) == ()
 
 
 def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
@@ -205,7 +212,7 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
     done = conrod("check", str(tmp_path / "saw.xml"), *given, "--verification", str(tmp_path / "r.html"))
     assert done.returncode == 1
     page = (tmp_path / "r.html").read_bytes()
-    found = data_of(page)
+    found = read_verification(page)
     assert (
         "rod of the model is off by 0.30 mm: by its sensitivity that moves a point by up to 0.39 mm" in found.deviations
     )
@@ -226,13 +233,13 @@ def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_wher
     tmp_path: Path,
 ) -> None:
     table_study = measured(tmp_path, encoder_table())
-    within, none = beside.validation(None, table_study, (9e-5, 1e-5))
+    within, none = beside.validation_section(None, table_study, (9e-5, 1e-5))
     assert none == []
     assert "does not stand out" in within.sentences[-1]
-    beyond, off = beside.validation(None, table_study, (1e-5, 1e-5))
+    beyond, off = beside.validation_section(None, table_study, (1e-5, 1e-5))
     assert off
     assert "an error of the model stands out" in beyond.sentences[-1]
-    unknown, _ = beside.validation(None, table_study, (9e-5, None))
+    unknown, _ = beside.validation_section(None, table_study, (9e-5, None))
     assert "no validation uncertainty" in unknown.sentences[-1]
 
 
@@ -241,7 +248,7 @@ def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: 
     file.write_bytes(sealed_page(report()).replace(b"1e-5", b"1e-6", 1))
     other.write_text("<p>mine</p>")
     older.write_bytes(resealed(sealed_page(report()).replace(b'"subject"', b'"about"')))
-    assert seal_of(older.read_bytes())
+    assert valid_seal(older.read_bytes())
     for arguments, said in {
         ("saw-500rpm", "--verification", str(file)): "it was changed after it was written",
         ("saw-500rpm", "--verification", str(other)): "no verification report of conrod; give another name",
@@ -273,7 +280,7 @@ def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_t
     pages = sorted(REPORTS.glob("*.html"))
     assert len(pages) == 2
     for page in pages:
-        assert seal_of(page.read_bytes())
+        assert valid_seal(page.read_bytes())
     assert (REPORTS / "inputs" / "encoder.csv").read_text() == encoder_table()
     model, scene = (page.read_text() for page in pages)
     assert "Validation not performed" in scene
@@ -283,9 +290,9 @@ def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_t
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["saw-500rpm", "hacksaw"])
 def test_a_committed_report_made_again_says_the_same_but_for_the_software(name: str, tmp_path: Path) -> None:
-    old = data_of((REPORTS / f"{name}.html").read_bytes())
+    old = read_verification((REPORTS / f"{name}.html").read_bytes())
     places = {"hacksaw.xml": "inputs/hacksaw.xml", "encoder.csv": "inputs/encoder.csv", "limits": "../limits"}
     words = [str(REPORTS / places[word]) if word in places else word for word in old.command.split()[1:-2]]
     assert conrod(*words, "--verification", str(tmp_path / f"{name}.html")).returncode == 0
-    again = changes(old, data_of((tmp_path / f"{name}.html").read_bytes()))
+    again = statement_changes(old, read_verification((tmp_path / f"{name}.html").read_bytes()))
     assert all(change.startswith("software, ") for change in again), again

@@ -20,7 +20,7 @@ from command_line import conrod
 from conrod.report.folder import UNFINISHED, ReportFolder
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction
-from conrod.report.writer import rendered_again, report_batch
+from conrod.report.writer import render_again, report_batch
 from conrod.studies.frame.writing import LEFT_BEHIND, Batch, single, write_together
 from tests.report.test_frame import COMMAND, contents, study, write
 
@@ -116,7 +116,7 @@ def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Pa
         report = ReportFolder(folder, KIND)
         unfinished += report.unfinished
         there = {one.name for one in new if report.entries.get(one.name, {}).get("command", "").count("--jobs")}
-        batches = rendered_again(folder)
+        batches = render_again(folder)
         write_together(batches)
         if (key := frozenset(there)) not in wanted:
             mixed = tmp_path / f"mixed{k}"

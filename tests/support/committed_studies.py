@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from conrod.report.folder import restored
+from conrod.report.folder import restore_findings
 from conrod.studies.ablate_findings import AblationStudy
 from conrod.studies.limits.results import LimitStudy, Walk
 
@@ -19,13 +19,13 @@ REPORTS = Path(__file__).parents[2] / "reports"
 @cache
 def ablation_study() -> AblationStudy:
     """In one engine."""
-    return restored(AblationStudy, json.loads((REPORTS / "ablate" / "data" / f"{SCENE}.json").read_text()))
+    return restore_findings(AblationStudy, json.loads((REPORTS / "ablate" / "data" / f"{SCENE}.json").read_text()))
 
 
 @cache
 def limit_study() -> LimitStudy:
     """A few axes, and one or two of every other part."""
-    study = restored(LimitStudy, json.loads((REPORTS / "limits" / "data" / f"{SCENE}.json").read_text()))
+    study = restore_findings(LimitStudy, json.loads((REPORTS / "limits" / "data" / f"{SCENE}.json").read_text()))
     shown = ("steps", "mass-ratio", "regularisation", "start-pose", "float")
     walks = tuple(walk for walk in study.walks if walk.axis in shown)
     return replace(study, walks=walks, maps=study.maps[:1], determinism=study.determinism[:2])

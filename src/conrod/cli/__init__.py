@@ -18,7 +18,7 @@ import click
 from conrod import ONE_THREAD, SAFE_PATH
 from conrod.crash import INTERRUPTED, USAGE, OutputClosed, drop, out_of_memory
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.report.table import one_line, visible
+from conrod.report.table import one_line, visible_text
 
 FAILED = 1  # exit status: out of tolerance, and nothing else
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
@@ -167,7 +167,7 @@ SAID_AFTER = 5.0  # [s]
 def say(text: str, *, err: bool = False, nl: bool = True) -> None:
     """Print text that commands no terminal. Without a line end it is data, and to a file or pipe stays as it is."""
     stream = sys.stderr if err else sys.stdout
-    click.echo(visible(text) if nl or stream.isatty() else text, err=err, nl=nl)
+    click.echo(visible_text(text) if nl or stream.isatty() else text, err=err, nl=nl)
 
 
 @contextmanager

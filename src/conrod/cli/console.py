@@ -11,9 +11,9 @@ from conrod.exact.linkage import InstantQuantities, OutputLink, TurnQuantities
 from conrod.exact.linkage.crank_range import CrankRange
 from conrod.report import numbers
 from conrod.report.folder import json_text
-from conrod.report.results import described
+from conrod.report.results import scene_description
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.runs.plain import plain
 from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
@@ -25,7 +25,7 @@ SCHEMA = 3  # of the JSON
 ENDS = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
 
 
-def catalogue() -> Iterator[Part]:
+def catalogue() -> Iterator[PrintedPart]:
     """One line for each scene and each machine."""
     closed = [(name, scene.title) for name, scene in SCENES.items()]
     tables = [table(("name", "title"), closed, title="scenes with a closed form")]
@@ -42,12 +42,12 @@ def catalogue() -> Iterator[Part]:
     yield from ("", "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them")
 
 
-def scene_found(name: str, scene: Scene) -> Iterator[Part]:
+def scene_found(name: str, scene: Scene) -> Iterator[PrintedPart]:
     """All about one scene."""
     mechanism = scene.kinematics.mechanism
     lines = [f"{name}: {scene.title}", f"source: {scene.source}", f"frame: {scene.frame}"]
-    if described(scene) != f"{scene.title}.":  # what a file without a description has
-        lines += ["", described(scene)]
+    if scene_description(scene) != f"{scene.title}.":  # what a file without a description has
+        lines += ["", scene_description(scene)]
     if scene.assumptions:
         lines += ["", "assumed:", *(f"  - {assumption}" for assumption in scene.assumptions)]
     yield from (*lines, "")
@@ -71,7 +71,7 @@ def scene_found(name: str, scene: Scene) -> Iterator[Part]:
     yield from (*lines, f"observed points: {points}", f"references: {references}")
 
 
-def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Part]:
+def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[PrintedPart]:
     """The quantities of a linkage over a turn, or its driver's span."""
     yield from ("", f"crank: {reach_words(turn.crank_range)}")
     span = kinematics.mechanism.driver.span
@@ -82,14 +82,14 @@ def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Part]:
     yield from _separated_by_lines(outputs_table(turn), transmission_table(turn))
 
 
-def instant_found(instant: InstantQuantities) -> Iterator[Part]:
+def instant_found(instant: InstantQuantities) -> Iterator[PrintedPart]:
     """The motion of links and points at a crank angle."""
     speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
     yield from ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}")
     yield from _separated_by_lines(links_table(instant), points_table(instant))
 
 
-def _separated_by_lines(*tables: Table) -> Iterator[Part]:
+def _separated_by_lines(*tables: Table) -> Iterator[PrintedPart]:
     for shown in filter(None, tables):
         yield from ("", shown)
 

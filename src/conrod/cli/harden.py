@@ -18,7 +18,7 @@ from conrod.mjcf.results import HardenedModel
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report import numbers
 from conrod.report.table import Cell, Toned, Verbatim, table
-from conrod.report.terminal import Part, tell
+from conrod.report.terminal import PrintedPart, print_parts
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import single, write_together
@@ -83,7 +83,7 @@ def harden(model: str, asked: HardenOptions) -> None:
             force=asked.force,
             write="-o" in files,
         )
-    tell(print_hardening(found, files.get("-o")))
+    print_parts(hardening_to_print(found, files.get("-o")))
     contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}
     write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
     if found.refusals:
@@ -93,7 +93,7 @@ def harden(model: str, asked: HardenOptions) -> None:
 # -- printing ----------------------------------------------------------------------------------------------------------
 
 
-def print_hardening(found: HardenedModel, file: Path | None) -> Iterator[Part]:
+def hardening_to_print(found: HardenedModel, file: Path | None) -> Iterator[PrintedPart]:
     """Figures before and after hardening, lines to paste and notes; or why nothing was hardened."""
     if found.variants:
         begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
@@ -124,7 +124,7 @@ def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
 
 
 def _figure(value: float | None) -> str:
-    return "-" if value is None else numbers.measured(value)
+    return "-" if value is None else numbers.measured_text(value)
 
 
 def _reading_words(found: HardenedModel) -> Iterator[str]:

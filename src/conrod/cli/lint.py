@@ -15,7 +15,7 @@ from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
-from conrod.report.terminal import Part, tell
+from conrod.report.terminal import PrintedPart, print_parts
 from conrod.runs.plain import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import naming, real_path, single, write_together
@@ -77,7 +77,7 @@ def lint(model: str, asked: LintOptions) -> None:
             fix_for=folder,
         )
     if asked.form == "text":
-        tell(print_report(report, files.get("--fix")))
+        print_parts(report_to_print(report, files.get("--fix")))
     else:
         with naming("standard output"):
             click.echo(sarif(report), nl=False)
@@ -93,7 +93,7 @@ def lint(model: str, asked: LintOptions) -> None:
 # -- printing --------------------------------------------------------------------------------------------------------
 
 
-def print_report(report: Report, out_file: Path | None) -> Iterator[Part]:
+def report_to_print(report: Report, out_file: Path | None) -> Iterator[PrintedPart]:
     """A block for each finding, the most harmful first, then what else was judged otherwise."""
     yield f"{report.model}: {report.run}"
     for finding in report.findings:
@@ -110,7 +110,7 @@ def _count_words(found: list[Severity]) -> str:
     return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
 
 
-def _print_finding(finding: Finding) -> Iterator[Part]:
+def _print_finding(finding: Finding) -> Iterator[PrintedPart]:
     severity = finding.severity
     yield from ("", Text(f"{severity.value}: {finding.rule}", COLOURS[severity]))
     lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value_text(v)}" for name, v in finding.evidence.items())]

@@ -15,7 +15,7 @@ from conrod.cli import FAILED, say
 from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, explicit_options
 from conrod.report.findings import Findings
 from conrod.report.kind import SCENE, Kind, Reproduction
-from conrod.report.terminal import tell
+from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
     from conrod.report.folder import ReportFolder
@@ -53,7 +53,7 @@ class Outputs(Generic[F]):
             subjects: scenes as they were typed, or files by the names of their pages.
             given: options of the command beside those that were asked for; those that are None were not given.
         """
-        tell(self.kind.printed(list(found.values())))
+        print_parts(self.kind.printed(list(found.values())))
         if not (self.folder or self.file or self.html):
             return
         from conrod.report.html.page import html_report
@@ -89,7 +89,7 @@ def exit_with_verdict(found: Findings[Any]) -> None:
     """Print the comparison with a baseline; exit with status 1 where something is out of tolerance."""
     if compared := found.baseline:
         accept = [] if compared.passed or compared.written else [shlex.join(["conrod", *sys.argv[1:], "--accept"])]
-        tell([*compared.text.splitlines(), *(f"accept it: {line}" for line in accept)])
+        print_parts([*compared.text.splitlines(), *(f"accept it: {line}" for line in accept)])
     if found.passed is False:
         sys.exit(FAILED)
 

@@ -28,9 +28,9 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
             raise InvalidInput("--verify: nothing is written: give neither --out nor --html")
         _verify(Path(directory))
         return
-    from conrod.report.folder import check_beside
+    from conrod.report.folder import check_other_file
     from conrod.report.html.page import html_report
-    from conrod.report.writer import naming_saved, rendered_again, reports_in
+    from conrod.report.writer import explain_unfit_findings, render_again, reports_in
     from conrod.studies.frame.files import files_to_write, folder_to_write
     from conrod.studies.frame.writing import single, write_together
 
@@ -43,14 +43,14 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
         target = folder_to_write(directory if out is None else out, "DIRECTORY" if out is None else "--out")
     for one in reports_in(folder):
         say_unfinished(one)
-    with naming_saved(folder):
-        batches = rendered_again(folder, target)
+    with explain_unfit_findings(folder):
+        batches = render_again(folder, target)
         text = html_report(batches) if page else ""
     written = {target / name: batch for batch in batches for name in batch.files} if target else {}
     if page:
         for batch in batches:
             for place in {folder, batch.folder}:
-                check_beside(page, place, batch.files)
+                check_other_file(page, place, batch.files)
         written[page] = single(page, text)
     write_together(list({id(batch): batch for batch in written.values()}.values()))
     for file in written:
@@ -60,11 +60,11 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
 def _verify(file: Path) -> None:
     """Say whether a verification report is as it was written; exit status 1 if it is not."""
     from conrod.own.files import check_readable
-    from conrod.report.verification.page import seal_of
+    from conrod.report.verification.page import valid_seal
 
     check_readable(file)
     try:
-        seal = seal_of(file.read_bytes())
+        seal = valid_seal(file.read_bytes())
     except InvalidInput as error:
         raise InvalidInput(f"{file}: {error}") from None
     say(f"{file}: unchanged, SHA-256 {seal}" if seal else f"{file}: CHANGED since it was written")

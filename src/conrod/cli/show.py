@@ -29,7 +29,7 @@ def show(
     """List scenes and machines, one line each; or describe one SCENE."""
     from conrod.cli.console import catalogue, instant_found, linkage_text, scene_found, turn_found
     from conrod.exact.linkage import turn_quantities
-    from conrod.report.terminal import tell
+    from conrod.report.terminal import print_parts
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scene
     from conrod.studies.frame.writing import single, write_together
@@ -37,7 +37,7 @@ def show(
     if scene is None:
         if assignments or any(given is not None for given in (angle, drawing, document)):
             raise InvalidInput("--svg, --set, --angle and --json need a SCENE; `conrod show` lists them")
-        tell(catalogue())
+        print_parts(catalogue())
         return
     if drawing and not drawing.strip().lower().endswith(".svg"):
         raise InvalidInput(f"--svg {drawing}: the drawing is SVG: give a name that ends in .svg")
@@ -53,9 +53,9 @@ def show(
             batches.append(single(files["--svg"], mechanism_svg(chosen)))
         if "--json" in files:
             batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
-    tell(scene_found(name, chosen))
-    tell(turn_found(chosen.kinematics, turn))
-    tell(instant_found(instant) if instant else ())
+    print_parts(scene_found(name, chosen))
+    print_parts(turn_found(chosen.kinematics, turn))
+    print_parts(instant_found(instant) if instant else ())
     write_together(batches)
     if "--svg" in files:
         say(f"drawing: {files['--svg']}")
@@ -87,10 +87,10 @@ def engines() -> None:
     """
     import conrod.studies  # noqa: F401  has engines of other packages in processes of their own
     from conrod.engines import OPTIONAL_ENGINES, loadable_engines
-    from conrod.report.terminal import said, tell
+    from conrod.report.terminal import print_parts, verdict_line
 
     found, left_out = loadable_engines(OPTIONAL_ENGINES)
-    tell([capabilities_table(found), *(said(line, False) for line in left_out)])
+    print_parts([capabilities_table(found), *(verdict_line(line, False) for line in left_out)])
 
 
 def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:

@@ -25,12 +25,19 @@ from conrod.own.tables.estimation import check_estimated
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.findings import Findings
-from conrod.report.folder import ReportFolder, restored, values_of
+from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.report.limits.report import KIND as LIMITS
 from conrod.report.verification import beside
-from conrod.report.verification.beside import DATA
-from conrod.report.verification.page import Change, Verification, changes, data_of, seal_of, sealed_page
-from conrod.report.verification.sections import sections
+from conrod.report.verification.beside import MEASUREMENTS
+from conrod.report.verification.page import (
+    ChangeRecord,
+    Verification,
+    read_verification,
+    sealed_page,
+    statement_changes,
+    valid_seal,
+)
+from conrod.report.verification.sections import study_sections
 from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
 from conrod.studies.frame.files import files_to_write
@@ -88,29 +95,32 @@ class Dossier:
         """Write the report on findings, and say where it is; one that says the same stays as it is."""
         report = self._without_places(self._report(found.study, found.verdict))
         if self.before is not None:
-            old = data_of(self.before)
-            changed = changes(old, report)
-            record = (*old.record, *([Change(seal_of(self.before) or "", report.made, changed)] if changed else []))
+            old = read_verification(self.before)
+            changed = statement_changes(old, report)
+            record = (
+                *old.record,
+                *([ChangeRecord(valid_seal(self.before) or "", report.made, changed)] if changed else []),
+            )
             report = replace(report, made=report.made if changed else old.made, record=record)
         write_together([single(self.file, sealed_page(report))])
         say(f"report: {self.file}")
 
     def _report(self, study: Any, verdict: str) -> Verification:
-        scene, subject, data = self.scene, self.subject, self.uncertainties.get(DATA)
-        found, deviations = sections(study)
-        lengths = {name: size for name, size in self.uncertainties.items() if name != DATA}
-        found["parameters"], moves, place = beside.parameters(scene, lengths, _length_deviations(study))
-        found["inputs"] = beside.inputs(_files(self.asked, subject), scene)
-        found["software"] = beside.software(study)
+        scene, subject, data = self.scene, self.subject, self.uncertainties.get(MEASUREMENTS)
+        found, deviations = study_sections(study)
+        lengths = {name: size for name, size in self.uncertainties.items() if name != MEASUREMENTS}
+        found["parameters"], moves, place = beside.parameters_section(scene, lengths, _length_deviations(study))
+        found["inputs"] = beside.inputs_section(_files(self.asked, subject), scene)
+        found["software"] = beside.software_section(study)
         for section, (content, off) in {
-            "validation": beside.validation(study, self.measured, (place, data)),
-            "validity": beside.validity(self.limits, scene),
-            "invariances": beside.invariant(self._invariances(study)),
+            "validation": beside.validation_section(study, self.measured, (place, data)),
+            "validity": beside.validity_section(self.limits, scene),
+            "invariances": beside.invariances_section(self._invariances(study)),
         }.items():
             found[section] = content
             deviations += off
         given, target = explicit_options(self.asked, RUNS, *NOT_SHOWN), ("--verification", self.file)
-        command = reproduction(self.command, {"": subject}, given, target).of("")
+        command = reproduction(self.command, {"": subject}, given, target).command_for("")
         deviations += [*moves, *([verdict] if study.passed is False else [])]
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
         return Verification(Path(subject).name, verdict, made, command, found, tuple(deviations))
@@ -129,10 +139,10 @@ class Dossier:
 
     def _without_places(self, report: Verification) -> Verification:
         """The same with names of files, and not the folders that they are in, which are a user's own affair."""
-        text = json.dumps(values_of(report))
+        text = json.dumps(plain_findings(report))
         for typed in _named_paths(self.asked, self.subject):
             text = text.replace(json.dumps(typed)[1:-1], json.dumps(Path(typed).name or typed)[1:-1])
-        return restored(Verification, json.loads(text))
+        return restore_findings(Verification, json.loads(text))
 
 
 def _named_paths(asked: VerificationOptions, subject: str) -> list[str]:
@@ -154,9 +164,9 @@ def _existing_report(file: Path) -> bytes | None:
         return None
     page = file.read_bytes()
     try:
-        if seal_of(page) is None:
+        if valid_seal(page) is None:
             raise InvalidInput("it was changed after it was written")
-        data_of(page)
+        read_verification(page)
     except InvalidInput as error:
         raise InvalidInput(f"cannot write {file}: {error}; give another name") from None
     return page
@@ -164,7 +174,7 @@ def _existing_report(file: Path) -> bytes | None:
 
 def _parse_uncertainties(texts: Sequence[str], scene: Scene | None) -> dict[str, float]:
     """Standard uncertainties [m] by length, and of the measurements."""
-    known = [DATA, *(name for name in (length_names(scene) if scene else ()) if name != ALL_LENGTHS)]
+    known = [MEASUREMENTS, *(name for name in (length_names(scene) if scene else ()) if name != ALL_LENGTHS)]
     form = "a length and its standard uncertainty: rod=0.1mm"
     sizes = named_values(texts, "--uncertainty", form, "length", known)
     return {name: parse_quantity(f"--uncertainty {name}", size, "m") for name, size in sizes.items()}
@@ -177,7 +187,7 @@ def _read_limits(asked: VerificationOptions, subject: str, scene: Scene | None) 
     if wanted not in folder.entries:
         known = ", ".join(folder.entries) or "nothing"
         raise InvalidInput(f"--limits {asked.limits}: it has no limits of {wanted}, but of {known}")
-    return restored(LIMITS.findings, folder.values(wanted))
+    return restore_findings(LIMITS.findings, folder.values(wanted))
 
 
 def _study_measurements(asked: VerificationOptions, scene: Scene | None) -> TableStudy | None:

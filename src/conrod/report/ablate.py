@@ -9,8 +9,8 @@ from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.numbers import lengths
 from conrod.report.table import Cell, Table, Tone, Toned, table
-from conrod.report.template import listed
-from conrod.report.terminal import Part
+from conrod.report.template import join_words
+from conrod.report.terminal import PrintedPart
 from conrod.studies.ablate_findings import (
     AS_GOOD,
     COSTS,
@@ -89,7 +89,7 @@ def speed_up(found: EngineAblation) -> str:
         return "There is no ingredient that could be added."
     if full.cost is None or full.change is None:
         return f"The full model did not run to its end: {full.reason or full.outcome}."
-    changes = listed([f"{numbers.measured(value)} in {quantity}" for quantity, value in full.change.items()])
+    changes = join_words([f"{numbers.measured_text(value)} in {quantity}" for quantity, value in full.change.items()])
     equal = max(full.change.values()) <= NO_CHANGE
     change = f"is equal within {numbers.quantity(NO_CHANGE)}" if equal else f"differs by at most {changes}"
     ratio, _, interval = cost_text(full.cost).partition(" ")
@@ -115,7 +115,7 @@ def _summary(study: AblationStudy) -> dict[str, Any]:
     }
 
 
-def print_results(studies: Sequence[AblationStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
     """For each scene and engine, what every ingredient costs and changes, and what follows."""
     for study in studies:
         for found in study.engines:
@@ -136,7 +136,7 @@ KIND = Kind(
     findings=AblationStudy,
     title=lambda study: study.title,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=verdict,
     digits=4,
 )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, TypeAlias
 
-from conrod.report.table import in_svg
+from conrod.report.table import safe_svg
 
 if TYPE_CHECKING:  # what draws is loaded when a figure is drawn
     from matplotlib.axes import Axes
@@ -51,9 +51,9 @@ class Figure:
 
         with drawing_style():
             drawn = self.draw()
-            return in_svg(drawn if isinstance(drawn, str) else svg_text(drawn))
+            return safe_svg(drawn if isinstance(drawn, str) else svg_text(drawn))
 
-    def places(self) -> list[Spot]:
+    def laid_out_spots(self) -> list[Spot]:
         """The spots, where the figure has them once it is laid out."""
         from conrod.report.charts.canvas import drawing_style
 
@@ -65,7 +65,7 @@ class Figure:
             return list(self.spots(drawn))
 
 
-def spots_in(figure: Canvas, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
+def spots_in_axes(figure: Canvas, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
     """Spots from places in the units of some axes; those outside of these are left out."""
     width, height = figure.bbox.width, figure.bbox.height
     found = []

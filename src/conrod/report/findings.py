@@ -14,8 +14,8 @@ from markupsafe import escape
 
 from conrod.errors import InvalidInput
 from conrod.report.kind import SCENE, Kind, Reproduction
-from conrod.report.table import Table, in_html, text_of
-from conrod.report.terminal import tell
+from conrod.report.table import Table, cell_text, safe_html
+from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
     from conrod.studies.frame.baseline import BaselineComparison
@@ -65,7 +65,7 @@ class Findings(Mapping[str, F], Generic[F]):
     @property
     def within_tolerance(self) -> bool | None:
         """True if all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
-        judge = self.kind.passed or verdict_on
+        judge = self.kind.passed or findings_passed
         verdicts = [judge(found) for found in self.parts.values()]
         return False if False in verdicts else True if True in verdicts else None
 
@@ -89,7 +89,7 @@ class Findings(Mapping[str, F], Generic[F]):
     def text(self) -> str:
         """All that the command prints."""
         with redirect_stdout(io.StringIO()) as printed:
-            tell(self.kind.printed(list(self.parts.values())))
+            print_parts(self.kind.printed(list(self.parts.values())))
         return "\n".join([printed.getvalue(), *([self.baseline.text] if self.baseline else [])])
 
     @property
@@ -133,10 +133,10 @@ class Findings(Mapping[str, F], Generic[F]):
 
     def _repr_html_(self) -> str:
         """The verdict and the tables, as a notebook shows them."""
-        return in_html("".join([f"<p>{escape(self.verdict)}</p>", *map(_html_table, self.tables())]))
+        return safe_html("".join([f"<p>{escape(self.verdict)}</p>", *map(_html_table, self.tables())]))
 
 
-def verdict_on(findings: Any) -> bool | None:
+def findings_passed(findings: Any) -> bool | None:
     """True if all that was judged in findings is within tolerance; None where nothing was judged, or nothing is."""
     results = getattr(findings, "results", None)
     judged = results is None or any(one.passed is not None for one in results)
@@ -154,7 +154,7 @@ def _html_table(table: Table) -> str:
     rows = [table.headings, *table.rows]
     tags = ["th", *["td"] * len(table.rows)]
     lines = [
-        f"<tr>{''.join(f'<{tag}>{escape(text_of(cell))}</{tag}>' for cell in row)}</tr>"
+        f"<tr>{''.join(f'<{tag}>{escape(cell_text(cell))}</{tag}>' for cell in row)}</tr>"
         for tag, row in zip(tags, rows, strict=True)
     ]
     return f"<table><caption>{escape(table.title)}</caption>{''.join(lines)}</table>"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from conrod.report.kind import Kind
 
 
-def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
+def check_other_file(file: Path, folder: Path, names: Iterable[str]) -> None:
     """Refuse a file that is one of those that a report in a folder consists of, or stands in the folder's way.
 
     Args:
@@ -44,10 +44,10 @@ def check_beside(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
 
 
-LARGEST = 50_000_000  # bytes of a JSON file of a report: more than ten times those of the largest
+MAX_JSON_BYTES = 50_000_000  # bytes of a JSON file of a report: more than ten times those of the largest
 
 
-def document_in(file: Path) -> Any:
+def read_document(file: Path) -> Any:
     """Content of a report's JSON file.
 
     Raises:
@@ -55,13 +55,13 @@ def document_in(file: Path) -> Any:
         OSError: it cannot be read.
         ValueError: it is no JSON, or has what conrod writes nowhere: NaN, infinities, halves of characters.
     """
-    if (size := file.stat().st_size) > LARGEST:
+    if (size := file.stat().st_size) > MAX_JSON_BYTES:
         raise InvalidInput(
-            f"{file}: {size / 1e6:.0f} MB; conrod writes at most {LARGEST / 1e6:.0f} MB into such a file"
+            f"{file}: {size / 1e6:.0f} MB; conrod writes at most {MAX_JSON_BYTES / 1e6:.0f} MB into such a file"
         )
     try:
         text = file.read_text(encoding="utf-8")
-        found = json.loads(text, parse_constant=_refuse_number, parse_float=_finite)
+        found = json.loads(text, parse_constant=_refuse_number, parse_float=_finite_number)
         if "\\u" in text:
             json.dumps(found, ensure_ascii=False).encode()
         return found
@@ -69,7 +69,7 @@ def document_in(file: Path) -> Any:
         raise ValueError("lists in lists without end") from None
 
 
-def _finite(text: str) -> float:
+def _finite_number(text: str) -> float:
     return number if math.isfinite(number := float(text)) else _refuse_number(text)
 
 
@@ -79,12 +79,12 @@ def _refuse_number(text: str) -> float:
 
 SUBFOLDERS = ("figures", "data")
 # Names that conrod gives to files of a report: what else a results file calls its own is not touched.
-OWN_NAME = re.compile(r"(figures/[^/]+\.svg|data/[^/]+\.json|[^/]+\.(md|json))")
+REPORT_FILE_NAME = re.compile(r"(figures/[^/]+\.svg|data/[^/]+\.json|[^/]+\.(md|json))")
 # Of a document, while the files of its report are being replaced: by part, what says whether its data are in place.
 UNFINISHED = "unfinished"
 
 
-class _Entry(msgspec.Struct):
+class _PartEntry(msgspec.Struct):
     """A part in a report's document."""
 
     title: str
@@ -96,14 +96,14 @@ class _Entry(msgspec.Struct):
     files: list[str]
 
 
-class _Document(msgspec.Struct):
+class _ReportDocument(msgspec.Struct):
     """What a report's document has at least."""
 
     conrod: str
     environment: dict[str, str]
     command: str | None
     files: list[str]
-    parts: dict[str, _Entry]
+    parts: dict[str, _PartEntry]
 
 
 class ReportFolder:
@@ -122,16 +122,16 @@ class ReportFolder:
             InvalidInput: a file is in the place of the results that is not of this kind and schema.
         """
         self.path, self.kind, self.unfinished = path, kind, False
-        self.document: dict[str, Any] = self._read()
+        self.document: dict[str, Any] = self._read_document()
 
-    def _read(self) -> dict[str, Any]:
+    def _read_document(self) -> dict[str, Any]:
         file = self.path / self.kind.results
         if is_no_file(file):
             raise InvalidInput(f"cannot write into {self.path}: {self.kind.results} in it is not a regular file")
         if not file.exists():
             return {}
         try:
-            found: Any = document_in(file)
+            found: Any = read_document(file)
         except InvalidInput:
             raise
         except (OSError, ValueError):
@@ -147,13 +147,13 @@ class ReportFolder:
         said = f"{file}: it was changed since conrod wrote it"
         try:
             self._check_names(said, found["files"], found["parts"].values())
-            msgspec.convert(found, _Document)
+            msgspec.convert(found, _ReportDocument)
             if UNFINISHED in found:
                 self.unfinished, begun = True, found.pop(UNFINISHED)
                 before = begun["before"] or {**found, "parts": {}}
                 self._check_names(said, before["files"], before["parts"].values())
-                msgspec.convert(before, _Document)
-                found = self._settled(found, before, begun["data"])
+                msgspec.convert(before, _ReportDocument)
+                found = self._recovered_document(found, before, begun["data"])
         except msgspec.ValidationError as error:
             raise InvalidInput(f"{said}: {error}") from None
         except (KeyError, TypeError, AttributeError) as error:
@@ -167,10 +167,12 @@ class ReportFolder:
         for name in (*files, *names):
             if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
                 raise InvalidInput(f"{said}: {name} is not in its folder")
-            if not OWN_NAME.fullmatch(name):
+            if not REPORT_FILE_NAME.fullmatch(name):
                 raise InvalidInput(f"{said}: {name!r} is no file of a report")
 
-    def _settled(self, found: Mapping[str, Any], before: Mapping[str, Any], data: Mapping[str, str]) -> dict[str, Any]:
+    def _recovered_document(
+        self, found: Mapping[str, Any], before: Mapping[str, Any], data: Mapping[str, str]
+    ) -> dict[str, Any]:
         """The document of the findings that are there: of each part the new ones or, not yet replaced, those before.
 
         Args:
@@ -179,7 +181,7 @@ class ReportFolder:
             data: SHA-256 of the data of the parts that were being written.
         """
         places = {name: self.path / entry["data"] for name, entry in found["parts"].items()}
-        there = {name: _digest(file.read_bytes()) for name, file in places.items() if file.is_file()}
+        there = {name: _sha256(file.read_bytes()) for name, file in places.items() if file.is_file()}
         new = {name for name, digest in data.items() if there.get(name) == digest}
         entries = {
             name: entry if name in new or name not in data else before["parts"].get(name)
@@ -204,7 +206,7 @@ class ReportFolder:
         parts = (entry["files"] for entry in self.entries.values())
         return {*self.document.get("files", ()), *(name for files in parts for name in files)}
 
-    def meanwhile(self, document: Mapping[str, Any], texts: Mapping[str, str]) -> str:
+    def unfinished_document(self, document: Mapping[str, Any], texts: Mapping[str, str]) -> str:
         """The text of the document while its report is being written.
 
         Args:
@@ -212,7 +214,7 @@ class ReportFolder:
             texts: of the parts that are replaced, those of their data.
         """
         files = (name for entry in document["parts"].values() for name in entry["files"])
-        data = {name: _digest(text.encode(errors="replace")) for name, text in texts.items()}
+        data = {name: _sha256(text.encode(errors="replace")) for name, text in texts.items()}
         begun = {"data": data, "before": self.document or None}
         return json_text({**document, "files": sorted({*self.owned, *document["files"], *files}), UNFINISHED: begun})
 
@@ -224,7 +226,7 @@ class ReportFolder:
         """
         name = self.entries[part]["data"]
         try:
-            return document_in(self.path / name)
+            return read_document(self.path / name)
         except (OSError, ValueError) as error:
             raise InvalidInput(f"{self.path / name}: cannot be read: {error}") from None
 
@@ -250,7 +252,7 @@ class ReportFolder:
         self.check_free(names)
         for file in beside:
             if file is not None:
-                check_beside(file, self.path, {*names, *self.owned})
+                check_other_file(file, self.path, {*names, *self.owned})
                 if real_path(file).parent in {real_path(self.path / sub) for sub in SUBFOLDERS}:
                     raise InvalidInput(f"cannot write {file}: that folder is the report's")
 
@@ -268,66 +270,66 @@ class ReportFolder:
                 raise InvalidInput(f"cannot write into {self.path}: it holds a {name} that is not of this report")
 
 
-def _digest(content: bytes) -> str:
+def _sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
 T = TypeVar("T")
 # Digits of an array, which is there to be drawn; single numbers keep all of theirs.
 DRAWN_DIGITS = 7
-LONGEST_LINE = 100
+MAX_JSON_LINE = 100
 # Of what is given, and not measured, all digits are kept.
-GIVEN: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew", "settings", "changes"))
+EXACT_FIELDS: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew", "settings", "changes"))
 
 
-def values_of(findings: Any) -> Any:
+def plain_findings(findings: Any) -> Any:
     """The findings as what JSON can hold; raises TypeError where they cannot be restored from it."""
     return plain(findings, DRAWN_DIGITS)
 
 
-def restored(wanted: type[T], values: Any) -> T:
+def restore_findings(wanted: type[T], values: Any) -> T:
     """The findings of a type that `values_of` made these values of; raises InvalidInput where they do not fit it."""
-    return restore(wanted, values, {Scene: _scene})
+    return restore(wanted, values, {Scene: _restore_scene})
 
 
-def _scene(values: Mapping[str, Any]) -> Scene:
+def _restore_scene(values: Mapping[str, Any]) -> Scene:
     if "document" in values:
         return DescribedScene(values["document"], tuple(sorted(values["given_anew"].items())))
     return {scene.kind: type(scene) for scene in SCENES.values()}[values["machine"]](**values["parameters"])
 
 
-def shortened(values: Any, digits: int | None, digits_of: Mapping[str, int | None] = GIVEN) -> Any:
+def round_findings(values: Any, digits: int | None, digits_of: Mapping[str, int | None] = EXACT_FIELDS) -> Any:
     """The values with so many reproducible digits of fractions, of parts by name with others; None keeps all."""
     match values:
         case _ if digits is None:
             return values
         case float():
-            return numbers.reproducible(values, digits)
+            return numbers.round_reproducibly(values, digits)
         case dict():
-            return {key: shortened(part, digits_of.get(key, digits), digits_of) for key, part in values.items()}
+            return {key: round_findings(part, digits_of.get(key, digits), digits_of) for key, part in values.items()}
         case list():
-            return [shortened(part, digits, digits_of) for part in values]
+            return [round_findings(part, digits, digits_of) for part in values]
         case _:
             return values
 
 
 def json_text(values: Any) -> str:
     """The values as JSON: lists of numbers on one line, all else on lines of its own."""
-    return _lines(values, "") + "\n"
+    return _json_lines(values, "") + "\n"
 
 
-def _lines(values: Any, indent: str) -> str:
+def _json_lines(values: Any, indent: str) -> str:
     flat = json.dumps(values, ensure_ascii=False, allow_nan=False)
-    if len(flat) > LONGEST_LINE:
+    if len(flat) > MAX_JSON_LINE:
         flat = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     if not isinstance(values, dict | list | tuple) or not values:
         return flat
-    if len(flat) + len(indent) <= LONGEST_LINE or (
+    if len(flat) + len(indent) <= MAX_JSON_LINE or (
         not isinstance(values, dict) and not any(isinstance(part, dict | list | tuple) for part in values)
     ):
         return flat
     deeper = indent + " "
     if isinstance(values, dict):
-        parts = [f"{json.dumps(key, ensure_ascii=False)}: {_lines(part, deeper)}" for key, part in values.items()]
+        parts = [f"{json.dumps(key, ensure_ascii=False)}: {_json_lines(part, deeper)}" for key, part in values.items()]
         return "{\n" + ",\n".join(deeper + part for part in parts) + f"\n{indent}}}"
-    return "[\n" + ",\n".join(deeper + _lines(part, deeper) for part in values) + f"\n{indent}]"
+    return "[\n" + ",\n".join(deeper + _json_lines(part, deeper) for part in values) + f"\n{indent}]"

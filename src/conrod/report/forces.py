@@ -10,15 +10,15 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.kind import Kind
 from conrod.report.results import (
-    name_of,
-    print_distrusted,
+    distrusted_scenes,
+    engine_and_preset,
     results_table,
+    scene_summary,
     scene_verdict,
-    summary_of,
     verdict_cell,
 )
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.studies.forces.results import GROUPS, ForceResult, ForceStudy, is_moment
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
@@ -48,7 +48,7 @@ def verdicts_table(found: Sequence[ForceStudy]) -> Table:
     """A row for each result: largest errors, observed orders, verdict."""
     groups = [g for g in GROUPS if any(g in r.groups for one in found for r in one.results)]
     columns: dict[str, Callable[[ForceResult], str]] = {"steps/rev": lambda r: str(r.steps_per_revolution)}
-    columns |= {g: lambda r, g=g: numbers.measured(r.judged_error(g)) for g in groups}  # type: ignore[misc]
+    columns |= {g: lambda r, g=g: numbers.measured_text(r.judged_error(g)) for g in groups}  # type: ignore[misc]
     columns |= {f"order of {g}": lambda r, g=g: numbers.order((r.order or {}).get(g)) for g in groups}  # type: ignore[misc]
     return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in lacking(r))))
 
@@ -69,15 +69,15 @@ def _errors_table(results: Sequence[ForceResult], group: str) -> Table:
         unit = "N m" if is_moment(name) else "N"
         peak = f"{numbers.quantity(some[0].peak)} {unit}" + ("" if some[0].own_peak else " (of others)")
         rows.append([f"`{name}`", peak, *(_sizes(r, name) for r in results)])
-    return table(["quantity", "exact peak", *(f"{' '.join(name_of(r))}: max, rms" for r in results)], rows)
+    return table(["quantity", "exact peak", *(f"{' '.join(engine_and_preset(r))}: max, rms" for r in results)], rows)
 
 
 def _sizes(result: ForceResult, name: str) -> str:
     one = (result.errors or {}).get(name)
     if one is None:
         return "unsupported"
-    between = "" if one.between is None else f"; {numbers.measured(one.between)} between arc joints"
-    return f"{numbers.measured(one.max)}, {numbers.measured(one.rms)}{between}"
+    between = "" if one.between is None else f"; {numbers.measured_text(one.between)} between arc joints"
+    return f"{numbers.measured_text(one.max)}, {numbers.measured_text(one.rms)}{between}"
 
 
 # -- the report ------------------------------------------------------------------------------------------------------
@@ -87,9 +87,9 @@ def _judged_sizes(result: ForceResult) -> dict[str, Any]:
     return {"largest": {group: result.judged_error(group) for group in result.groups}}
 
 
-def print_results(found: Sequence[ForceStudy]) -> Iterator[Part]:
+def results_to_print(found: Sequence[ForceStudy]) -> Iterator[PrintedPart]:
     """Largest errors of forces, observed orders, verdict; why tolerances are what they are."""
-    yield from print_distrusted(found)
+    yield from distrusted_scenes(found)
     yield verdicts_table(found)
     yield from (f"tolerance: {reason}" for reason in reasons(result for one in found for result in one.results))
 
@@ -98,8 +98,8 @@ KIND = Kind(
     name="forces",
     findings=ForceStudy,
     title=lambda found: found.scene.title,
-    summary=partial(summary_of, more=_judged_sizes),
-    printed=print_results,
+    summary=partial(scene_summary, more=_judged_sizes),
+    printed=results_to_print,
     verdict=scene_verdict,
     results="forces.json",
     index_file="forces.md",

@@ -8,9 +8,9 @@ from functools import partial
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import results_table, scene_verdict, summary_of
+from conrod.report.results import results_table, scene_summary, scene_verdict
 from conrod.report.table import Table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.studies.free_motion import plan
 from conrod.studies.free_motion.results import EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
 
@@ -39,10 +39,10 @@ def exact_words(study: MotionStudy) -> str:
         f"Run: {seconds:.3g} s, {seconds / turn:.3g} times the fastest turn. "
         f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
     )
-    return ". ".join(filter(None, (said, *map(_sentence, (study.exact.continuation, study.exact.unresolved))))) + "."
+    return ". ".join(filter(None, (said, *map(_capitalised, (study.exact.continuation, study.exact.unresolved))))) + "."
 
 
-def _sentence(words: str) -> str:
+def _capitalised(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
@@ -55,19 +55,19 @@ def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
     leaving = next((r.leaving for study in studies for r in study.results), plan.LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {
         "step": lambda r: f"{numbers.quantity(1e3 * r.step, 6)} ms",
-        "position": lambda r: numbers.measured(r.largest("position")),
+        "position": lambda r: numbers.measured_text(r.largest("position")),
         numbers.IN_MM: lambda r: numbers.in_mm({p: s["max"] for p, s in (r.errors or {}).items()}, lengths[r.scene]),
-        "rms": lambda r: numbers.measured(r.largest("position", "rms")),
-        "final": lambda r: numbers.measured(r.largest("position", "final")),
-        "energy": lambda r: numbers.measured(r.largest("energy")),
-        f"above {numbers.quantity(leaving)} from": _leaves,
+        "rms": lambda r: numbers.measured_text(r.largest("position", "rms")),
+        "final": lambda r: numbers.measured_text(r.largest("position", "final")),
+        "energy": lambda r: numbers.measured_text(r.largest("energy")),
+        f"above {numbers.quantity(leaving)} from": _departure_text,
         "order x, E": lambda r: "" if r.order is None else ", ".join(map(numbers.order, r.order.values())),
     }
     title = "error at the same time over the run, positions over L, energy over the largest that took part"
     return results_table(studies, columns, title)
 
 
-def _leaves(result: MotionResult) -> str:
+def _departure_text(result: MotionResult) -> str:
     if result.errors is None:
         return numbers.MISSING
     return "never" if result.leaves is None else f"{result.leaves:.4g} s"
@@ -92,7 +92,7 @@ def _sizes(result: MotionResult) -> dict[str, float | None]:
     return {name: result.largest(name) for name in QUANTITIES}
 
 
-def print_results(studies: Sequence[MotionStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[MotionStudy]) -> Iterator[PrintedPart]:
     """Errors in time, and how well the exact motion is known."""
     yield verdicts_table(studies)
     yield from (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies)
@@ -102,8 +102,8 @@ KIND = Kind(
     name="motion",
     findings=MotionStudy,
     title=lambda study: study.scene.title,
-    summary=partial(summary_of, more=_sizes),
-    printed=print_results,
+    summary=partial(scene_summary, more=_sizes),
+    printed=results_to_print,
     verdict=scene_verdict,
     results="motion.json",
     index_file="motion.md",

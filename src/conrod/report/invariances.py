@@ -9,7 +9,7 @@ from conrod.mjcf.results import Invariance, InvarianceStudy, Kept
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
-from conrod.report.terminal import Part, said
+from conrod.report.terminal import PrintedPart, verdict_line
 
 
 def finding(study: InvarianceStudy) -> str:
@@ -17,16 +17,16 @@ def finding(study: InvarianceStudy) -> str:
     tried = sum(one.outcome is not Kept.UNSUPPORTED for one in study.found)
     if not study.broken:
         return f"None of {tried} invariances is broken."
-    sizes = ", ".join(f"{one.change}{_size(one)}" for one in study.broken)
+    sizes = ", ".join(f"{one.change}{_size_words(one)}" for one in study.broken)
     return f"{len(study.broken)} of {tried} invariances {'is' if len(study.broken) == 1 else 'are'} BROKEN: {sizes}."
 
 
-def _size(one: Invariance) -> str:
+def _size_words(one: Invariance) -> str:
     """Size of a difference, and the smallest case in which it is out of bounds."""
     if one.difference is None:
         return ""
     when = "" if one.time is None else f", first at {one.time:.4g} s"
-    return f" ({numbers.measured(one.difference)} of the largest acceleration{when})"
+    return f" ({numbers.measured_text(one.difference)} of the largest acceleration{when})"
 
 
 def invariances_table(study: InvarianceStudy) -> Table:
@@ -35,7 +35,7 @@ def invariances_table(study: InvarianceStudy) -> Table:
     for one in study.found:
         difference, over = (
             "" if value is None else text(value) if value else "0"
-            for value, text in ((one.difference, numbers.measured), (one.over_bound, "{:.0e}".format))
+            for value, text in ((one.difference, numbers.measured_text), (one.over_bound, "{:.0e}".format))
         )
         rows.append((one.change, one.bound, difference, over, _verdict(one)))
     measured = "difference", "over its bound"
@@ -62,10 +62,10 @@ def _summary(study: InvarianceStudy) -> dict[str, Any]:
     return {"passed": study.passed, "finding": finding(study)}
 
 
-def print_results(studies: Sequence[InvarianceStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[InvarianceStudy]) -> Iterator[PrintedPart]:
     """The finding on each model, what was changed, and notes."""
     for study in studies:
-        yield said(f"{study.name}: {finding(study)}", study.passed)
+        yield verdict_line(f"{study.name}: {finding(study)}", study.passed)
         yield invariances_table(study)
         yield from (*notes(study), "")
 
@@ -75,7 +75,7 @@ KIND = Kind(
     findings=InvarianceStudy,
     title=lambda study: study.name,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=finding,
     results="invariances.json",
     index_file="invariances.md",

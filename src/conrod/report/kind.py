@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from conrod.errors import unknown_choice
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part as Printed
+from conrod.report.terminal import PrintedPart as Printed
 from conrod.scenes import CATALOGUE, SCENES, catalogue_names
 
 if TYPE_CHECKING:
@@ -61,16 +61,16 @@ class Reproduction:
     text: str
     typed: Mapping[str, str] = field(default_factory=dict)
 
-    def of(self, *names: str) -> str:
+    def command_for(self, *names: str) -> str:
         """The command for some scenes."""
         return self.text.replace(SCENE, " ".join(shlex.quote(self.typed.get(name, name)) for name in names), 1)
 
-    def of_all(self, names: Collection[str]) -> str:
+    def command_for_all(self, names: Collection[str]) -> str:
         """The command for all scenes of a report, in the shortest way that a user would type."""
         if set(names) == set(SCENES):
             return self.text.replace(f"{SCENE} ", "", 1)
         is_catalogue = not self.typed and set(names) == set(catalogue_names())
-        return self.of(*((CATALOGUE,) if is_catalogue else names))
+        return self.command_for(*((CATALOGUE,) if is_catalogue else names))
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Kind(Generic[F]):
         suffix: of the names of its pages and data.
         kept: what of the findings is saved.
         merged: earlier findings of a part with new ones; None where these replace them.
-        digits: of measured fractions in a folder, see `shortened`; all of them where it is None.
+        digits: of measured fractions in a folder, see `round_findings`; all of them where it is None.
         digits_of: the same of what has these names, and of all in it.
         live: markup of its own that a part's page has in HTML below its first sentence, with ids that begin with a
             text; empty where there is none.

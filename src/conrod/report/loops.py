@@ -10,17 +10,25 @@ from urllib.parse import quote
 from conrod.mjcf.loops.differences import Comparison
 from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, LoopStudy, ShippedRun, limits_of
 from conrod.report.kind import Index, Kind
-from conrod.report.numbers import measured, order, quantity
-from conrod.report.start_pose import begins_words
+from conrod.report.numbers import measured_text, order, quantity
+from conrod.report.start_pose import open_start_words
 from conrod.report.table import VERDICT, Table, Toned, Verbatim, table
-from conrod.report.terminal import Part, said, under
+from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
 
-RIGHT = ("step [ms]", "position [mm]", "velocity [m/s]", "acceleration [m/s²]", "loops open [mm]", "order", "cost")
+RIGHT_COLUMNS = (
+    "step [ms]",
+    "position [mm]",
+    "velocity [m/s]",
+    "acceleration [m/s²]",
+    "loops open [mm]",
+    "order",
+    "cost",
+)
 UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
-TOLD = 4  # differences that the finding names
-CONTRADICTION = 1e-9  # of the travel; less is rounding
+MAX_NAMED = 4  # differences that the finding names
+MIN_CONTRADICTION = 1e-9  # of the travel; less is rounding
 
 
 def finding(study: LoopStudy) -> str:
@@ -29,19 +37,19 @@ def finding(study: LoopStudy) -> str:
     That it is another machine comes first, unless its own run failed.
     """
     shipped, own = study.shipped, study.own
-    said = [_own_run_words(study), _judgement(study)]
+    said = [_own_run_words(study), _driven_run_words(study)]
     if not study.shipped_failed and not (study.is_machine and study.agrees):
         said.reverse()
-    said += _acting(study)
+    said += _other_forces_words(study)
     said += [f"{words[0].upper()}{words[1:]}." for words in (study.moved_start, study.about) if words]
     if not_judged := list(_not_judged(study)):
         said.append(f"Not judged: {'; '.join(not_judged)}.")
     if study.begins is not None:
-        said.insert(0 if study.begins_open else len(said), begins_words(study.begins))
-    if study.is_machine and study.compared is not None and (words := _differences(study.compared)):
+        said.insert(0 if study.begins_open else len(said), open_start_words(study.begins))
+    if study.is_machine and study.compared is not None and (words := _difference_words(study.compared)):
         said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
     if study.compared is not None and (loads := study.compared.loads):
-        said.append(f"Loads are not judged, and differ: {_cut_short(loads)}.")
+        said.append(f"Loads are not judged, and differ: {_first_differences(loads)}.")
     if study.question.tolerance:
         said.append(_cheapest_words(study))
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
@@ -55,7 +63,7 @@ def finding(study: LoopStudy) -> str:
     return " ".join(said)
 
 
-def _acting(study: LoopStudy) -> Iterator[str]:
+def _other_forces_words(study: LoopStudy) -> Iterator[str]:
     """What acts besides the loops in the driven run and, if anything else, in the file's own."""
     driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
     named = {one.title for one in driven}
@@ -81,27 +89,28 @@ def _not_judged(study: LoopStudy) -> Iterator[str]:
     """What the verdict says nothing on, in words; nothing where all is measured and not judged."""
     asked, idle = study.question.tolerance, study.mobility.idle
     if study.judges_loops_alone:
-        named = f"{', '.join(study.points[:TOLD])}{', ..' if len(study.points) > TOLD else ''}"
+        named = f"{', '.join(study.points[:MAX_NAMED])}{', ..' if len(study.points) > MAX_NAMED else ''}"
         yield f"what moves by the loops: {named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
     if asked:
         if left := [name for name in QUANTITIES if name not in asked]:
             yield " and ".join(left)
         yield "forces"
     if study.mobility.undetermined:
-        yield f"what {', '.join(idle[:TOLD])} moves, which the drives do not determine"
+        yield f"what {', '.join(idle[:MAX_NAMED])} moves, which the drives do not determine"
 
 
-def _judgement(study: LoopStudy) -> str:
+def _driven_run_words(study: LoopStudy) -> str:
     own = study.own
     if not study.is_machine and (other := study.compared) is not None:
         off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
         if other.off is not None and replace(study, compared=replace(other, other_kinds=False)).is_machine:
             off = ", though its points are where those of the machine are"
-        words = _differences(other) or "why is not known: no length, axis, anchor or loop differs"
+        words = _difference_words(other) or "why is not known: no length, axis, anchor or loop differs"
         return f"It is not {other.machine} as it stands: {words}{off}."
     if not study.agrees:
         worst = max(study.kinematic, key=lambda name: study.kinematic[name])
-        return f"MuJoCo does not place it as its exact motion does: {worst} off by {measured(study.kinematic[worst])}."
+        off = measured_text(study.kinematic[worst])
+        return f"MuJoCo does not place it as its exact motion does: {worst} off by {off}."
     if own.outcome is not Outcome.COMPLETED:
         met = f"; {study.remarks[0]}" if study.remarks else ""
         return f"Driven with its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
@@ -110,24 +119,24 @@ def _judgement(study: LoopStudy) -> str:
     if not study.question.tolerance:
         return f"Driven with its own settings {gap}: measured, not judged."
     over = [
-        f"{'loops open' if name == LOOPS else name} {_sized(name, found)}, allowed {_sized(name, allowed)}"
+        f"{'loops open' if name == LOOPS else name} {_size_text(name, found)}, allowed {_size_text(name, allowed)}"
         for name, (found, allowed) in own.exceeded(study.question.tolerance).items()
     ]
     verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
     return f"Driven with its own settings {gap}: {verdict}."
 
 
-def _differences(other: Comparison) -> str:
+def _difference_words(other: Comparison) -> str:
     """Name what a model has otherwise than a machine; empty where nothing is found."""
     if other.other_branch:
         return "it is assembled on another branch"
-    return _cut_short(other.differences)
+    return _first_differences(other.differences)
 
 
-def _cut_short(differences: Sequence[str]) -> str:
+def _first_differences(differences: Sequence[str]) -> str:
     """The first differences, and how many more there are."""
-    more = len(differences) - TOLD
-    return "; ".join([*differences[:TOLD], *([f"{more} more differences"] if more > 0 else [])])
+    more = len(differences) - MAX_NAMED
+    return "; ".join([*differences[:MAX_NAMED], *([f"{more} more differences"] if more > 0 else [])])
 
 
 def shipped_words(shipped: ShippedRun) -> str:
@@ -142,34 +151,34 @@ def shipped_words(shipped: ShippedRun) -> str:
 
 
 def _cheapest_words(study: LoopStudy) -> str:
-    asked = ", ".join(f"{name} {_sized(name, allowed)}" for name, allowed in study.question.tolerance.items())
+    asked = ", ".join(f"{name} {_size_text(name, allowed)}" for name, allowed in study.question.tolerance.items())
     if (best := study.cheapest) is None:
         return f"None of the settings that were tried holds {asked}."
-    cost = f"at {measured(best.cost)} times the cost of its own settings"
+    cost = f"at {measured_text(best.cost)} times the cost of its own settings"
     return f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}."
 
 
 def in_mm(size: float) -> str:
     """A length in mm."""
-    return f"{measured(1e3 * size)} mm"
+    return f"{measured_text(1e3 * size)} mm"
 
 
-def _sized(name: str, size: float) -> str:
+def _size_text(name: str, size: float) -> str:
     factor, unit = UNITS["position" if name == LOOPS else name]
-    return f"{measured(factor * size)} {unit}"
+    return f"{measured_text(factor * size)} {unit}"
 
 
 def runs_table(study: LoopStudy) -> Table:
     """A row for each run at the model's own step, and for the cheapest within tolerance where that is another."""
     runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
-    rows = [(run.label, *_sizes(run), order(run.order), measured(run.cost), _verdict(study, run)) for run in runs]
+    rows = [(run.label, *_sizes(run), order(run.order), measured_text(run.cost), _verdict(study, run)) for run in runs]
     title = "driven along the exact motion: largest errors"
-    return table(("settings", *RIGHT, VERDICT), rows, RIGHT, title)
+    return table(("settings", *RIGHT_COLUMNS, VERDICT), rows, RIGHT_COLUMNS, title)
 
 
 def _sizes(run: LoopRun) -> tuple[str, ...]:
-    errors = [measured(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
-    return quantity(1e3 * run.timestep), *errors, "" if run.gap is None else measured(1e3 * run.gap)
+    errors = [measured_text(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
+    return quantity(1e3 * run.timestep), *errors, "" if run.gap is None else measured_text(1e3 * run.gap)
 
 
 def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
@@ -195,9 +204,9 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
         yield f"idle: {', '.join(one.idle)} can move without its drives{rest}"
     if study.held:
         yield f"held, as no loop contains them: {', '.join(study.held)}"
-    least = f"the least singular value is {measured(one.margin)} of the largest"
+    least = f"the least singular value is {measured_text(one.margin)} of the largest"
     yield f"nearest to a singular pose at {quantity(one.margin_time)} s: {least}"
-    if study.misfit > CONTRADICTION * study.travel:
+    if study.misfit > MIN_CONTRADICTION * study.travel:
         apart = f"they stay open by {in_mm(study.misfit)} at best"
         yield f"its closures contradict each other: {apart}, and the exact motion is no more exact than that"
     yield from study.remarks
@@ -205,10 +214,10 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
 
 def how_exact(study: LoopStudy) -> Iterator[str]:
     """Agreement of MuJoCo's kinematics, closed form and forces."""
-    off = ", ".join(f"{name} {measured(size)}" for name, size in study.kinematic.items())
+    off = ", ".join(f"{name} {measured_text(size)}" for name, size in study.kinematic.items())
     yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
     if study.compared is not None and study.compared.closed_form is not None:
-        off = measured(study.compared.closed_form)
+        off = measured_text(study.compared.closed_form)
         yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
     if study.compared is not None and not study.compared.loads:
         yield f"masses, damping and gravity are those of {study.compared.machine}, body by body and joint by joint"
@@ -229,7 +238,7 @@ def _force_words(what: str, found: Mapping[str, float]) -> str:
     if not found:
         return f"{what}: none that is determined"
     worst = max(found, key=lambda name: found[name])
-    return f"{what} off by up to {measured(found[worst])} of the largest ({worst})"
+    return f"{what} off by up to {measured_text(found[worst])} of the largest ({worst})"
 
 
 def _summary(study: LoopStudy) -> dict[str, Any]:
@@ -250,7 +259,7 @@ def index_table(index: Index[LoopStudy]) -> Table:
     rows = []
     for entry in index.entries.values():
         one = entry["summary"]
-        places = [size if isinstance(size, str) else measured(1e3 * size) for size in one["positions"].values()]
+        places = [size if isinstance(size, str) else measured_text(1e3 * size) for size in one["positions"].values()]
         link = f"[{entry['title']}]({quote(entry['page'])})"
         rows.append((link, str(one["mobility"]), str(one["redundant"]), one["shipped"], *places, one["cheapest"]))
     labels = [f"{label} [mm]" for label in LABELS]
@@ -265,11 +274,15 @@ def index_table(index: Index[LoopStudy]) -> Table:
     return table(headings, rows, labels)
 
 
-def print_results(studies: Sequence[LoopStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
     """The finding on each model, what moves, the runs and how exact they are."""
     for study in studies:
-        yield said(f"{study.file}: {finding(study)}", study.passed)
-        yield from (*under("what moves", what_moves(study)), *under("how exact", how_exact(study)), "")
+        yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
+        yield from (
+            *indented_under("what moves", what_moves(study)),
+            *indented_under("how exact", how_exact(study)),
+            "",
+        )
         yield runs_table(study)
         if study.paste:
             yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))
@@ -280,7 +293,7 @@ KIND = Kind(
     findings=LoopStudy,
     title=lambda study: study.name,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=finding,
     results="loops.json",
     index_file="loops.md",

@@ -12,9 +12,9 @@ ROUNDING = 1e-12
 BELOW_ROUNDING = "< 1e-12"
 NOISE_DECIMALS = 14  # that leave three digits of an error of that size; those beyond may be others the next time
 MISSING = "n/a"
-PLACES = ("position", "total")  # quantities whose errors are over L
+QUANTITIES_OVER_L = ("position", "total")  # quantities whose errors are over L
 IN_MM = "position [mm]"
-PLAIN = (1e-3, 1e4)  # sizes that read best without an exponent
+PLAIN_RANGE = (1e-3, 1e4)  # sizes that read best without an exponent
 
 # SI unit of a parameter -> the unit people use, and the factor to it.
 SHOWN_UNITS: Mapping[str, tuple[str, float]] = {
@@ -27,7 +27,7 @@ SHOWN_UNITS: Mapping[str, tuple[str, float]] = {
 }
 
 
-def measured(value: float | None) -> str:
+def measured_text(value: float | None) -> str:
     """A measured size, normalised or not, in two significant digits; 'n/a' where there is none."""
     if value is None:
         return MISSING
@@ -35,23 +35,23 @@ def measured(value: float | None) -> str:
         return "not finite"
     if abs(value) < ROUNDING:
         return BELOW_ROUNDING
-    if PLAIN[0] <= abs(value) < PLAIN[1]:
-        return _plain(rounded(value, 2), 2)
+    if PLAIN_RANGE[0] <= abs(value) < PLAIN_RANGE[1]:
+        return _plain(round_to_digits(value, 2), 2)
     return _exponent(value)
 
 
-def scaled(value: float | None, factor: float) -> str:
+def scaled_text(value: float | None, factor: float) -> str:
     """A normalised error or an angle in a unit that people use; below rounding it stays there."""
     if value is not None and abs(value) < ROUNDING:
         return f"< {quantity(ROUNDING * factor, 1)}"
-    return measured(None if value is None else factor * value)
+    return measured_text(None if value is None else factor * value)
 
 
 # Errors over L by point; or their largest, where no more was kept.
-Errors: TypeAlias = float | Mapping[str, float | None] | None
+ErrorsOverL: TypeAlias = float | Mapping[str, float | None] | None
 
 
-def in_mm(errors: Errors, lengths: Mapping[str, float]) -> str:
+def in_mm(errors: ErrorsOverL, lengths: Mapping[str, float]) -> str:
     """The largest of errors over L in mm; at most that, `<= 7.9`, where L differs and the point is not known.
 
     Args:
@@ -62,28 +62,28 @@ def in_mm(errors: Errors, lengths: Mapping[str, float]) -> str:
     worst = max(known, key=lambda point: known[point] * lengths[point], default=None)
     if worst is None:
         return MISSING
-    shown = scaled(known[worst], 1e3 * lengths[worst])
+    shown = scaled_text(known[worst], 1e3 * lengths[worst])
     at_most = errors is not of_points and len(set(lengths.values())) > 1 and shown[0].isdigit()
     return f"<= {shown}" if at_most else shown
 
 
-def with_mm(errors: Errors, lengths: Mapping[str, float], of: str = "") -> str:
+def with_mm(errors: ErrorsOverL, lengths: Mapping[str, float], of: str = "") -> str:
     """The largest of errors over L, as it is, with what it is a share of, and in mm: `0.038 (7.9 mm)`."""
     known = errors.values() if isinstance(errors, Mapping) else (errors,)
-    over = measured(max((error for error in known if error is not None), default=None))
+    over = measured_text(max((error for error in known if error is not None), default=None))
     shown = in_mm(errors, lengths)
     return over + of if shown in (MISSING, over) else f"{over}{of} ({shown} mm)"
 
 
-def error(name: str, size: Errors, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
+def error(name: str, size: ErrorsOverL, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
     """The largest error of a quantity: of a place in mm too where L [m] is given, of the crank angle in deg."""
-    if name in PLACES:
+    if name in QUANTITIES_OVER_L:
         return with_mm(size, lengths)
     assert not isinstance(size, Mapping)
-    return f"{in_degrees(size)} deg" if name == "phase" and size is not None else measured(size)
+    return f"{in_degrees(size)} deg" if name == "phase" and size is not None else measured_text(size)
 
 
-def allowed(name: str, size: float | None, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
+def allowed_text(name: str, size: float | None, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
     """A limit of what `error` shows; one of the crank angle is rounding itself, and no noise."""
     if name == "phase" and size is not None:
         return f"{quantity(math.degrees(size), 2)} deg"
@@ -98,21 +98,21 @@ def lengths(travels: Mapping[str, float]) -> str:
 
 def in_degrees(angle: float | None) -> str:
     """An error of an angle [rad] in degrees."""
-    return scaled(angle, 180.0 / math.pi)
+    return scaled_text(angle, 180.0 / math.pi)
 
 
 def quantity(value: float, digits: int = 4) -> str:
     """An exact value, such as a parameter, without digits that carry nothing."""
     if value == 0.0:
         return "0"
-    if PLAIN[0] <= abs(value) < 10.0 ** max(digits, 4):
+    if PLAIN_RANGE[0] <= abs(value) < 10.0 ** max(digits, 4):
         return f"{value:.{digits}g}"
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     short = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return f"{short}e{int(exponent)}"
 
 
-def sized(size: float, unit: str) -> str:
+def defect_size_text(size: float, unit: str) -> str:
     """The size of a planted defect in its unit, two digits; nothing where it has none."""
     factor = 100.0 if unit.startswith("%") else 180.0 / math.pi if unit == "deg" else 1.0
     return f"{quantity(size * factor, 3 if size * factor >= 99.5 else 2)} {unit}" if unit else ""
@@ -120,16 +120,16 @@ def sized(size: float, unit: str) -> str:
 
 def order(value: float | None) -> str:
     """An observed order of convergence."""
-    return MISSING if value is None else _plain(rounded(value, 2), 2)
+    return MISSING if value is None else _plain(round_to_digits(value, 2), 2)
 
 
 def duration(seconds: float | None) -> str:
     """A measured time in two significant digits, in µs, ms or s; 'n/a' where there is none."""
     if seconds is None:
         return MISSING
-    value = rounded(seconds, 2)
+    value = round_to_digits(seconds, 2)
     unit, factor = ("µs", 1e6) if value < 1e-3 else ("ms", 1e3) if value < 1.0 else ("s", 1.0)
-    return f"{_plain(rounded(value * factor, 2), 2)} {unit}"
+    return f"{_plain(round_to_digits(value * factor, 2), 2)} {unit}"
 
 
 def percent(share: float | None) -> str:
@@ -163,12 +163,12 @@ def setting(value: Any) -> str:
             return str(value)
 
 
-def reproducible(value: float, digits: int) -> float:
+def round_reproducibly(value: float, digits: int) -> float:
     """A measured number in so many significant digits, and none that are rounding noise."""
-    return 0.0 if abs(value) < ROUNDING else round(rounded(value, digits), NOISE_DECIMALS)
+    return 0.0 if abs(value) < ROUNDING else round(round_to_digits(value, digits), NOISE_DECIMALS)
 
 
-def rounded(value: float, digits: int) -> float:
+def round_to_digits(value: float, digits: int) -> float:
     """A number rounded to so many significant digits."""
     return float(f"{value:.{digits - 1}e}")
 

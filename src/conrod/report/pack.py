@@ -20,8 +20,8 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
 from conrod.report import numbers
 from conrod.report.drawing.drawing import mechanism_svg
-from conrod.report.folder import UNFINISHED, document_in
-from conrod.report.results import described, parameters_table
+from conrod.report.folder import UNFINISHED, read_document
+from conrod.report.results import parameters_table, scene_description
 from conrod.report.table import table
 from conrod.report.template import page
 from conrod.scenes import SCENES, Scene
@@ -37,17 +37,17 @@ FIGURES = "figures"
 DRAWING = f"{FIGURES}/mechanism.svg"
 PAGES = (README, PARAMETERS, MECHANISM, TRAJECTORY)
 # Of the parameters' file, by which a pack is known.
-KEYS = {"schema", "scene", "kind", "parameters"}
+PACK_KEYS = {"schema", "scene", "kind", "parameters"}
 ARCHIVE = ".zip"
-READABLE = 0o644 << 16  # by all, once unpacked
-LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
-JOINTS: Mapping[type[Joint], str] = {
+FILE_MODE = 0o644 << 16  # by all, once unpacked
+ARCHIVE_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
+JOINT_KINDS: Mapping[type[Joint], str] = {
     Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack",
 }  # fmt: skip
 # Column suffix, attribute of the motion, SI unit.
 QUANTITIES = (("", "position", "m"), ("v", "velocity", "m/s"), ("a", "acceleration", "m/s^2"), ("j", "jerk", "m/s^3"))
 
-ROUNDING = 1e-12  # of a pass, by which its last sample may seem to lie beyond its end
+PASS_END_ROUNDING = 1e-12  # of a pass, by which its last sample may seem to lie beyond its end
 
 
 def pack_files(
@@ -76,14 +76,14 @@ def _readme(name: str, scene: Scene, samples: int) -> str:
     mechanism = scene.mechanism()
     lengths = [(point, numbers.quantity(1e3 * length, 9)) for point, length in scene.lengths.items()]
     return page(
-        "pack", name=name, scene=scene, mechanism=mechanism, description=described(scene), samples=samples,
-        drive=_drive(scene), one_pass=mechanism.driver.span is not None, command=_command(name, scene),
+        "pack", name=name, scene=scene, mechanism=mechanism, description=scene_description(scene), samples=samples,
+        drive=_drive_words(scene), one_pass=mechanism.driver.span is not None, command=_command(name, scene),
         sense="counter-clockwise" if mechanism.driver.sense * scene.speed > 0 else "clockwise",
         lengths=table(("point", "L [mm]"), lengths), parameters=parameters_table(scene),
     ).text  # fmt: skip
 
 
-def _drive(scene: Scene) -> str:
+def _drive_words(scene: Scene) -> str:
     """From which crank angle to which, and when."""
     span = scene.kinematics.mechanism.driver.span
     if span is None:
@@ -105,14 +105,14 @@ def _command(name: str, scene: Scene) -> str:
     return " ".join(["conrod check YOUR.csv --scene", machine, *changed])
 
 
-def zipped(files: Mapping[str, str | bytes]) -> bytes:
+def zip_archive(files: Mapping[str, str | bytes]) -> bytes:
     """The files in one archive; the same files give the same bytes."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            entry = zipfile.ZipInfo(name, LONG_AGO)
+            entry = zipfile.ZipInfo(name, ARCHIVE_DATE)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = READABLE
+            entry.external_attr = FILE_MODE
             archive.writestr(entry, content)
     return stream.getvalue()
 
@@ -144,7 +144,7 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
         "schema": SCHEMA,
         "units": "m, kg, s, rad; kg m² about the centre of gravity",
         "bodies": [asdict(body) | {"start_pose": list(mechanism.poses[body.name])} for body in mechanism.bodies],
-        "joints": [{"kind": JOINTS[type(joint)]} | asdict(joint) for joint in mechanism.joints],
+        "joints": [{"kind": JOINT_KINDS[type(joint)]} | asdict(joint) for joint in mechanism.joints],
         "driver": asdict(mechanism.driver),
         "observed": [asdict(point) for point in mechanism.observed],
         "gravity": list(mechanism.gravity),
@@ -172,7 +172,7 @@ def pack_to_write(text: str | None) -> Path:
         return file_to_write(text, "-o")
     folder = folder_to_write(text, "-o")
     try:
-        is_own = document_in(folder / PARAMETERS).keys() >= KEYS
+        is_own = read_document(folder / PARAMETERS).keys() >= PACK_KEYS
     except (OSError, ValueError, AttributeError):
         is_own = False
     if (folder / FIGURES).is_symlink() or ((folder / FIGURES).exists() and not is_folder(folder / FIGURES)):
@@ -189,7 +189,7 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
     """All files in the folder, or in one archive."""
     if place.name.lower().endswith(ARCHIVE):
         folder = place.name[: -len(ARCHIVE)]
-        return single(place, zipped({f"{folder}/{name}": content for name, content in files.items()}))
+        return single(place, zip_archive({f"{folder}/{name}": content for name, content in files.items()}))
     meanwhile = _json({**json.loads(files[PARAMETERS]), UNFINISHED: True})
     return Batch(place, files, meanwhile={PARAMETERS: meanwhile})
 
@@ -225,7 +225,7 @@ def _instants(scene: Scene, samples: int, revolutions: float) -> tuple[Array, Ar
         return times, scene.speed * times
     duration = (span[1] - span[0]) / abs(scene.speed)
     begin = (span[0] if scene.speed > 0.0 else span[1]) / scene.speed
-    times = begin + np.asarray(np.arange(int(duration / step * (1.0 + ROUNDING)) + 1) * step, dtype=float)
+    times = begin + np.asarray(np.arange(int(duration / step * (1.0 + PASS_END_ROUNDING)) + 1) * step, dtype=float)
     return times, np.clip(scene.speed * times, *span)
 
 

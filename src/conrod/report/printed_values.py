@@ -11,16 +11,16 @@ from conrod.own.printed.verdicts import Kind as Judgement
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import MISSING
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
-SHOWN = 3  # digits of an exact value beyond the printed ones
+EXTRA_DIGITS = 3  # digits of an exact value beyond the printed ones
 
 
-MOST_PRINTED = 20  # items of a document that are printed one by one
+MAX_PRINTED_ITEMS = 20  # items of a document that are printed one by one
 
 
-def escaped(text: str) -> str:
+def escape_marks(text: str) -> str:
     """Text in which Markdown sees no mark of its own."""
     return re.sub(r"([*_<>\[\]`])", r"\\\1", text)
 
@@ -66,30 +66,30 @@ def numbers_table(verdicts: Sequence[Verdict]) -> Table:
     head = ["line", "where", "quantity", "for", "unit", "printed", "exact", "difference", "verdict", "computation"]
     rows = [
         [
-            str(v.line), escaped(v.place), escaped(v.quantity), escaped(v.condition), escaped(v.unit), v.printed,
-            MISSING if v.exact is None else unsigned_zero(f"{v.exact:.{Number(v.printed).decimals + SHOWN}f}"),
+            str(v.line), *map(escape_marks, (v.place, v.quantity, v.condition, v.unit)), v.printed,
+            MISSING if v.exact is None else unsigned_zero(f"{v.exact:.{Number(v.printed).decimals + EXTRA_DIGITS}f}"),
             MISSING if v.difference is None else unsigned_zero(f"{v.difference:+.2f}"),
-            verdict_text(v), escaped(v.reason),
+            verdict_text(v), escape_marks(v.reason),
         ]
         for v in verdicts
     ]  # fmt: skip
     return table(head, rows)
 
 
-def linked(index: Index[Audited]) -> dict[str, Audited]:
+def audits_by_link(index: Index[Audited]) -> dict[str, Audited]:
     """What was found by a link to the page of it."""
-    return {f"[{escaped(one.title)}]({name}.md)": one for name, one in index.studies.items()}
+    return {f"[{escape_marks(one.title)}]({name}.md)": one for name, one in index.studies.items()}
 
 
 def _summary(audited: Audited) -> dict[str, Any]:
     return {"document": audited.document, "counts": {kind.value: n for kind, n in audited.counts.items()}}
 
 
-def print_results(audits: Sequence[Audited]) -> Iterator[Part]:
+def results_to_print(audits: Sequence[Audited]) -> Iterator[PrintedPart]:
     """Counts of verdicts on each document, then the verdicts one by one."""
     yield counts_table({one.document: one for one in audits})
     for audited in audits:
-        yield from console_lines(audited, MOST_PRINTED)
+        yield from console_lines(audited, MAX_PRINTED_ITEMS)
 
 
 KIND = Kind(
@@ -97,6 +97,6 @@ KIND = Kind(
     findings=Audited,
     title=lambda audited: audited.title,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=counts_text,
 )

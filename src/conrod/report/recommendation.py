@@ -10,7 +10,7 @@ from conrod.engines.engine import CUSTOM
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.table import Verbatim
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.scenes import Scene
 from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
 from conrod.studies.sweep.step_search import Choice
@@ -38,18 +38,18 @@ class Advice:
 def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]) -> Advice:
     """The answers of all engines for a scene."""
     engines = [(one.choice if isinstance(one, Recommendation) else one.nearest).swept.engine for one in found]
-    answers = {engine.name: _values(one, allowed) for engine, one in zip(engines, found, strict=True)}
+    answers = {engine.name: _answer_values(one, allowed) for engine, one in zip(engines, found, strict=True)}
     versions = {engine.name: engine.version for engine in engines}
     return Advice(name, scene.title, dict(scene.parameters), allowed, versions, answers)
 
 
-def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
-    def tried(choice: Choice) -> dict[str, Any]:
+def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
+    def choice_values(choice: Choice) -> dict[str, Any]:
         return {"rule": choice.swept.rule.name, "steps": choice.steps, "errors": choice.errors(allowed)}
 
     values: dict[str, Any] = {"qualifies": isinstance(found, Recommendation)}
     if isinstance(found, Recommendation):
-        values |= tried(found.choice) | {
+        values |= choice_values(found.choice) | {
             "margin": found.margin,
             "settings": found.pasted.as_dict(),
             "timing": asdict(found.timing),
@@ -57,18 +57,22 @@ def _values(found: Answer, allowed: Allowed) -> dict[str, Any]:
             "paste": found.paste,
         }
     else:
-        values |= {"why": found.why, "nearest": tried(found.nearest)}
+        values |= {"why": found.why, "nearest": choice_values(found.nearest)}
     return values | {
         "rejected": [
-            {**tried(one.choice), "why": {c.what: c.errors(allowed) or c.measurement.outcome for c in one.why}}
+            {**choice_values(one.choice), "why": {c.what: c.errors(allowed) or c.measurement.outcome for c in one.why}}
             for one in found.rejected
         ],
         "how": found.how,
-        "lines": list(_recommended(found, allowed) if isinstance(found, Recommendation) else _refused(found, allowed)),
+        "lines": list(
+            _recommendation_lines(found, allowed)
+            if isinstance(found, Recommendation)
+            else _refusal_lines(found, allowed)
+        ),
     }
 
 
-def print_results(studies: Sequence[Advice]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[Advice]) -> Iterator[PrintedPart]:
     """The answer of each engine, and the lines to paste."""
     for one in (answer for study in studies for answer in study.answers.values()):
         yield from one["lines"]
@@ -85,14 +89,14 @@ KIND = Kind(
     findings=Advice,
     title=lambda found: found.title,
     summary=lambda found: {name: one["qualifies"] for name, one in found.answers.items()},
-    printed=print_results,
+    printed=results_to_print,
     verdict=verdict,
     passed=lambda found: any(one["qualifies"] for one in found.answers.values()),
     one_part=True,
 )
 
 
-def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
+def _recommendation_lines(found: Recommendation, allowed: Allowed) -> Iterator[str]:
     choice, timing, settings = found.choice, found.timing, found.choice.case.settings
     preset = "" if settings.preset == CUSTOM else f" (the preset {settings.preset!r})"
     yield f"{choice.swept.engine.name}: {_setting(choice)}{preset}"
@@ -101,14 +105,14 @@ def _recommended(found: Recommendation, allowed: Allowed) -> Iterator[str]:
         f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, as much as "
         f"{timing.ratio:.3g} steps of the engine's reference loop"
     )
-    confirmed = [f"{one.what} {_listed(_errors(one, allowed, choice.case.scene))}" for one in found.confirmations]
+    confirmed = [f"{one.what} {_error_list(_errors(one, allowed, choice.case.scene))}" for one in found.confirmations]
     yield f"  confirmed: {'; '.join(confirmed)}"
-    yield from _rejected(found.rejected, allowed)
+    yield from _rejected_lines(found.rejected, allowed)
     yield f"  found {found.how}"
     yield "  to paste:"
 
 
-def _refused(found: Refusal, allowed: Allowed) -> Iterator[str]:
+def _refusal_lines(found: Refusal, allowed: Allowed) -> Iterator[str]:
     if found.why:
         yield f"{found.engine}: nothing qualifies: {found.why}"
         return
@@ -116,7 +120,7 @@ def _refused(found: Refusal, allowed: Allowed) -> Iterator[str]:
     over = ", ".join(f"{q} is {x:.3g} times what is allowed" for q, x in excess.items())
     yield f"{found.engine}: nothing qualifies: {over or 'what was within tolerance was not confirmed elsewhere'}"
     yield f"  nearest: {_setting(found.nearest)}: {_errors_allowed(found.nearest, allowed)}"
-    yield from _rejected(found.rejected, allowed)
+    yield from _rejected_lines(found.rejected, allowed)
     yield f"  sought {found.how}"
 
 
@@ -130,17 +134,17 @@ def _errors(found: Choice | Confirmation, allowed: Allowed, scene: Scene) -> dic
     return {q: numbers.error(q, places if q == "position" else e, scene.lengths) for q, e in errors.items()}
 
 
-def _listed(errors: Mapping[str, str]) -> str:
+def _error_list(errors: Mapping[str, str]) -> str:
     return ", ".join(f"{q} {size}" for q, size in errors.items())
 
 
 def _errors_allowed(choice: Choice, allowed: Allowed) -> str:
     errors = _errors(choice, allowed, choice.case.scene)
-    return _listed({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
+    return _error_list({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
 
 
-def _rejected(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:
+def _rejected_lines(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:
     for one in rejected:
-        shown = ((c, _listed(_errors(c, allowed, one.choice.case.scene))) for c in one.why)
+        shown = ((c, _error_list(_errors(c, allowed, one.choice.case.scene))) for c in one.why)
         lost = "; ".join(f"{c.what}: {errors or c.measurement.outcome}" for c, errors in shown)
         yield f"  cheaper, but not confirmed: {_setting(one.choice)} ({lost})"

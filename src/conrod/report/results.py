@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report.table import VERDICT, Cell, Table, Toned, table
-from conrod.report.terminal import Part, said
+from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
@@ -16,14 +16,16 @@ from conrod.studies.validation.results import ValidationResult
 
 PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open"}
 KINEMATIC = "kinematic mode"
-DISTRUST = "This is an error of conrod, not of the engine or the model; please report it."
+DISTRUST_ADVICE = "This is an error of conrod, not of the engine or the model; please report it."
 
-LACKING = 1e-3  # error of an acceleration, normalised, from which on it is said that an engine lacks a part of it
+MIN_ACCELERATION_LACK = (
+    1e-3  # error of an acceleration, normalised, from which on it is said that an engine lacks a part of it
+)
 
 R = TypeVar("R", bound=Result)
 
 
-def name_of(result: Result) -> tuple[str, str]:
+def engine_and_preset(result: Result) -> tuple[str, str]:
     """The first two cells of a row: engine and preset."""
     return engine_style(result.engine).title, result.preset or KINEMATIC
 
@@ -48,13 +50,13 @@ def lacking_words(result: Result) -> str:
     if not look.missing_term or not isinstance(result, ValidationResult):
         return ""
     off = result.largest("acceleration")
-    if off is None or not off > LACKING:
+    if off is None or not off > MIN_ACCELERATION_LACK:
         return ""
-    return f", though {look.title} lacks {look.missing_term}: accelerations are off by {numbers.measured(off)}"
+    return f", though {look.title} lacks {look.missing_term}: accelerations are off by {numbers.measured_text(off)}"
 
 
 def exceeded_words(
-    exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.allowed
+    exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.allowed_text
 ) -> list[str]:
     """The judged quantities that are out of tolerance, with what was found and allowed."""
     pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in exceeded.items()}
@@ -68,14 +70,16 @@ def exceeded_words(
 
 def scene_verdict(study: SceneResults[Any]) -> str:
     """The verdict on a scene in words: each result that is out of tolerance, or that none is."""
-    failed = [f"{' '.join(name_of(one))}: {verdict_words(one)}" for one in study.results if one.passed is False]
+    failed = [
+        f"{' '.join(engine_and_preset(one))}: {verdict_words(one)}" for one in study.results if one.passed is False
+    ]
     return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
 
 
-def print_distrusted(studies: Sequence[SceneResults[Any]]) -> Iterator[Part]:
+def distrusted_scenes(studies: Sequence[SceneResults[Any]]) -> Iterator[PrintedPart]:
     """Scenes whose exact motion contradicts itself, to be said before anything else."""
     doubted = [study for study in studies if any(result.distrust for result in study.results)]
-    yield from (said(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
+    yield from (verdict_line(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
 
 
 def verdict_cell(result: Result, more: str = "") -> Cell:
@@ -91,15 +95,15 @@ def summary_words(results: Iterable[Result]) -> str:
     judged = [r for r in results if r.passed is not None]
     failed = [r for r in judged if not r.passed]
     if doubted := [r for r in judged if r.distrust]:
-        names = ", ".join(" ".join(name_of(r)) for r in doubted)
-        return f"Cannot be trusted ({names}): {doubted[0].distrust}. {DISTRUST}"
+        names = ", ".join(" ".join(engine_and_preset(r)) for r in doubted)
+        return f"Cannot be trusted ({names}): {doubted[0].distrust}. {DISTRUST_ADVICE}"
     if not judged:
         return "Nothing was judged."
     if not failed:
         count = "The judged result is" if len(judged) == 1 else f"All {len(judged)} judged results are"
         lacking = dict.fromkeys(filter(None, map(lacking_words, judged)))
         return f"{count} within tolerance{next(iter(lacking), '')}."
-    names = ", ".join(" ".join(name_of(r)) for r in failed)
+    names = ", ".join(" ".join(engine_and_preset(r)) for r in failed)
     return f"{len(failed)} of {len(judged)} judged results did not pass: {names}."
 
 
@@ -116,14 +120,14 @@ def results_table(
 ) -> Table:
     """A row for each result: scene, engine, preset, some columns, verdict."""
     rows = [
-        (study.name, *name_of(r), *(text(r) for text in columns.values()), verdict(r))
+        (study.name, *engine_and_preset(r), *(text(r) for text in columns.values()), verdict(r))
         for study in studies
         for r in study.results
     ]
     return table(("scene", "engine", "preset", *columns, VERDICT), rows, columns, title, names=3)
 
 
-def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:
+def scene_summary(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:
     """Summary of a scene for the index and scripts.
 
     Args:
@@ -145,7 +149,7 @@ def summary_of(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -
     return {"passed": study.passed, "verdict": summary_words(study.results), "results": results}
 
 
-def described(scene: Scene) -> str:
+def scene_description(scene: Scene) -> str:
     """The scene's description, with a number and its unit where it names a parameter."""
     facts = scene.parameter_facts()
     words = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from conrod.own.models.request import OpenStart
 from conrod.report.numbers import quantity
 
-MOST_NUMBERS = 20  # of a pose in a sentence
+MAX_POSE_NUMBERS = 20  # of a pose in a sentence
 
 
-def begins_words(begins: OpenStart, unit: float = 1.0) -> str:
+def open_start_words(begins: OpenStart, unit: float = 1.0) -> str:
     """Say how far the loops are open at the start, and where they would be closed.
 
     Args:
@@ -19,7 +19,7 @@ def begins_words(begins: OpenStart, unit: float = 1.0) -> str:
     gap = f"{quantity(1e3 * unit * begins.gaps[worst], 3)} mm"
     if not begins.closed:
         nearest = "no pose near it closes them: look at lengths and places of the closures"
-    elif len(begins.closed.split()) > MOST_NUMBERS:
+    elif len(begins.closed.split()) > MAX_POSE_NUMBERS:
         nearest = "`conrod lint` prints the nearest closed pose"
     else:
         nearest = f'the nearest closed pose is qpos="{begins.closed}"'

@@ -14,12 +14,19 @@ from matplotlib.lines import Line2D
 from conrod.engines import engine_style
 from conrod.report import numbers
 from conrod.report import sweep_tables as tables
-from conrod.report.charts.canvas import NORMS, legend_above, log_axis, on_log_grid, preset_handles, whole_decades
+from conrod.report.charts.canvas import (
+    NORMS,
+    add_legend_above,
+    preset_handles,
+    round_to_log_grid,
+    set_decades,
+    set_log_axis,
+)
 from conrod.report.charts.styles import colour, engine_title, preset_style
-from conrod.report.figure import Figure, Spot, spots_in
+from conrod.report.figure import Figure, Spot, spots_in_axes
 from conrod.report.kind import Index, Kind
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
@@ -37,11 +44,11 @@ def spots(study: SweepStudy, diagram: Drawing) -> Iterator[Spot]:
     points = tables.timed_points(study)
     for axes, quantity in zip(diagram.axes, QUANTITIES, strict=True):
         places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(study, p)) for p in points]
-        yield from spots_in(diagram, axes, places)
+        yield from spots_in_axes(diagram, axes, places)
 
 
 def _words(study: SweepStudy, point: SweptPoint) -> str:
-    errors = ", ".join(f"{quantity} {numbers.measured(point.error(quantity))}" for quantity in QUANTITIES)
+    errors = ", ".join(f"{quantity} {numbers.measured_text(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
         f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution.\n{study.lines_of(point)}"
@@ -74,7 +81,7 @@ def first_figure(studies: Iterable[SweepStudy]) -> Figure | None:
 
 # -- the work-precision diagram: error against cost, every timed run of the grid in it ---------------------------------
 
-FRONT_OF_ALL: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
+OVERALL_FRONT_STYLE: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
 
 WIDTH, PANEL, MARGINS = 10.5, 5.1, 1.4  # of a figure, of a panel, beside the panels [inch]
 
@@ -88,13 +95,13 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
     points = tables.timed_points(study)
     figure = Drawing(figsize=(WIDTH, PANEL * len(quantities) + MARGINS))
     drawn = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
-    costs = on_log_grid(np.array([p.cost or 0.0 for p in points]))
+    costs = round_to_log_grid(np.array([p.cost or 0.0 for p in points]))
     limits = (float(costs.min()) / 1.6, float(costs.max()) * 1.6)
     for axes, quantity in zip(drawn, quantities, strict=True):
         _cost_axis(axes, limits)
         _draw_panel(axes, study, points, quantity)
     drawn[-1].set_xlabel("CPU time of a simulated revolution")
-    legend_above(figure, _legend(study), 3)
+    add_legend_above(figure, _legend(study), 3)
     return figure
 
 
@@ -102,15 +109,15 @@ def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
     """A logarithmic axis of CPU time, with its decades in words."""
     first, last = np.ceil(np.log10(limits[0])), np.floor(np.log10(limits[1]))
     decades = [10.0**k for k in range(int(first), int(last) + 1)]
-    log_axis(axes, limits, decades, [numbers.duration(x).replace(".0", "") for x in decades])
+    set_log_axis(axes, limits, decades, [numbers.duration(x).replace(".0", "") for x in decades])
 
 
 def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], quantity: str) -> None:
-    whole_decades(axes, [_errors(points, quantity)])
+    set_decades(axes, [_errors(points, quantity)])
     axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
-    _plot(axes, study.front(quantity), quantity, FRONT_OF_ALL)
+    _plot(axes, study.front(quantity), quantity, OVERALL_FRONT_STYLE)
     for engine in study.engines:
-        _plot(axes, _others(points, engine), quantity, _dot_style(engine))
+        _plot(axes, _points_without_preset(points, engine), quantity, _dot_style(engine))
         _plot(axes, study.front(quantity, engine), quantity, _front_style(engine))
     for curve in tables.preset_curves(study):
         of_preset = [p for p in curve.points if p in points]
@@ -118,16 +125,16 @@ def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], qua
 
 
 def _plot(axes: Axes, points: Sequence[SweptPoint], quantity: str, style: dict[str, Any]) -> None:
-    axes.plot(on_log_grid(np.array([p.cost or 0.0 for p in points])), _errors(points, quantity), **style)
+    axes.plot(round_to_log_grid(np.array([p.cost or 0.0 for p in points])), _errors(points, quantity), **style)
 
 
-def _others(points: Sequence[SweptPoint], engine: str) -> list[SweptPoint]:
+def _points_without_preset(points: Sequence[SweptPoint], engine: str) -> list[SweptPoint]:
     """Points of an engine that are no preset's."""
     return [p for p in points if p.engine == engine and p.preset is None]
 
 
 def _errors(points: Sequence[SweptPoint], quantity: str) -> Any:
-    return on_log_grid(np.array([p.error(quantity) or 0.0 for p in points]))
+    return round_to_log_grid(np.array([p.error(quantity) or 0.0 for p in points]))
 
 
 def _dot_style(engine: str) -> dict[str, Any]:
@@ -152,21 +159,21 @@ def _legend(study: SweepStudy) -> list[Line2D]:
     drawn = [curve for curve in tables.preset_curves(study) if any(p.completed and p.cost for p in curve.points)]
     handles = preset_handles((curve.engine, curve.preset) for curve in drawn)
     engines = tables.timed_engines(study)
-    for engine in (one for one in engines if _others(tables.timed_points(study), one)):
+    for engine in (one for one in engines if _points_without_preset(tables.timed_points(study), one)):
         style = _dot_style(engine) | {"alpha": 0.5, "markersize": 4.0}
         handles.append(Line2D([], [], label=f"{engine_title(engine)}, other settings", **style))
     for engine in engines:
         label = f"best of {engine_title(engine)} (Pareto front)"
         handles.append(Line2D([], [], label=label, **_front_style(engine)))
-    handles.append(Line2D([], [], label="best of all engines", **FRONT_OF_ALL))
+    handles.append(Line2D([], [], label="best of all engines", **OVERALL_FRONT_STYLE))
     return handles
 
 
-def print_results(studies: Sequence[SweepStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[SweepStudy]) -> Iterator[PrintedPart]:
     """For each scene and engine the settings that no other one beats in both cost and position error."""
     for study in studies:
         yield tables.front_table(study, f"{study.name}: settings that none beats in both cost and position")
-        yield tables.RATIO
+        yield tables.RATIO_NOTE
         yield points_words(study)
         yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())
 
@@ -181,7 +188,7 @@ KIND = Kind(
     findings=SweepStudy,
     title=lambda study: study.title,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=lambda study: f"{study.name}: {' '.join(tables.findings(study)) or points_words(study)}".replace("**", ""),
     digits=6,
 )

@@ -16,21 +16,21 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
-QUANTITY, ALLOWED = "position", 1e-6  # that engines are compared at
+COMPARED_QUANTITY, COMPARED_ERROR = "position", 1e-6  # that engines are compared at
 UNSUPPORTED = Outcome.UNSUPPORTED.slug
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 STEPS = "steps per revolution"
 COST_HEAD = ["CPU time a revolution", "in steps of the reference loop"]
 CHEAPEST_HEAD = ["within", "engine", "cheapest settings", STEPS, "error", *COST_HEAD]
 FRONT_HEAD = ["point", "setting", "steps/rev", "position", "[mm]", "velocity", "accel.", "ms/rev", "ratio"]
-RATIO = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
+RATIO_NOTE = "ratio: a revolution costs as much as so many steps of the engine's fixed reference loop"
 
 
 # -- points ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class Curve:
+class PresetCurve:
     """The points of one preset of one engine, at increasing numbers of steps; failed ones among them."""
 
     engine: str
@@ -44,7 +44,7 @@ class Curve:
         return max(names, key=names.count)
 
 
-def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
+def preset_curves(study: SweepStudy) -> tuple[PresetCurve, ...]:
     """A curve for each engine and preset that the sweep holds, both in their order."""
     curves = []
     for engine in study.engines:
@@ -52,7 +52,7 @@ def preset_curves(study: SweepStudy) -> tuple[Curve, ...]:
         for preset in dict.fromkeys(p.preset or "" for p in of_engine):
             # Two rules may share a run: it is one point of the curve.
             runs = {p.key: p for p in of_engine if p.preset == preset}.values()
-            curves.append(Curve(engine, preset, tuple(sorted(runs, key=lambda p: p.steps_per_revolution))))
+            curves.append(PresetCurve(engine, preset, tuple(sorted(runs, key=lambda p: p.steps_per_revolution))))
     return tuple(curves)
 
 
@@ -80,17 +80,17 @@ def timed_engines(study: SweepStudy) -> list[str]:
     return [engine for engine in study.engines if engine in timed]
 
 
-def tolerance(value: float) -> str:
+def tolerance_text(value: float) -> str:
     """A given tolerance: `1e-6`."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
 def rule_of(point: SweptPoint) -> str:
     """The rule, marked where it is a preset."""
-    return named(point.rule, point.preset)
+    return rule_title(point.rule, point.preset)
 
 
-def named(rule: str, preset: str | None) -> str:
+def rule_title(rule: str, preset: str | None) -> str:
     """A rule, with the preset that it is."""
     if preset is None:
         return rule
@@ -108,17 +108,20 @@ def front_table(study: SweepStudy, title: str = "") -> Table:
             f"{engine_title(engine)}: {rule_of(point)}",
             str(point.steps_per_revolution),
             *_errors(study, point),
-            *(numbers.measured(None if point.cost is None else 1e3 * point.cost), numbers.measured(point.ratio)),
+            *(
+                numbers.measured_text(None if point.cost is None else 1e3 * point.cost),
+                numbers.measured_text(point.ratio),
+            ),
         ]
         for engine in study.engines
-        for point in study.front(QUANTITY, engine)
+        for point in study.front(COMPARED_QUANTITY, engine)
     ]
     return table(FRONT_HEAD, rows, right=FRONT_HEAD[2:], title=title)
 
 
 def _errors(study: SweepStudy, point: SweptPoint) -> list[str]:
-    position, *others = (numbers.measured(point.error(quantity)) for quantity in QUANTITIES)
-    return [position, numbers.in_mm(point.error(QUANTITY), study.lengths), *others]
+    position, *others = (numbers.measured_text(point.error(quantity)) for quantity in QUANTITIES)
+    return [position, numbers.in_mm(point.error(COMPARED_QUANTITY), study.lengths), *others]
 
 
 def cheapest_rows(study: SweepStudy, quantity: str) -> list[list[str]]:
@@ -132,13 +135,13 @@ def cheapest_rows(study: SweepStudy, quantity: str) -> list[list[str]]:
             best = cheapest_within(study.points, quantity, allowed, engine)
             if best is None:
                 beyond.add(engine)
-                least = numbers.measured(least_error(study, quantity, engine))
+                least = numbers.measured_text(least_error(study, quantity, engine))
                 choice = [f"none of the grid; the least error is {least}", *[numbers.MISSING] * 4]
             else:
                 choice = [f"{rule_of(best)} ({best.label})", str(best.steps_per_revolution)]
                 choice += [numbers.error(quantity, best.error(quantity), study.lengths)]
-                choice += [numbers.duration(best.cost), numbers.measured(best.ratio)]
-            rows.append([tolerance(allowed), engine_title(engine), *choice])
+                choice += [numbers.duration(best.cost), numbers.measured_text(best.ratio)]
+            rows.append([tolerance_text(allowed), engine_title(engine), *choice])
     return rows
 
 
@@ -152,19 +155,18 @@ def findings(study: SweepStudy) -> list[str]:
     """For each engine with timings the cheapest setting within the tolerance, and whether it gets there as it comes."""
     found = []
     for engine in timed_engines(study):
-        best = cheapest_within(study.points, QUANTITY, ALLOWED, engine)
-        least, stock = (least_error(study, QUANTITY, engine, preset) for preset in (None, STOCK))
-        title, error = engine_title(engine), f"position error of {tolerance(ALLOWED)} L"
+        best = cheapest_within(study.points, COMPARED_QUANTITY, COMPARED_ERROR, engine)
+        least, stock = (least_error(study, COMPARED_QUANTITY, engine, preset) for preset in (None, STOCK))
+        title, error = engine_title(engine), f"position error of {tolerance_text(COMPARED_ERROR)} L"
         if best is None:
-            text = (
-                f"**No setting of {title} in the grid has a {error} or less**; the least is {numbers.measured(least)}."
-            )
+            text = f"**No setting of {title} in the grid has a {error} or less**"
+            text += f"; the least is {numbers.measured_text(least)}."
         else:
             setting = f"{rule_of(best)}, at {best.steps_per_revolution} steps per revolution ({best.label})"
             cost = numbers.duration(best.cost)
             text = f"**The cheapest setting of {title} for a {error}** is {setting}: {cost} of CPU time a revolution."
-        never = f" The {STOCK} settings never get there: their least error is {numbers.measured(stock)} L."
-        found.append(text + (never if stock is not None and stock > ALLOWED else ""))
+        never = f" The {STOCK} settings never get there: their least error is {numbers.measured_text(stock)} L."
+        found.append(text + (never if stock is not None and stock > COMPARED_ERROR else ""))
     return found
 
 
@@ -174,7 +176,7 @@ def findings(study: SweepStudy) -> list[str]:
 def order_words(found: ObservedOrder) -> str:
     """The order that is claimed, or the plateau where the error has stopped falling."""
     if found.plateau is not None:
-        return f"plateau {numbers.measured(found.plateau)}"
+        return f"plateau {numbers.measured_text(found.plateau)}"
     return numbers.MISSING if found.claimed is None else numbers.order(found.claimed)
 
 
@@ -184,9 +186,9 @@ def orders_table(study: SweepStudy) -> Table:
     rows = [
         [
             engine_title(rule.engine),
-            named(rule.name, presets[rule.engine, rule.name]),
+            rule_title(rule.name, presets[rule.engine, rule.name]),
             *(order_words(rule.orders[quantity]) for quantity in QUANTITIES),
-            "; ".join(filter(None, ends(study.points_of(rule)))) or "completed",
+            "; ".join(filter(None, outcome_ranges(study.points_of(rule)))) or "completed",
         ]
         for rule in study.rules
         if (rule.engine, rule.name) in presets
@@ -203,7 +205,7 @@ def end_words(study: SweepStudy) -> str:
     return ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
 
 
-def ends(points: Sequence[SweptPoint]) -> Iterator[str]:
+def outcome_ranges(points: Sequence[SweptPoint]) -> Iterator[str]:
     """Outcomes of runs at increasing steps: `20 to 100: diverged`; empty where they completed."""
     for outcome, group in groupby(points, lambda point: point.outcome):
         own = list(group)

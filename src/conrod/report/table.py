@@ -12,31 +12,31 @@ from typing import Literal, TypeAlias
 
 from conrod.errors import COMMANDING
 
-LONGEST = 640  # characters of an error's line: room for two long paths beside the causes
+MAX_ERROR_CHARACTERS = 640  # characters of an error's line: room for two long paths beside the causes
 # In Markdown: what opens a tag or an image, and what makes a link of brackets, unless it leads to a file of the report.
 _HAZARD = re.compile(r"<(?=[A-Za-z/!?])|!(?=\[)|\](?=\([^)]*([:&]|//)|:\s*(<[^>]*|\S*)([:&]|//))")
 _ENTITIES = {"<": "&lt;", "!": "&#33;", "]": "&#93;"}
 
 
-def visible(text: str) -> str:
+def visible_text(text: str) -> str:
     """The text with a question mark for each control character; tabs and line ends stay."""
     return text.translate(COMMANDING)
 
 
-def in_markdown(text: str) -> str:
+def safe_markdown(text: str) -> str:
     """The text without HTML and images of its own, and without links that leave the report; other marks stay."""
     # Entities, not backslashes: one that stands before would escape those.
-    return _HAZARD.sub(lambda found: _ENTITIES[found[0]], visible(text))
+    return _HAZARD.sub(lambda found: _ENTITIES[found[0]], visible_text(text))
 
 
-def in_html(page: str) -> str:
+def safe_html(page: str) -> str:
     """A whole page in which no character commands a reader; names in it are escaped by what makes the page."""
-    return visible(page)
+    return visible_text(page)
 
 
-def in_svg(drawing: str) -> str:
+def safe_svg(drawing: str) -> str:
     """A whole drawing in which no character commands a reader."""
-    return visible(drawing)
+    return visible_text(drawing)
 
 
 class Verbatim(str):
@@ -45,13 +45,17 @@ class Verbatim(str):
 
 def verbatim(text: str) -> Verbatim:
     """The text as a fenced block shows it; nothing in it closes the fence."""
-    return Verbatim(visible(text).replace("```", "`` `"))
+    return Verbatim(visible_text(text).replace("```", "`` `"))
 
 
 def one_line(message: str) -> str:
     """The message of an error on one line of bounded length: its beginning, and its end with the nearest choice."""
-    line = visible(" ".join(message.split()))
-    return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 + 5 :]}"
+    line = visible_text(" ".join(message.split()))
+    return (
+        line
+        if len(line) <= MAX_ERROR_CHARACTERS
+        else f"{line[: MAX_ERROR_CHARACTERS // 2]} ... {line[-MAX_ERROR_CHARACTERS // 2 + 5 :]}"
+    )
 
 
 Tone = Literal["good", "bad", "odd"]
@@ -105,6 +109,6 @@ def table(
     return Table(tuple(headings), body, frozenset(right), title, names)
 
 
-def text_of(cell: Cell) -> str:
+def cell_text(cell: Cell) -> str:
     """The words of a cell."""
     return cell.text if isinstance(cell, Toned) else cell

@@ -1,7 +1,7 @@
 """Pages in Markdown from templates: all prose of reports lies in `templates/`, or beside a kind that has a folder.
 
 In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None; figures that it shows are
-those of the page. The functions of `conrod.report.numbers` are filters (`{{ size | measured }}`), those of
+those of the page. The functions of `conrod.report.numbers` are filters (`{{ size | measured_text }}`), those of
 `conrod.report.results` are there by their names. A paragraph may take several lines of a template.
 """
 
@@ -21,7 +21,7 @@ from jinja2.runtime import Context
 from conrod.report import numbers, results
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
-from conrod.report.table import Cell, Table, Toned, Verbatim, in_markdown, verbatim
+from conrod.report.table import Cell, Table, Toned, Verbatim, safe_markdown, verbatim
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Page:
     figures: tuple[Figure, ...] = ()
 
 
-NO_CONTINUATION = ("|", "#", "- ", "* ", "!", "```", "<", "$$")
+BLOCK_STARTS = ("|", "#", "- ", "* ", "!", "```", "<", "$$")
 
 
 def table_text(table: Table) -> str:
@@ -46,7 +46,7 @@ def table_text(table: Table) -> str:
 
 def figure_text(figure: Figure) -> str:
     """A figure as a page shows it."""
-    return f"![{in_markdown(figure.alt)}]({quote(figure.file)})"
+    return f"![{safe_markdown(figure.alt)}]({quote(figure.file)})"
 
 
 def bullets(points: Iterable[str]) -> str:
@@ -54,17 +54,17 @@ def bullets(points: Iterable[str]) -> str:
     return "\n".join(f"- {' '.join(point.split())}" for point in points)
 
 
-def begun(text: str) -> str:
+def capitalised(text: str) -> str:
     """The text with a capital; `capitalize` would make the others small."""
     return text[:1].upper() + text[1:]
 
 
-def listed(words: Sequence[str]) -> str:
+def join_words(words: Sequence[str]) -> str:
     """Words as a list in a sentence: `a, b and c`."""
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 
-def unwrapped(text: str) -> str:
+def unwrap_paragraphs(text: str) -> str:
     """The text with every paragraph on one line, one empty line between blocks, and one line end at the end."""
     lines: list[str] = []
     fenced = False
@@ -77,7 +77,7 @@ def unwrapped(text: str) -> str:
         elif not line:
             if before:
                 lines.append(line)
-        elif before and not line.startswith(NO_CONTINUATION) and not before.startswith(("|", "#", "```", "!")):
+        elif before and not line.startswith(BLOCK_STARTS) and not before.startswith(("|", "#", "```", "!")):
             lines[-1] = f"{before} {line.lstrip()}"
         else:
             lines.append(line)
@@ -96,22 +96,22 @@ def _cell(cell: Cell) -> str:
 
 
 FILTERS = {
-    "measured": numbers.measured,
+    "measured_text": numbers.measured_text,
     "quantity": numbers.quantity,
     "lengths": numbers.lengths,
     "in_shown_unit": numbers.in_shown_unit,
     "file_name": lambda path: PurePath(path).name,
     "bullets": bullets,
-    "begun": begun,
+    "capitalised": capitalised,
     "verbatim": verbatim,
 }
 
 
-OWN = "conrod.report"
+REPORT_PACKAGE = "conrod.report"
 GLOBALS = {
-    "described": results.described,
+    "scene_description": results.scene_description,
     "engine_title": engine_title,
-    "name_of": results.name_of,
+    "engine_and_preset": results.engine_and_preset,
     "parameters_table": results.parameters_table,
     "summary_words": results.summary_words,
     "versions_words": results.versions_words,
@@ -127,17 +127,19 @@ def page(template: str, report: ModuleType | None = None, **names: Any) -> Page:
         names: what else it speaks of; one that is missing is an error.
     """
     shown = dict[str, Figure]()
-    found = _environment(report.__name__.rpartition(".")[0] if report else OWN).get_template(f"{template}.md.jinja")
+    found = _environment(report.__name__.rpartition(".")[0] if report else REPORT_PACKAGE).get_template(
+        f"{template}.md.jinja"
+    )
     text = found.render(report=report, shown_figures=shown, **names)
-    return Page(unwrapped(text), tuple(shown.values()))
+    return Page(unwrap_paragraphs(text), tuple(shown.values()))
 
 
 @cache
-def _environment(package: str = OWN) -> Environment:
+def _environment(package: str = REPORT_PACKAGE) -> Environment:
     beside = PackageLoader(package, "")
     made = Environment(
-        loader=ChoiceLoader([PackageLoader(OWN), beside]), undefined=StrictUndefined, finalize=_shown, trim_blocks=True,
-        lstrip_blocks=True, autoescape=False,
+        loader=ChoiceLoader([PackageLoader(REPORT_PACKAGE), beside]), undefined=StrictUndefined,
+        finalize=_finalise_value, trim_blocks=True, lstrip_blocks=True, autoescape=False,
     )  # fmt: skip
     made.filters |= FILTERS
     made.globals |= GLOBALS
@@ -145,17 +147,17 @@ def _environment(package: str = OWN) -> Environment:
 
 
 @pass_context
-def _shown(context: Context, value: Any) -> Any:
+def _finalise_value(context: Context, value: Any) -> Any:
     match value:
         case Table():
-            return in_markdown(table_text(value))
+            return safe_markdown(table_text(value))
         case Figure():
             context["shown_figures"][value.name] = value
             return figure_text(value)
         case Verbatim():
             return value
         case str():
-            return in_markdown(value)
+            return safe_markdown(value)
         case None:
             return ""
         case _:

@@ -11,18 +11,18 @@ from rich.segment import Segment
 from rich.text import Text
 
 from conrod.crash import OutputClosed
-from conrod.report.table import VERDICT, Cell, Table, Toned, Verbatim, text_of, visible
+from conrod.report.table import VERDICT, Cell, Table, Toned, Verbatim, cell_text, visible_text
 from conrod.studies.frame.writing import naming
 
-Part: TypeAlias = Table | str | Text  # a table, or a line; one that is `Verbatim` is to be copied
+PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; one that is `Verbatim` is to be copied
 
-UNBOUNDED = 100_000  # columns where there is no terminal to fit
-FOLDED = 24  # columns: sentences are not folded narrower, so that verdicts of two words stay on a line
-GAP, INDENT = "  ", "  "
+UNBOUNDED_WIDTH = 100_000  # columns where there is no terminal to fit
+MIN_FOLDED_WIDTH = 24  # columns: sentences are not folded narrower, so that verdicts of two words stay on a line
+COLUMN_GAP, INDENT = "  ", "  "
 STYLES = {"good": "green", "bad": "red", "odd": "yellow"}
 
 
-class _Console(Console):
+class _SafeConsole(Console):
     """A console on which what is printed commands nothing: see `conrod.report.table`."""
 
     def on_broken_pipe(self) -> None:
@@ -31,17 +31,17 @@ class _Console(Console):
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
         for one in super().render(renderable, options):
-            yield one if one.control else Segment(visible(one.text), one.style)
+            yield one if one.control else Segment(visible_text(one.text), one.style)
 
 
 def console(*, stderr: bool = False) -> Console:
     """Standard output or error, as wide as the terminal, or without bounds where there is none."""
     # A user's file or body may be called ":key:".
-    out = _Console(highlight=False, emoji=False, stderr=stderr)
-    return out if out.is_terminal else _Console(highlight=False, emoji=False, stderr=stderr, width=UNBOUNDED)
+    out = _SafeConsole(highlight=False, emoji=False, stderr=stderr)
+    return out if out.is_terminal else _SafeConsole(highlight=False, emoji=False, stderr=stderr, width=UNBOUNDED_WIDTH)
 
 
-def tell(parts: Iterable[Part]) -> None:
+def print_parts(parts: Iterable[PrintedPart]) -> None:
     """Print tables and lines on standard output."""
     out = console()
     with naming("standard output"):
@@ -52,12 +52,12 @@ def tell(parts: Iterable[Part]) -> None:
                 print_lines(out, [part], verbatim=isinstance(part, Verbatim))
 
 
-def said(text: str, passed: bool | None) -> Text:
+def verdict_line(text: str, passed: bool | None) -> Text:
     """A verdict's line in its colour."""
     return Text(text, {True: "green", False: "red", None: "default"}[passed])
 
 
-def under(subject: str, lines: Iterable[str]) -> list[Part]:
+def indented_under(subject: str, lines: Iterable[str]) -> list[PrintedPart]:
     """Sentences under their subject, if there are any."""
     indented = [f"  {line}" for line in lines]
     return ["", subject, *indented] if indented else []
@@ -81,44 +81,44 @@ def print_lines(out: Console, lines: Iterable[str | Text], indent: int = 0, *, v
     for line in lines:
         text = line if isinstance(line, Text) else Text(line)
         begin = indent + len(text.plain) - len(text.plain.lstrip())
-        for part in [text] if verbatim else _wrapped(out, text[begin - indent :], out.width - begin):
+        for part in [text] if verbatim else _wrapped_lines(out, text[begin - indent :], out.width - begin):
             part.rstrip()
             out.print(" " * (indent if verbatim else begin) if part else "", part, sep="", soft_wrap=True)
 
 
 def _grid(out: Console, table: Table) -> list[Text] | None:
     """The lines of a table; None where it is too wide."""
-    natural = [max(map(cell_len, map(text_of, column))) for column in zip(table.headings, *table.rows, strict=True)]
-    widths = [min(whole, _least(table, k)) for k, whole in enumerate(natural)]
-    spare = out.width - sum(widths) - len(GAP) * (len(widths) - 1)
+    natural = [max(map(cell_len, map(cell_text, column))) for column in zip(table.headings, *table.rows, strict=True)]
+    widths = [min(whole, _min_column_width(table, k)) for k, whole in enumerate(natural)]
+    spare = out.width - sum(widths) - len(COLUMN_GAP) * (len(widths) - 1)
     if spare < 0:
         return None
     for k, whole in enumerate(natural):
         more = min(whole - widths[k], spare)
         widths[k], spare = widths[k] + more, spare - more
-    rule = Text(GAP.join("─" * width for width in widths))
+    rule = Text(COLUMN_GAP.join("─" * width for width in widths))
     lines = [line for row in table.rows for line in _row(out, table, row, widths)]
     return [*_row(out, table, table.headings, widths), rule, *lines]
 
 
-def _least(table: Table, column: int) -> int:
+def _min_column_width(table: Table, column: int) -> int:
     """The narrowest that a column may be: words stay whole, and so do cells but for long sentences."""
-    cells = [text_of(row[column]) for row in table.rows]
+    cells = [cell_text(row[column]) for row in table.rows]
     heading, longest = table.headings[column], max(map(cell_len, cells))
-    if column >= table.names and heading not in table.right and longest > FOLDED:
-        longest = max(FOLDED, *(cell_len(word) for cell in cells for word in cell.split()))
+    if column >= table.names and heading not in table.right and longest > MIN_FOLDED_WIDTH:
+        longest = max(MIN_FOLDED_WIDTH, *(cell_len(word) for cell in cells for word in cell.split()))
     return max(longest, *map(cell_len, heading.split() or [""]))
 
 
 def _row(out: Console, table: Table, row: Sequence[Cell], widths: Sequence[int]) -> list[Text]:
     """The lines of a row whose cells may take several."""
-    cells = [_wrapped(out, _text(cell), width) for cell, width in zip(row, widths, strict=True)]
+    cells = [_wrapped_lines(out, _styled_text(cell), width) for cell, width in zip(row, widths, strict=True)]
     lines = []
     for k in range(max(map(len, cells))):
         parts = [cell[k] if k < len(cell) else Text() for cell in cells]
         for part, heading, width in zip(parts, table.headings, widths, strict=True):
             part.align("right" if heading in table.right else "left", width)
-        lines.append(Text(GAP).join(parts))
+        lines.append(Text(COLUMN_GAP).join(parts))
     return lines
 
 
@@ -127,22 +127,22 @@ def _records(out: Console, table: Table) -> list[Text]:
     lines = list[Text]()
     for row in table.rows:
         verdict = [k for k, heading in enumerate(table.headings) if heading == VERDICT]
-        name = Text(", ").join(filter(None, map(_text, row[: table.names])))
-        head = Text(": ").join(filter(None, (name, *(_text(row[k]) for k in verdict))))
+        name = Text(", ").join(filter(None, map(_styled_text, row[: table.names])))
+        head = Text(": ").join(filter(None, (name, *(_styled_text(row[k]) for k in verdict))))
         figures = Text("; ").join(
-            Text(": ").join(filter(None, (Text(heading), _text(cell))))
+            Text(": ").join(filter(None, (Text(heading), _styled_text(cell))))
             for k, (heading, cell) in enumerate(zip(table.headings, row, strict=True))
-            if k >= table.names and k not in verdict and text_of(cell)
+            if k >= table.names and k not in verdict and cell_text(cell)
         )
-        lines += _wrapped(out, head, out.width)
-        lines += [Text(INDENT) + line for line in _wrapped(out, figures, out.width - len(INDENT)) if line]
+        lines += _wrapped_lines(out, head, out.width)
+        lines += [Text(INDENT) + line for line in _wrapped_lines(out, figures, out.width - len(INDENT)) if line]
     return lines
 
 
-def _wrapped(out: Console, text: Text, width: int) -> Sequence[Text]:
+def _wrapped_lines(out: Console, text: Text, width: int) -> Sequence[Text]:
     """The text in lines that end between words."""
     return list(text.wrap(out, width)) or [text]
 
 
-def _text(cell: Cell) -> Text:
+def _styled_text(cell: Cell) -> Text:
     return Text(cell.text, STYLES[cell.tone]) if isinstance(cell, Toned) else Text(cell)

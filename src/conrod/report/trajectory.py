@@ -13,13 +13,13 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import DISTRUST, exceeded_words
+from conrod.report.results import DISTRUST_ADVICE, exceeded_words
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part, said, under
+from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 
 PART = "table"  # of the report, which has one
 # Of what is estimated: the unit that it is shown in, the factor from SI, its meaning.
-SHOWN = {
+ESTIMATE_UNITS = {
     "time": ("ms", 1e3, "the table's clock minus the scene's"),
     "phase": ("deg", 180.0 / math.pi, "crank angle at the scene's time 0"),
     "zero": ("deg", 180.0 / math.pi, "crank angle where the table's crank angle is 0"),
@@ -41,28 +41,30 @@ def _turns(study: TableStudy) -> str:
 def verdict_text(study: TableStudy) -> str:
     """The verdict, with what is out of tolerance and what it does not rest on."""
     if study.distrust:
-        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST}"
+        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST_ADVICE}"
     if study.passed is None:
         return "measured, not judged: give --tolerance"
     unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""
     if study.passed:
         found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
-        within = (f"{name} {numbers.error(name, size)} <= {_allowed(name, limit)}" for name, size, limit in found)
+        within = (
+            f"{name} {numbers.error(name, size)} <= {_tolerance_text(name, limit)}" for name, size, limit in found
+        )
         return f"within tolerance: {', '.join(within)}{unjudged}"
-    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _allowed))}{unjudged}"
+    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text))}{unjudged}"
 
 
-def _allowed(name: str, limit: float) -> str:
+def _tolerance_text(name: str, limit: float) -> str:
     """A tolerance that was given or follows from one, that of the crank's angle in deg."""
-    return numbers.allowed(name, limit) if name == "phase" else numbers.quantity(limit)
+    return numbers.allowed_text(name, limit) if name == "phase" else numbers.quantity(limit)
 
 
 def estimation_lines(study: TableStudy) -> list[str]:
     """Estimates in words with their standard errors, and what is left."""
     lines = []
     for one in study.estimates:
-        unit, factor, meaning = SHOWN[one.name]
-        error = numbers.measured(one.error * factor)
+        unit, factor, meaning = ESTIMATE_UNITS[one.name]
+        error = numbers.measured_text(one.error * factor)
         left = numbers.error("total" if study.errors else "phase", one.remaining, study.scene.lengths)
         value = f"{one.value * factor:.10g} {unit}, standard error {error} {unit}"
         lines.append(f"{one.name}, {meaning}: {value}; what is left is {left} rms")
@@ -109,9 +111,13 @@ def errors_table(study: TableStudy) -> Table:
         for name in ERRORS:
             if name in curves:
                 size, limit = curves[name].size, study.tolerance.get(name)
-                sizes = (numbers.measured(value) for value in (size.max, size.rms, size.final))
-                shown = numbers.in_mm({point: size.max}, study.scene.lengths) if name in numbers.PLACES else ""
-                rows.append((point, name, *sizes, shown, "not judged" if limit is None else _allowed(name, limit)))
+                sizes = (numbers.measured_text(value) for value in (size.max, size.rms, size.final))
+                shown = (
+                    numbers.in_mm({point: size.max}, study.scene.lengths) if name in numbers.QUANTITIES_OVER_L else ""
+                )
+                rows.append(
+                    (point, name, *sizes, shown, "not judged" if limit is None else _tolerance_text(name, limit))
+                )
     right = ("max", "rms", "final", "max [mm]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
 
@@ -136,12 +142,12 @@ def _summary(study: TableStudy) -> dict[str, Any]:
     }
 
 
-def print_results(studies: Sequence[TableStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[TableStudy]) -> Iterator[PrintedPart]:
     """Verdict, errors, the table's columns, what was estimated, notes and causes."""
     for study in studies:
-        yield said(f"{study.file}: {verdict_text(study)}", study.passed)
+        yield verdict_line(f"{study.file}: {verdict_text(study)}", study.passed)
         yield errors_table(study)
-        yield from under(summary_line(study), findings(study))
+        yield from indented_under(summary_line(study), findings(study))
         yield columns_table(study)
 
 
@@ -150,7 +156,7 @@ KIND = Kind(
     findings=TableStudy,
     title=lambda study: f"{study.file} against {study.scene_name}",
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=verdict_text,
     one_part=True,
     schema=4,

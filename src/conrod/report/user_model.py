@@ -12,19 +12,19 @@ from conrod.own.models.identity import Explanation, Length
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
 from conrod.report.kind import Kind
-from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured, quantity, rounded, with_mm
-from conrod.report.results import DISTRUST, exceeded_words
-from conrod.report.start_pose import begins_words
+from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured_text, quantity, round_to_digits, with_mm
+from conrod.report.results import DISTRUST_ADVICE, exceeded_words
+from conrod.report.start_pose import open_start_words
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part, said, under
+from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 
-RIGHT = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
-MM, TRAVEL = 1e3, " of its travel"
-TOLD_TOGETHER = 4
-KINDS = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
+RIGHT_COLUMNS = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
+MM, OF_ITS_TRAVEL = 1e3, " of its travel"
+MAX_EXPLANATIONS = 4
+JOINT_NAMES = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
 
 
 def verdict(study: ModelStudy) -> str:
@@ -33,24 +33,24 @@ def verdict(study: ModelStudy) -> str:
     What machine it is comes first, unless its own run failed.
     """
     if study.distrust:
-        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST}"
+        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST_ADVICE}"
     sentences = [_identity_words(study)]
     if study.own_run is not None:
         sentences.insert(0 if study.own_failed else 1, _own_run_words(study, study.own_run))
     if study.is_machine and not study.model.stops:
         sentences.append(_driven_words(study))
-    sentences += _acting(study)
+    sentences += _other_forces_words(study)
     if not_judged := list(_not_judged(study)):
         sentences.append(f"Not judged: {'; '.join(not_judged)}.")
     if (begins := study.model.begins) is not None:
-        words = begins_words(begins, study.identity.frame.unit)
+        words = open_start_words(begins, study.identity.frame.unit)
         sentences.insert(0 if study.begins_open else len(sentences), words)
     if about := study.model.about:
         sentences.append(f"{about[0].upper()}{about[1:]}.")
     return " ".join(sentences)
 
 
-def _acting(study: ModelStudy) -> Iterator[str]:
+def _other_forces_words(study: ModelStudy) -> Iterator[str]:
     """What acts besides the loops in the driven run and, if anything else, in the file's own."""
     driven = () if study.own is None else study.own.acting
     named, engine = {one.title for one in driven}, f"MuJoCo {study.model.engine_version}"
@@ -98,7 +98,7 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
     begin, crank = f"Run as the file has it, from {study.model.start},", study.crank
     if crank is None:
         return f"{begin} it ended as {run.outcome.slug}: {run.reason}."
-    speed, quiet = f"{_rpm(study.scene.speed)} rpm of the scene", _why_quiet(study)
+    speed, quiet = f"{_rpm(study.scene.speed)} rpm of the scene", _missing_drive(study)
     # What is less than a millionth of the scene's speed is none.
     seen = [study.scene.speed * round(one / study.scene.speed, 6) for one in (crank.mean, crank.least, crank.most)]
     mean, least, most = map(_rpm, seen)
@@ -130,7 +130,7 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
     return f"{begin} {did}; {_judged_words(study, run)}."
 
 
-def _why_quiet(study: ModelStudy) -> str:
+def _missing_drive(study: ModelStudy) -> str:
     """What a file lacks that would drive it, in words; empty where a control does."""
     if any(study.model.controls.values()):
         return ""
@@ -160,12 +160,12 @@ def _why_not(study: ModelStudy) -> str:
     branch = ["it is on the other assembly branch, or to be seen from the other side (--plane)"]
     branch = branch if identity.other_branch else []
     if identity.explanations:
-        every = identity.explanations[:TOLD_TOGETHER]
-        return " and ".join([*branch, " or ".join(map(explanation, every))])
+        every = identity.explanations[:MAX_EXPLANATIONS]
+        return " and ".join([*branch, " or ".join(map(explanation_words, every))])
     if branch and identity.left <= identity.floor:
         return branch[0]
     off = f"its points are off by up to {with_mm(identity.off_by, study.scene.lengths, ' of their travel')}"
-    joints = f"it has {_counted(study)}, the machine {_machine_joints(study.scene)}"
+    joints = f"it has {_joint_counts(study)}, the machine {_machine_joints(study.scene)}"
     return "; ".join([*branch, off, f"no lengths explain it: {joints}"])
 
 
@@ -200,14 +200,14 @@ def _degrees(angle: float) -> str:
 def _wiring(study: ModelStudy) -> Iterator[str]:
     """Joints, closures and freedom."""
     has, contact = study.model, study.model.touching
-    yield f"{_counted(study)}; the machine has {_machine_joints(study.scene)}"
+    yield f"{_joint_counts(study)}; the machine has {_machine_joints(study.scene)}"
     yield (
         f"mobility {has.coordinates - has.rank - (1 if contact else 0)}: {has.coordinates} degrees of freedom, of "
         f"which closures take {has.rank}{f' and the contact of {contact[0]} and {contact[1]} 1' if contact else ''}"
     )
 
 
-def _counted(study: ModelStudy) -> str:
+def _joint_counts(study: ModelStudy) -> str:
     """Joints and closures of the model."""
     has = study.model
     named = {kind if kind in ("connect", "weld") else f"equality of {kind}s": n for kind, n in has.closures.items()}
@@ -215,7 +215,7 @@ def _counted(study: ModelStudy) -> str:
 
 
 def _machine_joints(scene: Scene) -> str:
-    return _plural(Counter(KINDS[type(joint).__name__] for joint in scene.mechanism().joints))
+    return _plural(Counter(JOINT_NAMES[type(joint).__name__] for joint in scene.mechanism().joints))
 
 
 def _plural(counts: Mapping[str, int]) -> str:
@@ -228,26 +228,26 @@ def _plural(counts: Mapping[str, int]) -> str:
 def _paths(study: ModelStudy) -> Iterator[str]:
     """Comparison of the points' paths with the exact ones, and what explains the difference."""
     identity, lengths = study.identity, study.scene.lengths
-    off = ", ".join(f"{name} {with_mm({name: size}, lengths, TRAVEL)}" for name, size in identity.off_by.items())
+    off = ", ".join(f"{name} {with_mm({name: size}, lengths, OF_ITS_TRAVEL)}" for name, size in identity.off_by.items())
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
     if missing := [p.name for p in study.scene.mechanism().observed if p.name not in identity.off_by]:
         yield f"not given, so not judged: {', '.join(missing)}"
 
 
-def explanation(found: Explanation) -> str:
+def explanation_words(found: Explanation) -> str:
     """Lengths and places that are off, with their sizes."""
     places = (f"{p.point} is {MM * p.away:.4g} mm from where it should be on its link" for p in found.misplaced)
-    return " and ".join([*map(length, found.lengths), *places])
+    return " and ".join([*map(length_words, found.lengths), *places])
 
 
-def length(one: Length) -> str:
+def length_words(one: Length) -> str:
     """'rod is 0.01 % too long: 325.0325 mm instead of 325 mm'."""
     excess = one.excess
     if excess is None:
         return f"{one.name} is {MM * one.found:.6g} mm instead of 0 mm"
     if one.name == ALL_LENGTHS:
         return f"all lengths are {one.found:.7g} times those expected"
-    share = f"{rounded(100.0 * abs(excess), 2):g} % too {'long' if excess > 0.0 else 'short'}"
+    share = f"{round_to_digits(100.0 * abs(excess), 2):g} % too {'long' if excess > 0.0 else 'short'}"
     digits = max(6, 2 - math.floor(math.log10(abs(excess) or 1.0)) + 1)
     return f"{one.name} is {share}: {MM * one.found:.{min(digits, 15)}g} mm instead of {MM * one.expected:.6g} mm"
 
@@ -260,14 +260,19 @@ def runs_table(study: ModelStudy) -> Table:
     own_runs = [] if study.own_run is None else [study.own_run]
     rows = [
         (
-            *(run.label, quantity(run.steps_per_revolution, 5), measured(run.worst("position")), _in_mm(study, run)),
-            *(*(measured(run.worst(q)) for q in QUANTITIES[1:]), words),
+            *(
+                run.label,
+                quantity(run.steps_per_revolution, 5),
+                measured_text(run.worst("position")),
+                _in_mm(study, run),
+            ),
+            *(*(measured_text(run.worst(q)) for q in QUANTITIES[1:]), words),
         )
         for run in (*own_runs, *study.runs.values())
-        if (words := _said(study, run))
+        if (words := _run_verdict(study, run))
     ]
     caption = "its own run, and runs with conrod's drive: largest error, normalised by L, ω L, ω² L"
-    return table(("settings", *RIGHT, "verdict"), rows, RIGHT, caption)
+    return table(("settings", *RIGHT_COLUMNS, "verdict"), rows, RIGHT_COLUMNS, caption)
 
 
 def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
@@ -275,7 +280,7 @@ def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
     return in_mm(errors, study.scene.lengths)
 
 
-def _said(study: ModelStudy, run: JudgedRun) -> str:
+def _run_verdict(study: ModelStudy, run: JudgedRun) -> str:
     if run.outcome is not Outcome.COMPLETED:
         return f"{run.outcome.slug}: {run.reason}"
     if run.errors is None:
@@ -289,7 +294,7 @@ def _said(study: ModelStudy, run: JudgedRun) -> str:
     return "within tolerance" if study.tolerance else "measured"
 
 
-def drive(study: ModelStudy) -> Iterator[str]:
+def drive_lines(study: ModelStudy) -> Iterator[str]:
     """Drive of the crank, and what the runs are compared with."""
     own, identity = study.own, study.identity
     if own is None:
@@ -310,13 +315,13 @@ def _summary(study: ModelStudy) -> dict[str, Any]:
     return {"is_machine": study.is_machine, "passed": study.passed, "verdict": verdict(study)}
 
 
-def print_results(studies: Sequence[ModelStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[ModelStudy]) -> Iterator[PrintedPart]:
     """Verdict, runs, frame, wiring and paths of each model."""
     for study in studies:
-        yield said(f"{study.file}: {verdict(study)}", study.passed)
+        yield verdict_line(f"{study.file}: {verdict(study)}", study.passed)
         yield runs_table(study)
-        for subject, lines in {"runs": drive(study), **findings(study)}.items():
-            yield from under(subject, lines)
+        for subject, lines in {"runs": drive_lines(study), **findings(study)}.items():
+            yield from indented_under(subject, lines)
 
 
 KIND = Kind(
@@ -324,7 +329,7 @@ KIND = Kind(
     findings=ModelStudy,
     title=lambda study: f"{Path(study.file).name}: is it {study.scene_name}?",
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=verdict,
     one_part=True,
 )

@@ -10,30 +10,30 @@ from typing import Any
 import numpy as np
 
 from conrod.report import numbers, validation_tables
-from conrod.report.charts.styles import completed, engine_title, label
+from conrod.report.charts.styles import drawable_runs, engine_title, label
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Part
-from conrod.report.results import scene_verdict, summary_of
+from conrod.report.results import scene_summary, scene_verdict
 from conrod.report.table import Cell, Table, Toned, table
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 
-GRID = 1e-4  # of a span that is drawn: what cannot be seen
+GRID_SHARE = 1e-4  # of a span that is drawn: what cannot be seen
 ERROR_DIGITS, POSE_DIGITS = 4, 3
 
 
 # -- what is saved ---------------------------------------------------------------------------------------------------
 
 
-def _kept(study: SceneStudy) -> SceneStudy:
+def _drawable_study(study: SceneStudy) -> SceneStudy:
     """The study with its curves in as many digits as a figure can show."""
-    return replace(study, results=tuple(map(_thinned, study.results)))
+    return replace(study, results=tuple(map(_drawable_result, study.results)))
 
 
-def _thinned(result: ValidationResult) -> ValidationResult:
+def _drawable_result(result: ValidationResult) -> ValidationResult:
     curves = result.curves and {
         point: {
-            quantity: Curve(_on_grid(curve.error_angle), _rounded(curve.error, ERROR_DIGITS))
+            quantity: Curve(_round_to_span(curve.error_angle), _round_array(curve.error, ERROR_DIGITS))
             for quantity, curve in curves.items()
         }
         for point, curves in result.curves.items()
@@ -42,22 +42,22 @@ def _thinned(result: ValidationResult) -> ValidationResult:
     if poses is not None:
         # What is rounding is nothing, however magnified.
         values = np.where(np.abs(poses.values) < numbers.ROUNDING, 0.0, poses.values)
-        poses = PoseErrors(_on_grid(poses.angle), _rounded(values, POSE_DIGITS))
+        poses = PoseErrors(_round_to_span(poses.angle), _round_array(values, POSE_DIGITS))
     return replace(result, curves=curves, poses=poses)
 
 
-def _rounded(values: Any, digits: int) -> Any:
-    return np.vectorize(lambda one: numbers.rounded(one, digits), otypes=[float])(values)
+def _round_array(values: Any, digits: int) -> Any:
+    return np.vectorize(lambda one: numbers.round_to_digits(one, digits), otypes=[float])(values)
 
 
-def _on_grid(values: Any) -> Any:
+def _round_to_span(values: Any) -> Any:
     """Values rounded to a power of ten that is `GRID` of their span or less."""
     span = float(np.ptp(values)) if len(values) else 0.0
-    return values if span == 0.0 else np.round(values, -int(np.floor(np.log10(GRID * span))))
+    return values if span == 0.0 else np.round(values, -int(np.floor(np.log10(GRID_SHARE * span))))
 
 
 def _summary(study: SceneStudy) -> dict[str, Any]:
-    return {"closed_form": study.scene.closed_form, **summary_of(study, partial(_sizes, study.scene.lengths))}
+    return {"closed_form": study.scene.closed_form, **scene_summary(study, partial(_sizes, study.scene.lengths))}
 
 
 def _sizes(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, Any]:
@@ -77,17 +77,17 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
     """The figures of a page by name; those of the runs only where one completed."""
     from conrod.report.charts.panels import error_figure, refinement_figure
     from conrod.report.drawing.drawing import mechanism_svg
-    from conrod.report.html.moving import animated_svg, moving
+    from conrod.report.html.moving import animated_svg, moving_machine
 
     name = study.name
     drawn: dict[str, tuple[str, Any]] = {
         "mechanism": (f"The mechanism of {name} with its dimensions", partial(mechanism_svg, study.scene))
     }
-    if machine := moving(study):
+    if machine := moving_machine(study):
         magnified = f"its error magnified 10^{machine.power(machine.runs[0])} times"
         alt = f"In motion: in grey {name}, exact; in colour {label(machine.runs[0])}, {magnified}"
         drawn["moving"] = (alt, partial(animated_svg, machine))
-    if completed(study.results):
+    if drawable_runs(study.results):
         drawn["error"] = (f"Error of every run of {name} against the crank angle", partial(error_figure, study))
     if any(run.refinement for run in study.results):
         drawn["order"] = (f"Error of {name} against step size", partial(refinement_figure, study))
@@ -138,9 +138,9 @@ def _run(result: Mapping[str, Any]) -> tuple[str, str]:
 
 def _error(result: Mapping[str, Any]) -> Cell:
     completed = result["outcome"] == "completed"
-    text = numbers.measured(result["largest"]["position"]) if completed else result["outcome"]
+    text = numbers.measured_text(result["largest"]["position"]) if completed else result["outcome"]
     if completed and text != numbers.BELOW_ROUNDING:
-        text += f" ({numbers.measured(1e3 * result['position_m'])} mm)"
+        text += f" ({numbers.measured_text(1e3 * result['position_m'])} mm)"
     return Toned(text, "bad") if result["passed"] is False else text
 
 
@@ -170,9 +170,9 @@ KIND = Kind(
     findings=SceneStudy,
     title=lambda study: study.scene.title,
     summary=_summary,
-    printed=validation_tables.print_results,
+    printed=validation_tables.results_to_print,
     verdict=scene_verdict,
-    kept=_kept,
+    kept=_drawable_study,
     digits=6,
     live=_live,
     in_live=("-moving.svg",),

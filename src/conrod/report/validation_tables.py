@@ -8,9 +8,9 @@ from functools import partial
 from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
-from conrod.report.results import name_of, print_distrusted, results_table
+from conrod.report.results import distrusted_scenes, engine_and_preset, results_table
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
@@ -19,7 +19,7 @@ JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
 
 
-def dynamic(study: SceneStudy) -> list[ValidationResult]:
+def dynamic_results(study: SceneStudy) -> list[ValidationResult]:
     """The results of real time stepping."""
     return [r for r in study.results if r.mode == "dynamic"]
 
@@ -34,14 +34,14 @@ def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
     columns: dict[str, Callable[[ValidationResult], str]] = {
         "steps/rev": lambda r: str(r.steps_per_revolution or ""),
         "position": partial(_largest, quantity="position"),
-        numbers.IN_MM: lambda r: millimetres(r, lengths[r.scene]),
+        numbers.IN_MM: lambda r: position_in_mm(r, lengths[r.scene]),
         **{q: partial(_largest, quantity=q) for q in QUANTITIES[1:]},
         "order x, v, a": orders,
     }
     return results_table(studies, columns, TITLE)
 
 
-def millimetres(run: ValidationResult, lengths: Mapping[str, float]) -> str:
+def position_in_mm(run: ValidationResult, lengths: Mapping[str, float]) -> str:
     """The largest position error of a run in mm."""
     errors = {point: (sizes["position"] or {}).get("max") for point, sizes in (run.errors or {}).items()}
     return numbers.in_mm(errors, lengths)
@@ -61,20 +61,20 @@ def added_words(study: SceneStudy) -> list[str]:
 
 
 def _largest(run: ValidationResult, quantity: str) -> str:
-    return numbers.measured(run.largest(quantity))
+    return numbers.measured_text(run.largest(quantity))
 
 
 def points_table(study: SceneStudy) -> Table:
     """The largest errors of each point, and of its position at the nominal time."""
     rows = []
-    for run in dynamic(study):
+    for run in dynamic_results(study):
         for point, sizes in (run.errors or {}).items():
             of = {point: study.scene.lengths[point]}
             most = {q: (sizes.get(q) or {}).get("max") for q in (*QUANTITIES, "total")}
             places = [numbers.in_mm(most[q], of) for q in ("position", "total")]
-            rms = numbers.measured((sizes["velocity"] or {}).get("rms"))
-            rates = [numbers.measured(most[q]) for q in QUANTITIES[1:]]
-            rows.append((*name_of(run), point, *places, *rates, rms))
+            rms = numbers.measured_text((sizes["velocity"] or {}).get("rms"))
+            rates = [numbers.measured_text(most[q]) for q in QUANTITIES[1:]]
+            rows.append((*engine_and_preset(run), point, *places, *rates, rms))
     head = (numbers.IN_MM, "at time t [mm]", "velocity", "acceleration", "velocity, rms")
     return table(["engine", "preset", "point", *head], rows)
 
@@ -83,14 +83,14 @@ def joints_table(study: SceneStudy) -> Table:
     """Openings of the joints, the errors that they explain, and how the drive kept its angle and speed."""
     lengths = study.scene.lengths
     rows = []
-    for run in dynamic(study):
+    for run in dynamic_results(study):
         if run.closure is not None:
             gap = numbers.in_mm(run.closure["position"], {"gap": max(lengths.values())})
             predicted = (run.prediction or {}).get("position", {})
             found = [numbers.in_mm(predicted.get(name), lengths) for name in ("predicted", "difference")]
             phase = numbers.in_degrees((run.phase or {}).get("max"))
-            ripple = numbers.measured((run.drive or {}).get("speed"))
-            rows.append((*name_of(run), gap, millimetres(run, lengths), *found, phase, ripple))
+            ripple = numbers.measured_text((run.drive or {}).get("speed"))
+            rows.append((*engine_and_preset(run), gap, position_in_mm(run, lengths), *found, phase, ripple))
     errors = ("gap [mm]", "error [mm]", "by the gaps alone [mm]", "difference [mm]")
     return table(["engine", "preset", *errors, "phase [deg]", "speed ripple"], rows)
 
@@ -101,8 +101,8 @@ def tolerances_table(study: SceneStudy) -> Table:
     for r in study.results:
         unsupported = r.outcome == Outcome.UNSUPPORTED.slug
         because = r.tolerance.reason or ("unsupported" if unsupported else "not judged")
-        allowed = (numbers.allowed(name, getattr(r.tolerance, name), study.scene.lengths) for name in JUDGED)
-        rows.append((*name_of(r), *allowed, because))
+        allowed = (numbers.allowed_text(name, getattr(r.tolerance, name), study.scene.lengths) for name in JUDGED)
+        rows.append((*engine_and_preset(r), *allowed, because))
     return table(["engine", "preset", *(name.replace("_", ", ") for name in JUDGED), "because"], rows)
 
 
@@ -111,7 +111,7 @@ QUALIFICATION = "planted into these runs, and judged again: noticed or not, and 
 
 def qualification_table(study: SceneStudy) -> Table:
     """Defects that the verdicts notice, a row for each and a column for each run; no row where it was not asked for."""
-    runs = {" ".join(name_of(r)): r.qualified for r in study.results if r.qualified is not None}
+    runs = {" ".join(engine_and_preset(r)): r.qualified for r in study.results if r.qualified is not None}
     return noticed_table(study.name, runs)
 
 
@@ -121,7 +121,7 @@ def noticed_table(name: str, runs: Mapping[str, Qualified]) -> Table:
     rows = [
         (
             defect + (" (forces)" if kind == "forces" else ""),
-            numbers.sized(planted.size, planted.unit) or "one",
+            numbers.defect_size_text(planted.size, planted.unit) or "one",
             *(_noticed_cell(found.get((kind, defect))) for found in by_run),
         )
         for (kind, defect), planted in {key: one for found in by_run for key, one in found.items()}.items()
@@ -137,23 +137,25 @@ def _noticed_cell(found: Noticed | None) -> Cell:
     where = f" ({found.where})" if found.where else ""
     if not found.unit:
         return Toned(f"noticed: {', '.join(found.by)}", "good") if found.by else Toned("NOT NOTICED", "bad")
-    least = "" if found.smallest is None else f", from {numbers.sized(found.smallest, found.unit)}"
+    least = "" if found.smallest is None else f", from {numbers.defect_size_text(found.smallest, found.unit)}"
     return Toned(f"noticed{least}{where}", "good") if found.by else Toned(f"NOT NOTICED{least}{where}", "bad")
 
 
 # -- settings --------------------------------------------------------------------------------------------------------
 
-OF_CONTACT = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
-OF_LOOPS = {"solref", "solimp", "hardening"}
-OF_RUN = {"preset", "steps_per_revolution", "rod"}  # named elsewhere; the last is "body" of all
+CONTACT_SETTINGS = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
+LOOP_SETTINGS = {"solref", "solimp", "hardening"}
+RUN_SETTINGS = {"preset", "steps_per_revolution", "rod"}  # named elsewhere; the last is "body" of all
 
 
 def settings_tables(study: SceneStudy) -> list[Table]:
     """A table for each engine, with a column for each preset."""
-    left_out = OF_RUN | (OF_LOOPS if study.scene.mechanism().cam_contacts else OF_CONTACT)
+    left_out = RUN_SETTINGS | (LOOP_SETTINGS if study.scene.mechanism().cam_contacts else CONTACT_SETTINGS)
     found = []
-    for engine in dict.fromkeys(r.engine for r in dynamic(study)):
-        runs = {r.preset or "": r.settings for r in dynamic(study) if r.engine == engine and r.settings is not None}
+    for engine in dict.fromkeys(r.engine for r in dynamic_results(study)):
+        runs = {
+            r.preset or "": r.settings for r in dynamic_results(study) if r.engine == engine and r.settings is not None
+        }
         names = [name for name in next(iter(runs.values()), {}) if name not in left_out]
         rows = [(f"`{name}`", *(numbers.setting(settings.get(name)) for settings in runs.values())) for name in names]
         if rows:
@@ -163,9 +165,9 @@ def settings_tables(study: SceneStudy) -> list[Table]:
     return found
 
 
-def print_results(studies: Sequence[SceneStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
     """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
-    yield from print_distrusted(studies)
+    yield from distrusted_scenes(studies)
     yield verdicts_table(studies)
     yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
     reasons = dict.fromkeys(

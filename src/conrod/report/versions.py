@@ -11,11 +11,11 @@ from matplotlib.patches import Patch, Rectangle
 
 from conrod.engines import engine_style
 from conrod.report import numbers
-from conrod.report.charts.canvas import legend_above
+from conrod.report.charts.canvas import add_legend_above
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.studies.versions import Change, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
@@ -34,7 +34,7 @@ def size_words(change: Change) -> str:
         return f"other bits, {change.outcomes[1]}"
     if not change.last_digits:
         above = {q: size for q, size in change.size.items() if size > numbers.ROUNDING}
-        return ", ".join(f"{quantity} {numbers.measured(size)}" for quantity, size in above.items())
+        return ", ".join(f"{quantity} {numbers.measured_text(size)}" for quantity, size in above.items())
     return "last digits"
 
 
@@ -49,7 +49,7 @@ def headline(study: VersionStudy) -> str:
     if not sized:
         return f"{said}; none is more than last digits."
     one, change = max(sized, key=lambda each: each[1].size["position"])
-    size = numbers.measured(change.size["position"])
+    size = numbers.measured_text(change.size["position"])
     return f"{said}; the largest came with {change.version} ({one.scene}, {one.settings}: position {size} of L)."
 
 
@@ -59,7 +59,7 @@ def changes_table(study: VersionStudy) -> Table:
     for version in study.measured:
         for one, change in study.changes_at(version):
             why: Cell = " ".join(change.explained) if change.explained else Toned("unexplained", "odd")
-            errors = map(numbers.measured, change.errors)
+            errors = map(numbers.measured_text, change.errors)
             rows.append((version, one.scene, one.settings, size_words(change), *errors, why))
     title = f"{engine_style(study.engine).title}: what changed from the release before, over L, ω L, ω² L"
     headings = ("release", "scene", "settings", "motion changed by", "position error before", "after", "its changelog")
@@ -69,9 +69,9 @@ def changes_table(study: VersionStudy) -> Table:
 # -- figure ------------------------------------------------------------------------------------------------------------
 
 ROW, COLUMN, LEFT, MARGINS = 0.19, 0.27, 2.7, 1.2  # [inch]
-SAME, OTHERWISE = "#f4f4f4", "#D55E00"
+SAME_BITS_COLOUR, OTHER_OUTCOME_COLOUR = "#f4f4f4", "#D55E00"
 # Sizes of a change of position over L, each up to its number: what is said of it, and its colour.
-SIZES = {
+SIZE_COLOURS = {
     0.0: ("last digits, other bits", "#bcd6ea"),
     1e-6: ("position up to 1e-6 L", "#6baed6"),
     1e-3: ("up to 1e-3 L", "#2171b5"),
@@ -82,11 +82,11 @@ SIZES = {
 def colour_of(change: Change | None) -> str:
     """Colour of a run in a release."""
     if change is None:
-        return SAME
+        return SAME_BITS_COLOUR
     if change.outcomes[0] != change.outcomes[1]:
-        return OTHERWISE
+        return OTHER_OUTCOME_COLOUR
     size = 0.0 if change.last_digits else change.size["position"]
-    return next(colour for top, (_, colour) in SIZES.items() if size <= top and (top or change.last_digits))
+    return next(colour for top, (_, colour) in SIZE_COLOURS.items() if size <= top and (top or change.last_digits))
 
 
 def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
@@ -104,8 +104,8 @@ def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
     axes.grid(False)
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
-    known = [("same bits", SAME), *SIZES.values(), ("another outcome", OTHERWISE)]
-    legend_above(figure, [Patch(color=colour, label=label) for label, colour in known], 3, handlelength=2.0)
+    known = [("same bits", SAME_BITS_COLOUR), *SIZE_COLOURS.values(), ("another outcome", OTHER_OUTCOME_COLOUR)]
+    add_legend_above(figure, [Patch(color=colour, label=label) for label, colour in known], 3, handlelength=2.0)
     return figure
 
 
@@ -122,7 +122,7 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
     return {"headline": headline(study), "releases": list(study.measured)}
 
 
-def print_results(studies: Sequence[VersionStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
     """What each release changed, in a table and in a sentence, and the releases that could not be had."""
     for study in studies:
         yield changes_table(study)
@@ -135,7 +135,7 @@ KIND = Kind(
     findings=VersionStudy,
     title=lambda study: engine_style(study.engine).title,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=headline,
     digits=4,
 )

@@ -13,15 +13,23 @@ from typing import Any, TypeVar
 from conrod.crash import text_of
 from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
-from conrod.report.folder import GIVEN, ReportFolder, document_in, json_text, restored, shortened, values_of
+from conrod.report.folder import (
+    EXACT_FIELDS,
+    ReportFolder,
+    json_text,
+    plain_findings,
+    read_document,
+    restore_findings,
+    round_findings,
+)
 from conrod.report.kind import KINDS, Index, Kind, Part, Reproduction, kind_named
 from conrod.report.template import Page
 from conrod.studies.frame.writing import Batch
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
-THEN = "; "  # from command to command
-SEVERAL = "The parts were not all measured by one command: each page names its own."
+COMMAND_SEPARATOR = "; "  # from command to command
+SEVERAL_COMMANDS = "The parts were not all measured by one command: each page names its own."
 
 
 def report_batch(
@@ -45,43 +53,52 @@ def report_batch(
         InvalidInput: something in the folder is in the way.
     """
     before = ReportFolder(folder, kind)
-    merged = {name: _with_earlier(before, name, one, command.of(name)) for name, one in findings.items()}
+    merged = {name: _merge_with_earlier(before, name, one, command.command_for(name)) for name, one in findings.items()}
     entries = {
         name: {"title": kind.title(one), "command": commands, "conrod": version("conrod")}
         for name, (one, commands) in merged.items()
     }
-    digits_of = {**GIVEN, **kind.digits_of}
-    saved = {name: shortened(values_of(kind.kept(one)), kind.digits, digits_of) for name, (one, _) in merged.items()}
-    alone = all(commands == command.of(name) for name, (_, commands) in merged.items())
+    digits_of = {**EXACT_FIELDS, **kind.digits_of}
+    saved = {
+        name: round_findings(plain_findings(kind.kept(one)), kind.digits, digits_of)
+        for name, (one, _) in merged.items()
+    }
+    alone = all(commands == command.command_for(name) for name, (_, commands) in merged.items())
     whole = alone and before.entries.keys() <= findings.keys()
-    head = _head(kind) | {"command": command.of_all(findings) if whole else None}
-    return _batch(before, head, before.entries | entries, saved, draw)
+    head = _document_head(kind) | {"command": command.command_for_all(findings) if whole else None}
+    return _render_parts(before, head, before.entries | entries, saved, draw)
 
 
-def _with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tuple[F, str]:
+def _merge_with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tuple[F, str]:
     """Findings with what the folder has of the same part besides, and the commands that find all of that."""
     kind = before.kind
     if kind.merged is None or name not in before.entries:
         return new, command
     try:
-        whole: F = kind.merged(restored(kind.findings, before.values(name)), new)
+        whole: F = kind.merged(restore_findings(kind.findings, before.values(name)), new)
     except InvalidInput:
         return new, command
     if whole == new:
         return new, command
-    return whole, THEN.join(dict.fromkeys([*before.entries[name]["command"].split(THEN), command]))
+    return whole, COMMAND_SEPARATOR.join(
+        dict.fromkeys([*before.entries[name]["command"].split(COMMAND_SEPARATOR), command])
+    )
 
 
 def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:
     """The findings as one JSON document: as `results.json`, with the findings of each part in it."""
     parts = {
-        name: {"title": kind.title(one), "summary": values_of(kind.summary(one)), "findings": values_of(kind.kept(one))}
+        name: {
+            "title": kind.title(one),
+            "summary": plain_findings(kind.summary(one)),
+            "findings": plain_findings(kind.kept(one)),
+        }
         for name, one in findings.items()
     }
-    return json_text(_head(kind) | {"parts": parts})
+    return json_text(_document_head(kind) | {"parts": parts})
 
 
-def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> list[Batch]:
+def render_again(folder: Path, out: Path | None = None, draw: Draw = map) -> list[Batch]:
     """The reports of a folder, made anew from their own JSON.
 
     Args:
@@ -93,11 +110,11 @@ def rendered_again(folder: Path, out: Path | None = None, draw: Draw = map) -> l
     found = reports_in(folder)
     if not found:
         raise InvalidInput(f"{folder}: no report that can be rendered: no JSON file in it names a kind of report")
-    return [_again(one, out, draw) for one in found]
+    return [_render_folder(one, out, draw) for one in found]
 
 
 @contextmanager
-def naming_saved(folder: Path) -> Iterator[None]:
+def explain_unfit_findings(folder: Path) -> Iterator[None]:
     """Say of findings that are shown again that they do not fit each other, if they are of the right shape.
 
     Raises:
@@ -117,7 +134,7 @@ def reports_in(folder: Path) -> list[ReportFolder]:
     return [ReportFolder(folder, kind_named(name)) for name in _kinds_in(folder)]
 
 
-def _head(kind: Kind[Any]) -> dict[str, Any]:
+def _document_head(kind: Kind[Any]) -> dict[str, Any]:
     return {
         "kind": kind.name, "schema": kind.schema, "conrod": version("conrod"), "environment": environment(),
     }  # fmt: skip
@@ -137,7 +154,7 @@ def _kinds_in(folder: Path) -> list[str]:
     found = []
     for file in sorted(folder.glob("*.json")):
         try:
-            document = document_in(file)
+            document = read_document(file)
         except InvalidInput:
             raise
         except (OSError, ValueError):
@@ -149,17 +166,17 @@ def _kinds_in(folder: Path) -> list[str]:
     return found
 
 
-def _again(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
+def _render_folder(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
     head = {key: value for key, value in before.document.items() if key not in ("files", "parts")}
     if not before.entries:
         again = f": make it again: {before.document['command']}" if before.document["command"] else ""
         raise InvalidInput(f"{before.path}: writing it was stopped before anything that was found was there{again}")
     saved = {name: before.values(name) for name in before.entries}
     target = before if out is None else ReportFolder(out, before.kind)
-    return _batch(target, head, target.entries | before.entries, saved, draw)
+    return _render_parts(target, head, target.entries | before.entries, saved, draw)
 
 
-def _batch(
+def _render_parts(
     target: ReportFolder, head: Mapping[str, Any], entries: Mapping[str, Any], saved: Mapping[str, Any], draw: Draw
 ) -> Batch:
     """The files of the parts that were saved anew, of the index and of the document.
@@ -173,20 +190,20 @@ def _batch(
     done = dict(entries)
     for name, (texts, summary) in zip(saved, made, strict=True):
         files |= texts
-        done[name] = _entry(kind, name, entries[name], summary, texts)
+        done[name] = _part_entry(kind, name, entries[name], summary, texts)
     done = {name: done[name] for name in sorted(done, key=kind_order)}
 
-    def read(name: str) -> Any:
-        return restored(kind.findings, saved[name] if name in saved else target.values(name))
+    def part_findings(name: str) -> Any:
+        return restore_findings(kind.findings, saved[name] if name in saved else target.values(name))
 
-    index = Index(done, head["environment"], _origin(head["command"]), read)
+    index = Index(done, head["environment"], _origin_sentence(head["command"]), part_findings)
     first = {} if kind.one_part else _page_files(kind.index_file, kind.index_of(index))
     document = {**head, "files": [kind.results, *first], "parts": done}
     target.check_free([*files, *first, kind.results])
     owned = {kind.results, *first, *(name for entry in done.values() for name in entry["files"])}
     stale = sorted(name for name in target.owned - owned if (target.path / name).is_file())
     data = {name: files[done[name]["data"]] for name in saved}
-    meanwhile = {kind.results: target.meanwhile(document, data)}
+    meanwhile = {kind.results: target.unfinished_document(document, data)}
     return Batch(target.path, {**files, **first, kind.results: json_text(document)}, tuple(stale), meanwhile)
 
 
@@ -202,12 +219,12 @@ def part_files(
 ) -> tuple[dict[str, str], Mapping[str, Any]]:
     """A part's files, made of its saved findings, and its summary; for any process."""
     kind = kind_named(kind_name)
-    part = Part(name, restored(kind.findings, values), entry["command"], entry["conrod"])
+    part = Part(name, restore_findings(kind.findings, values), entry["command"], entry["conrod"])
     page = _page_files(kind.page_file(name), kind.page_of(part))
-    return {kind.data_file(name): json_text(values), **page}, values_of(kind.summary(part.findings))
+    return {kind.data_file(name): json_text(values), **page}, plain_findings(kind.summary(part.findings))
 
 
-def _entry(
+def _part_entry(
     kind: Kind[Any], name: str, entry: Mapping[str, Any], summary: Mapping[str, Any], texts: Mapping[str, str]
 ) -> dict[str, Any]:
     own = {key: entry[key] for key in ("title", "command", "conrod")}
@@ -219,7 +236,7 @@ def _page_files(file: str, page: Page) -> dict[str, str]:
     return {**{figure.file: figure.svg() for figure in page.figures}, file: page.text}
 
 
-def _origin(command: str | None) -> str:
+def _origin_sentence(command: str | None) -> str:
     if command is None:
-        return SEVERAL
+        return SEVERAL_COMMANDS
     return f"Reproduced by `{command}`; each page names the command that reproduces it alone."

@@ -24,7 +24,7 @@ from conrod.mjcf.loops.results import LoopRun, LoopStudy, Question
 from conrod.mjcf.loops.start import open_start
 from conrod.mjcf.loops.study import study
 from conrod.report.loops import finding
-from conrod.report.start_pose import begins_words
+from conrod.report.start_pose import open_start_words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 
@@ -319,7 +319,7 @@ def test_a_start_that_no_pose_closes_is_said_so() -> None:
     found = open_start(model, data, 0.3, "its own pose")
     assert found is not None
     assert found.closed == ""
-    assert "no pose near it closes them" in begins_words(found)
+    assert "no pose near it closes them" in open_start_words(found)
 
 
 # -- a start outside the joints' ranges --------------------------------------------------------------------------------

@@ -19,10 +19,10 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from conrod.exact.motion import Array
-from conrod.report.charts.compact import compact
+from conrod.report.charts.compact import compact_svg
 from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.numbers import ROUNDING
-from conrod.report.table import visible
+from conrod.report.table import visible_text
 
 STYLE: dict[str, Any] = {
     "svg.hashsalt": "conrod",
@@ -49,7 +49,7 @@ STYLE: dict[str, Any] = {
 }
 
 # Round numbers, such as angles in degrees, would lie just between two grid points if these were round as well.
-OFF_TIES = 0.137
+GRID_OFFSET = 0.137
 
 
 @contextmanager
@@ -63,25 +63,25 @@ def svg_text(figure: Figure) -> str:
     """The figure as SVG, without date, version or digits beyond a hundredth of a point."""
     stream = io.StringIO()
     for label in figure.findobj(Text):
-        if label.get_text() != (shown := visible(label.get_text())):
+        if label.get_text() != (shown := visible_text(label.get_text())):
             label.set_text(shown)
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return "\n".join(line.rstrip() for line in compact(stream.getvalue()).splitlines()) + "\n"
+    return "\n".join(line.rstrip() for line in compact_svg(stream.getvalue()).splitlines()) + "\n"
 
 
-def on_grid(values: Array, span: float) -> Array:
+def round_to_grid(values: Array, span: float) -> Array:
     """Values rounded to 1e-4 of the span of their axis, so that their last bits cannot be seen in the file."""
     step = 10.0 ** np.floor(np.log10(span * 1e-4)) if span > 0.0 else 1.0
-    return np.asarray(np.rint(values / step + OFF_TIES) * step)
+    return np.asarray(np.rint(values / step + GRID_OFFSET) * step)
 
 
-def on_log_grid(errors: Array) -> Array:
+def round_to_log_grid(errors: Array) -> Array:
     """Errors rounded to 0.01 in their decimal logarithm, with what is rounding noise raised to `ROUNDING`."""
     logarithm = np.log10(np.maximum(np.asarray(errors, dtype=float), ROUNDING))
     return np.asarray(10.0 ** (np.rint(logarithm * 100.0) / 100.0))
 
 
-def whole_decades(axes: Axes, errors: list[Array]) -> None:
+def set_decades(axes: Axes, errors: list[Array]) -> None:
     """Log scale over whole decades that hold all the errors; shades where rounding noise is left out."""
     largest = max((float(e.max()) for e in errors if e.size), default=1.0)
     smallest = min((float(e.min()) for e in errors if e.size), default=ROUNDING)
@@ -111,19 +111,19 @@ def whole_decades(axes: Axes, errors: list[Array]) -> None:
         )
 
 
-def legend_above(figure: Figure, handles: Sequence[Any], columns: int = 9, **style: Any) -> None:
+def add_legend_above(figure: Figure, handles: Sequence[Any], columns: int = 9, **style: Any) -> None:
     """One legend for all panels above them, so many columns wide at most."""
     columns = min(len(handles), columns)
     figure.legend(handles=handles, loc="outside upper center", ncols=columns, **{"handlelength": 3.2, **style})
 
 
-def tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
+def draw_tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
     """Arrow heads at a place, in the styles of curves, for those tolerances that lie within the panel."""
     low, high = axes.get_ylim()
     for tolerance, style in allowed:
         if tolerance is not None and low < tolerance < high:
             axes.plot(
-                [at], on_log_grid(np.array([tolerance])), linestyle="none", marker="<", markersize=7,
+                [at], round_to_log_grid(np.array([tolerance])), linestyle="none", marker="<", markersize=7,
                 color=style["color"], markerfacecolor=style["markerfacecolor"], clip_on=False, zorder=6,
             )  # fmt: skip
 
@@ -139,13 +139,13 @@ def preset_handles(presets: Iterable[tuple[str, str]], **changes: Any) -> list[L
     return [Line2D([], [], label=preset_title(*one), **(preset_style(*one) | changes)) for one in presets]
 
 
-def rows_axis(axes: Axes, names: Sequence[str], room: float = 0.5) -> None:
+def set_rows(axes: Axes, names: Sequence[str], room: float = 0.5) -> None:
     """Give the vertical axis a row for each name, from the top down."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - room, room - 1.0)
 
 
-def log_axis(
+def set_log_axis(
     axes: Axes, ends: tuple[float, float], ticks: Iterable[float] | None = None, names: Sequence[str] | None = None
 ) -> None:
     """Give the horizontal axis a logarithmic scale between two ends, with ticks at some values alone."""

@@ -10,20 +10,20 @@ from xml.etree.ElementTree import Element
 
 SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
 # A tenth of a point cannot be seen; shapes of marks are small, and have hundredths.
-FINE, COARSE = 2, 1  # digits
+MARK_DIGITS, PATH_DIGITS = 2, 1  # digits
 # Of all that is drawn. Texts stay texts: they are laid out for the first of these fonts, the widest.
-LOOK = "font:9px DejaVu Sans,Verdana,sans-serif;stroke-linejoin:round"
-SAID = ("font-family: 'DejaVu Sans'", "font-size: 9px", "text-anchor: start", "stroke-dashoffset: 0", "")
-FEWEST = 4  # marks that are a path
-PLACES = ("x", "y", "transform", "width", "height", "viewBox")
+ROOT_STYLE = "font:9px DejaVu Sans,Verdana,sans-serif;stroke-linejoin:round"
+DEFAULT_STYLES = ("font-family: 'DejaVu Sans'", "font-size: 9px", "text-anchor: start", "stroke-dashoffset: 0", "")
+MIN_JOINED_MARKS = 4  # marks that are a path
+NUMBER_ATTRIBUTES = ("x", "y", "transform", "width", "height", "viewBox")
 REFERENCE = re.compile(r"#([^)\s]+)")
-UNTURNED = re.compile(r"rotate\(-?0 [^)]*\)")
-PART = re.compile(r"([A-Za-z])([^A-Za-z]*)")
+NO_ROTATION = re.compile(r"rotate\(-?0 [^)]*\)")
+PATH_COMMAND = re.compile(r"([A-Za-z])([^A-Za-z]*)")
 COLOUR = re.compile(r"#(.)\1(.)\2(.)\3")
 NUMBER = re.compile(r"-?[\d.]+(?:e-?\d+)?")
 
 
-def compact(text: str) -> str:
+def compact_svg(text: str) -> str:
     """The same drawing, for a file as matplotlib writes it."""
     root = ElementTree.fromstring(text)
     for element in root.iter():
@@ -32,21 +32,21 @@ def compact(text: str) -> str:
             element.attrib["href"] = element.attrib.pop(LINK)
     for needless in [*root.findall("metadata"), *root.findall("defs[style]")]:  # who made it, and what `LOOK` says
         root.remove(needless)
-    _rename(root)
+    _shorten_ids(root)
     looks = {f"#{one.get('id')}": one.get("style", "").split("; ") for one in root.iter("path") if "id" in one.attrib}
     for element in root.iter():
-        _shorten(element, looks.get(element.get("href", ""), []))
-    _unwrap(root)
+        _shorten_attributes(element, looks.get(element.get("href", ""), []))
+    _unwrap_groups(root)
     numbers = count()
     for group in [*root.iter("g"), root]:
         _join_marks(group, numbers)
         _join_lines(group)
-    root.attrib |= {"xmlns": SVG[1:-1], "style": LOOK}
+    root.attrib |= {"xmlns": SVG[1:-1], "style": ROOT_STYLE}
     # One element a line: what changed in a figure can be seen in a comparison of files.
     return ElementTree.tostring(root, encoding="unicode").replace(" />", "/>").replace("><", ">\n<")
 
 
-def _rename(root: Element) -> None:
+def _shorten_ids(root: Element) -> None:
     """Short ids for what is referred to, none for all else."""
     used = {name for one in root.iter() for text in one.attrib.values() for name in REFERENCE.findall(text)}
     names = {one.get("id", ""): f"m{k}" for k, one in zip(count(), (e for e in root.iter() if e.get("id") in used))}
@@ -58,17 +58,19 @@ def _rename(root: Element) -> None:
             element.set("id", names[name])
 
 
-def _shorten(element: Element, known: list[str]) -> None:
+def _shorten_attributes(element: Element, known: list[str]) -> None:
     """Numbers and styles in as few letters as they need; a style without what a mark's own says already."""
     given = element.attrib
     if "d" in given:
-        given["d"] = _relative(given["d"], FINE if "id" in given else COARSE)
-    if UNTURNED.fullmatch(given.get("transform", "")):
+        given["d"] = _relative_path(given["d"], MARK_DIGITS if "id" in given else PATH_DIGITS)
+    if NO_ROTATION.fullmatch(given.get("transform", "")):
         del given["transform"]
-    for name in PLACES:
+    for name in NUMBER_ATTRIBUTES:
         if name in given and "scale" not in given[name]:
-            given[name] = NUMBER.sub(lambda one: _decimal(_whole(one[0], COARSE), COARSE), given[name])
-    style = [part for part in given.pop("style", "").split("; ") if part not in (*known, *SAID)]
+            given[name] = NUMBER.sub(
+                lambda one: _decimal_text(_scaled_integer(one[0], PATH_DIGITS), PATH_DIGITS), given[name]
+            )
+    style = [part for part in given.pop("style", "").split("; ") if part not in (*known, *DEFAULT_STYLES)]
     if style:
         given["style"] = COLOUR.sub(r"#\1\2\3", ";".join(part.replace(": ", ":") for part in style))
     if element.text and not element.text.strip():
@@ -76,10 +78,10 @@ def _shorten(element: Element, known: list[str]) -> None:
     element.tail = None
 
 
-def _unwrap(element: Element) -> None:
+def _unwrap_groups(element: Element) -> None:
     """Put what is in groups that say nothing in their places."""
     for child in list(element):
-        _unwrap(child)
+        _unwrap_groups(child)
         if child.tag == "g" and not child.attrib:
             place = list(element).index(child)
             element[place : place + 1] = list(child)
@@ -93,14 +95,14 @@ def _join_marks(group: Element, numbers: Iterator[int]) -> None:
             look = {name: value for name, value in element.attrib.items() if name not in ("x", "y")}
             alike.setdefault(repr(look), []).append(element)
     for marks in alike.values():
-        if len(marks) >= FEWEST:
+        if len(marks) >= MIN_JOINED_MARKS:
             first, places = marks[0], [f"{one.attrib.pop('x')} {one.attrib.pop('y')}" for one in marks]
             name = f"k{next(numbers)}"
             marker = Element("marker", {"id": name, "overflow": "visible", "markerUnits": "userSpaceOnUse"})
             ElementTree.SubElement(marker, "use", dict(first.attrib))
             group.insert(list(group).index(first), marker)
             # All but the ends have a mark, so that these are there twice.
-            through = _relative(f"M {' L '.join([places[0], *places, places[-1]])}", COARSE)
+            through = _relative_path(f"M {' L '.join([places[0], *places, places[-1]])}", PATH_DIGITS)
             first.tag, first.attrib = "path", {"d": through, "fill": "none", "marker-mid": f"url(#{name})"}
             for one in marks[1:]:
                 group.remove(one)
@@ -118,11 +120,11 @@ def _join_lines(group: Element) -> None:
             last = element if element.tag == "path" else Element("")
 
 
-def _relative(data: str, digits: int) -> str:
+def _relative_path(data: str, digits: int) -> str:
     """Path data in relative commands, from the absolute ones that matplotlib writes."""
     found, written, here, start = list[str](), "", (0, 0), (0, 0)
-    for command, given in PART.findall(data):
-        numbers = [_whole(one, digits) for one in NUMBER.findall(given)]
+    for command, given in PATH_COMMAND.findall(data):
+        numbers = [_scaled_integer(one, digits) for one in NUMBER.findall(given)]
         moves = [k - here[n % 2] for n, k in enumerate(numbers)]
         letter = command.lower()
         if letter == "m" and moves == [0, 0] and written not in ("", "z"):
@@ -138,7 +140,7 @@ def _relative(data: str, digits: int) -> str:
                 letter, moves = "h", [along]
             case "l", [0, along]:
                 letter, moves = "v", [along]
-        texts = [_decimal(move, digits) for move in moves]
+        texts = [_decimal_text(move, digits) for move in moves]
         # A line goes on without its letter.
         shown = "" if letter == written and letter not in "mz" else letter
         for text in texts:
@@ -148,12 +150,12 @@ def _relative(data: str, digits: int) -> str:
     return "".join(found)
 
 
-def _whole(text: str, digits: int) -> int:
+def _scaled_integer(text: str, digits: int) -> int:
     """A number in units of the last of some digits."""
     return round(10.0**digits * float(text))
 
 
-def _decimal(whole: int, digits: int) -> str:
+def _decimal_text(whole: int, digits: int) -> str:
     """The number again, without zeros that say nothing."""
     text = repr(whole / 10**digits).removesuffix(".0")
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) else text

@@ -18,15 +18,15 @@ from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.charts.canvas import (
     NORMS,
-    legend_above,
-    log_axis,
-    on_grid,
-    on_log_grid,
-    rows_axis,
-    tolerance_heads,
-    whole_decades,
+    add_legend_above,
+    draw_tolerance_heads,
+    round_to_grid,
+    round_to_log_grid,
+    set_decades,
+    set_log_axis,
+    set_rows,
 )
-from conrod.report.charts.styles import HUES, completed, curve_style, label, preset_style, preset_title
+from conrod.report.charts.styles import CURVE_COLOURS, curve_style, drawable_runs, label, preset_style, preset_title
 from conrod.report.numbers import ROUNDING
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
@@ -34,16 +34,18 @@ from conrod.studies.frame.result import Result
 from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
-MARKERS = 12  # of a curve
+MARKERS_PER_CURVE = 12  # of a curve
 HEIGHT, ROW, MARGINS = 2.8, 0.26, 1.05  # heights of a panel, of a machine's row, of all beside these [inch]
-LARGEST = 10.0  # error / L that ends the scale: what is further off is no machine any more
-ROOM = 1.15  # beside the first and last number of steps
-STEPS = "steps per revolution N (step of the crank angle h = 2π / N)"
-MOST_STEPS = 10  # named on an axis
-LEAST = 1e-5  # of the largest error of a table's panel: a run that begins without error squeezes no other
+MAX_ERROR_OVER_L = 10.0  # error / L that ends the scale: what is further off is no machine any more
+STEP_AXIS_MARGIN = 1.15  # beside the first and last number of steps
+STEPS_LABEL = "steps per revolution N (step of the crank angle h = 2π / N)"
+MAX_STEP_TICKS = 10  # named on an axis
+MIN_SHARE_OF_LARGEST = (
+    1e-5  # of the largest error of a table's panel: a run that begins without error squeezes no other
+)
 
 # Places and values (N,) on the grid that is drawn, and arguments of `Axes.plot`.
-Curve: TypeAlias = tuple[Array, Array, Mapping[str, Any]]
+ErrorCurve: TypeAlias = tuple[Array, Array, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Panel:
     """
 
     label: str
-    curves: Sequence[Curve]
+    curves: Sequence[ErrorCurve]
     ends: tuple[float, float]
     allowed: Sequence[tuple[float | None, Mapping[str, Any]]] = ()
 
@@ -68,8 +70,8 @@ def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], N
     named = dict[str, Any]()
     for axes, panel in zip(drawn, panels, strict=True):
         axes.set_xlim(*panel.ends)
-        error_panel(axes, panel.label, panel.curves)
-        tolerance_heads(axes, panel.ends[1], panel.allowed)
+        draw_error_panel(axes, panel.label, panel.curves)
+        draw_tolerance_heads(axes, panel.ends[1], panel.allowed)
         ticks(axes)
         handles, labels = axes.get_legend_handles_labels()
         named |= dict(zip(labels, handles, strict=True))
@@ -78,22 +80,22 @@ def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], N
         named["tolerance"] = Line2D([], [], label="tolerance", **look)
     drawn[-1].set_xlabel(along)
     figure.align_ylabels(list(drawn))
-    legend_above(figure, [*named.values()])
+    add_legend_above(figure, [*named.values()])
     return figure
 
 
-def error_panel(axes: Axes, label: str, curves: Sequence[Curve]) -> None:
+def draw_error_panel(axes: Axes, label: str, curves: Sequence[ErrorCurve]) -> None:
     """Draw curves of errors, whose markers stand clear of each other, on a logarithmic axis that holds them all."""
     for place, (at, values, style) in enumerate(curves):
-        every = max(1, len(at) // MARKERS)
+        every = max(1, len(at) // MARKERS_PER_CURVE)
         # The curves take turns, so that no marker covers another.
         marks = slice((place * every) // len(curves), None, every)
         axes.plot(at, values, markevery=marks, **style)
-    whole_decades(axes, [values for _, values, _ in curves])
+    set_decades(axes, [values for _, values, _ in curves])
     axes.set_ylabel(label)
 
 
-def _labelled(run: Result) -> dict[str, Any]:
+def _labelled_style(run: Result) -> dict[str, Any]:
     return curve_style(run) | {"label": label(run)}
 
 
@@ -102,8 +104,8 @@ def _labelled(run: Result) -> dict[str, Any]:
 
 def error_figure(study: SceneStudy) -> Figure:
     """Largest error over the observed points in each span of the crank angle, a panel for each quantity."""
-    runs = completed(study.results)
-    ends = _ends(study.scene, max(run.revolutions for run in runs))
+    runs = drawable_runs(study.results)
+    ends = _crank_span(study.scene, max(run.revolutions for run in runs))
     panels = [
         Panel(
             f"{name} error / {NORMS[name]}", [_error_curve(run, name) for run in runs], ends,
@@ -121,7 +123,7 @@ def error_figure(study: SceneStudy) -> Figure:
     return panels_figure(panels, "crank angle [deg]", ticks)
 
 
-def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
+def _crank_span(scene: Scene, revolutions: float) -> tuple[float, float]:
     """Crank angles [deg] at which a run begins and ends; the end is on the right, also where the angle falls."""
     if scene.kinematics.mechanism.driver.span is None:
         return 0.0, float(np.copysign(np.degrees(2.0 * np.pi * revolutions), scene.speed))
@@ -129,29 +131,33 @@ def _ends(scene: Scene, revolutions: float) -> tuple[float, float]:
     return (low, high) if scene.speed > 0.0 else (high, low)
 
 
-def _error_curve(run: ValidationResult, name: str) -> Curve:
+def _error_curve(run: ValidationResult, name: str) -> ErrorCurve:
     """Crank angle [deg] and the largest error there over all observed points, on the grid that is drawn."""
     assert run.curves is not None
     curves = [curves[name] for curves in run.curves.values()]
     error = np.max([curve.error for curve in curves], axis=0)
-    return on_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions), on_log_grid(error), _labelled(run)
+    return (
+        round_to_grid(np.degrees(curves[0].error_angle), 360.0 * run.revolutions),
+        round_to_log_grid(error),
+        _labelled_style(run),
+    )
 
 
 def refinement_figure(study: SceneStudy) -> Figure:
     """Largest error over the observed points against steps per revolution, a panel for each quantity."""
     runs = [r for r in study.results if r.mode == "dynamic" and r.refinement]
     steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
-    ends = (steps[0] / ROOM, steps[-1] * ROOM)
+    ends = (steps[0] / STEP_AXIS_MARGIN, steps[-1] * STEP_AXIS_MARGIN)
     panels = []
     for name in QUANTITIES:
         curves = []
         for run in runs:
             stable = [(p.steps_per_revolution, e) for p in run.refinement if (e := getattr(p, name)) is not None]
             at, errors = np.array(stable, dtype=float).reshape(-1, 2).T
-            curves.append((at, on_log_grid(errors), _labelled(run)))
+            curves.append((at, round_to_log_grid(errors), _labelled_style(run)))
         panels.append(Panel(f"{name} error, max / {NORMS[name]}", curves, ends))
-    shown = steps[:: -(-len(steps) // MOST_STEPS)]
-    return panels_figure(panels, STEPS, lambda axes: log_axis(axes, ends, shown, [str(n) for n in shown]))
+    shown = steps[:: -(-len(steps) // MAX_STEP_TICKS)]
+    return panels_figure(panels, STEPS_LABEL, lambda axes: set_log_axis(axes, ends, shown, [str(n) for n in shown]))
 
 
 def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
@@ -170,19 +176,19 @@ def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
             style = preset_style(result["engine"], result["preset"]) | {"linestyle": "none"}
             error = result["largest"]["position"]
             if result["outcome"] == "completed" and error is not None:
-                at = float(on_log_grid(np.array([min(error, LARGEST)]))[0])
+                at = float(round_to_log_grid(np.array([min(error, MAX_ERROR_OVER_L)]))[0])
             else:
-                at, style = LARGEST, style | {"marker": "x", "markersize": 6.0}
+                at, style = MAX_ERROR_OVER_L, style | {"marker": "x", "markersize": 6.0}
             (mark,) = axes.plot([at], [row], **style, clip_on=False)
             labels.setdefault(preset_title(result["engine"], result["preset"]), mark)
             if result["outcome"] != "completed":
                 labels.setdefault("did not complete", mark)
-    log_axis(axes, (ROUNDING, LARGEST), [10.0**k for k in range(-12, 2, 2)])
-    rows_axis(axes, list(scenes))
+    set_log_axis(axes, (ROUNDING, MAX_ERROR_OVER_L), [10.0**k for k in range(-12, 2, 2)])
+    set_rows(axes, list(scenes))
     axes.set_xlabel("largest position error / L over the run")
     for name, mark in labels.items():
         mark.set_label(name)
-    legend_above(figure, [*labels.values()], handlelength=1.5)
+    add_legend_above(figure, [*labels.values()], handlelength=1.5)
     return figure
 
 
@@ -191,7 +197,7 @@ def free_motion_figure(study: MotionStudy) -> Figure:
     runs = [(r, r.curves) for r in study.results if r.curves is not None]
     seconds = max(run.seconds for run, _ in runs)
     errors, energies = (
-        [(on_grid(c.middles, seconds), on_log_grid(getattr(c, name)), _labelled(r)) for r, c in runs]
+        [(round_to_grid(c.middles, seconds), round_to_log_grid(getattr(c, name)), _labelled_style(r)) for r, c in runs]
         for name in ("error", "energy")
     )
     allowed = [(run.tolerance.get("position"), curve_style(run)) for run, _ in runs]
@@ -206,15 +212,15 @@ def table_figure(study: TableStudy) -> Figure:
     """Largest error in each span of the run against the revolutions, a line for each point."""
     # Without a crank angle the error at the angle reached is that at the time.
     named = [q for q in ERRORS if q != "position" or study.phase is not None]
-    hues = dict(zip(study.errors, cycle(HUES), strict=False))
+    hues = dict(zip(study.errors, cycle(CURVE_COLOURS), strict=False))
     panels = []
     for quantity in named:
         curves = {point: errors[quantity] for point, errors in study.errors.items() if quantity in errors}
         if curves:
-            least = max(ROUNDING, LEAST * max(float(curve.largest.max()) for curve in curves.values()))
+            least = max(ROUNDING, MIN_SHARE_OF_LARGEST * max(float(curve.largest.max()) for curve in curves.values()))
             lines = [
                 (
-                    on_grid(curve.at, study.revolutions), on_log_grid(np.maximum(curve.largest, least)),
+                    round_to_grid(curve.at, study.revolutions), round_to_log_grid(np.maximum(curve.largest, least)),
                     {"color": hues[point], "label": point},
                 )
                 for point, curve in curves.items()

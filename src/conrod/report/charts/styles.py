@@ -10,7 +10,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import ValidationResult
 
-HUES = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that are of no engine
+CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that are of no engine
 
 # Mark of an outcome.
 OUTCOME_MARKS = {
@@ -71,6 +71,6 @@ def preset_style(engine: str, name: str | None) -> dict[str, Any]:
     }
 
 
-def completed(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
+def drawable_runs(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
     """Dynamic runs that have errors and curves to draw."""
     return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]

@@ -17,11 +17,11 @@ from conrod.report.drawing.view import MM, View
 
 INK = "#8a2b2b"
 # Of a dimension line from its link, as shares of the drawing's size; negative on the right of the way along the link.
-ASIDE = (-0.07, 0.07, -0.13, 0.13, -0.19, 0.19)
-BESIDE_LINE = 0.03  # of a text from its dimension line
-DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))  # of a wheel's radius, from its usual one
-ALONG = np.array([0.5, 0.35, 0.65])  # an arc, where the arrow of its radius may end
-ONE_LOOP = 3  # moving links
+LINE_OFFSETS = (-0.07, 0.07, -0.13, 0.13, -0.19, 0.19)
+TEXT_OFFSET = 0.03  # of a text from its dimension line
+RADIUS_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))  # of a wheel's radius, from its usual one
+ARC_SHARES = np.array([0.5, 0.35, 0.65])  # an arc, where the arrow of its radius may end
+MAX_LINKS_WITH_FRAME = 3  # moving links
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Dimension:
         """The arrow, its extension lines and its text."""
         for extension in self.extensions:
             view.axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
-        parts.arrow(view.axes, self.arrow[0], self.arrow[1], INK, self.style, 0.8)
-        parts.note(view.axes, self.at, self.text, INK, math.degrees(self.turn))
+        parts.draw_arrow(view.axes, self.arrow[0], self.arrow[1], INK, self.style, 0.8)
+        parts.draw_note(view.axes, self.at, self.text, INK, math.degrees(self.turn))
 
 
 def draw_dimensions(view: View) -> None:
@@ -54,13 +54,13 @@ def draw_dimensions(view: View) -> None:
     for wishes in dimensions(view):
         places = []
         for wish in wishes:
-            box = view.labels.box(wish.at, wish.text, parts.TEXT["fontsize"], wish.turn)
+            box = view.labels.box(wish.at, wish.text, parts.TEXT_STYLE["fontsize"], wish.turn)
             places.append((box, (wish.arrow, *wish.extensions)))
-        best = view.labels.best(places)
+        best = view.labels.best_place(places)
         box, lines = places[best]
-        view.labels.take(box)
+        view.labels.add_text(box)
         for line in lines:
-            view.labels.draw(line)
+            view.labels.add_line(line)
         wishes[best].draw(view)
 
 
@@ -68,25 +68,25 @@ def dimensions(view: View) -> Iterator[Sequence[Dimension]]:
     """Lengths of links between their pins, of the frame, offsets of slides, radii of cams and wheels; by preference."""
     mechanism = view.mechanism
     for body in mechanism.bodies:
-        pins = [view.place(body.name, point) for point in dict.fromkeys(pins_of(mechanism, body.name))]
+        pins = [view.place_of(body.name, point) for point in dict.fromkeys(pins_of(mechanism, body.name))]
         if len(pins) == 2:
-            yield _length(view, body.name, *pins)
+            yield _length_dimensions(view, body.name, *pins)
     fixed = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]
     places = list(dict.fromkeys(joint.point_a if joint.a == GROUND else joint.point_b for joint in fixed))
-    if len(places) == 2 and len(mechanism.bodies) <= ONE_LOOP:
-        yield _length(view, "frame", *map(view.at, places))
+    if len(places) == 2 and len(mechanism.bodies) <= MAX_LINKS_WITH_FRAME:
+        yield _length_dimensions(view, "frame", *map(view.to_drawing, places))
     radii: dict[str, Sequence[Dimension]] = {}
     for joint in mechanism.joints:
         match joint:
             case Prismatic() if joint.a == GROUND and not mechanism.cam_contacts:
-                yield from _offset(view, joint)
+                yield from _offset_dimensions(view, joint)
             case CamContact():
-                radii |= _cam(view, joint)
+                radii |= _cam_dimensions(view, joint)
             case Rolling():
-                radii |= _wheel(view, joint.a, joint.point_a, joint.radius_a)
-                radii |= _wheel(view, joint.b, joint.point_b, joint.radius_b)
+                radii |= _wheel_dimensions(view, joint.a, joint.point_a, joint.radius_a)
+                radii |= _wheel_dimensions(view, joint.b, joint.point_b, joint.radius_b)
             case Rack():
-                radii |= _wheel(view, joint.a, joint.point_a, joint.radius)
+                radii |= _wheel_dimensions(view, joint.a, joint.point_a, joint.radius)
             case _:
                 pass
     # A wheel that rolls on two others, and a cam of two equal flanks, have each radius once.
@@ -96,76 +96,78 @@ def dimensions(view: View) -> Iterator[Sequence[Dimension]]:
 # -- lengths -----------------------------------------------------------------------------------------------------------
 
 
-def _length(view: View, name: str, start: Array, stop: Array, seen_from: Array | None = None) -> list[Dimension]:
+def _length_dimensions(
+    view: View, name: str, start: Array, stop: Array, seen_from: Array | None = None
+) -> list[Dimension]:
     """The length from `start` to `stop` [mm]; its second extension line begins at `seen_from` where it is given."""
     way = stop - start
     length = math.hypot(*way)
-    turn = _readable(math.atan2(way[1], way[0]))
+    turn = _readable_angle(math.atan2(way[1], way[0]))
     left = view.extent * np.array([-way[1], way[0]]) / length
     found = []
-    for aside in ASIDE:
+    for aside in LINE_OFFSETS:
         arrow = np.array([start, stop]) + aside * left
         seen = (start, stop if seen_from is None else seen_from)
         extensions = [np.array([end, tip + 0.15 * aside * left]) for end, tip in zip(seen, arrow, strict=True)]
-        at = arrow.mean(axis=0) + math.copysign(BESIDE_LINE, aside) * left
+        at = arrow.mean(axis=0) + math.copysign(TEXT_OFFSET, aside) * left
         found.append(Dimension(f"{name} {_mm(length)}", arrow, "<|-|>", at, turn, tuple(extensions)))
     return found
 
 
-def _offset(view: View, slide: Prismatic) -> Iterator[list[Dimension]]:
+def _offset_dimensions(view: View, slide: Prismatic) -> Iterator[list[Dimension]]:
     """The distance of a slide's line from the shaft, drawn at the slider; nothing where the line passes through it."""
-    shaft = view.place(view.mechanism.crank, view.mechanism.driven_joint.point_b)
-    slider = view.place(slide.b, slide.point_b)
-    normal = parts.unit(slide.direction + 0.5 * math.pi)
+    shaft = view.place_of(view.mechanism.crank, view.mechanism.driven_joint.point_b)
+    slider = view.place_of(slide.b, slide.point_b)
+    normal = parts.unit_vector(slide.direction + 0.5 * math.pi)
     away = (slider - shaft) @ normal
     if abs(away) > 1e-6 * view.extent:
-        yield _length(view, "offset", slider, slider - away * normal, shaft)
+        yield _length_dimensions(view, "offset", slider, slider - away * normal, shaft)
 
 
 # -- radii -------------------------------------------------------------------------------------------------------------
 
 
-def _radius(view: View, text: str, centre: Array, radius: float, directions: Array) -> list[Dimension]:
+def _radius_dimensions(view: View, text: str, centre: Array, radius: float, directions: Array) -> list[Dimension]:
     """A radius [mm] from its centre [mm] in some directions [rad]; its text stands beyond one that is too short."""
-    width = view.labels.width(text, parts.TEXT["fontsize"])
+    width = view.labels.width(text, parts.TEXT_STYLE["fontsize"])
     found = []
     for direction in directions:
-        along = parts.unit(direction)
+        along = parts.unit_vector(direction)
         arrow = np.array([centre, centre + radius * along])
         if radius > 1.2 * width:
-            found.append(Dimension(text, arrow, "-|>", centre + 0.55 * radius * along, _readable(direction)))
+            found.append(Dimension(text, arrow, "-|>", centre + 0.55 * radius * along, _readable_angle(direction)))
         else:
             at = arrow[1] + np.array([0.6 * width, 1.2 * view.size]) * along
             found.append(Dimension(text, arrow, "-|>", at, 0.0))
     return found
 
 
-def _wheel(view: View, body: str, centre: tuple[float, float], radius: float) -> dict[str, list[Dimension]]:
+def _wheel_dimensions(view: View, body: str, centre: tuple[float, float], radius: float) -> dict[str, list[Dimension]]:
     text = f"{'fixed' if body == GROUND else body} r {_mm(MM * abs(radius))}"
-    directions = view.poses[body][2] + math.radians(210.0) + DIRECTIONS
-    return {text: _radius(view, text, view.place(body, centre), MM * abs(radius), directions)}
+    directions = view.poses[body][2] + math.radians(210.0) + RADIUS_DIRECTIONS
+    return {text: _radius_dimensions(view, text, view.place_of(body, centre), MM * abs(radius), directions)}
 
 
-def _cam(view: View, contact: CamContact) -> dict[str, list[Dimension]]:
+def _cam_dimensions(view: View, contact: CamContact) -> dict[str, list[Dimension]]:
     """Radii of the arcs of a profile, or of a law's base circle; and the roller's."""
     turn, profile = view.poses[contact.a][2], contact.profile
     if isinstance(profile, LawProfile):
         lowest = profile.begin - profile.sense * profile.lowest_angle
         circles = [((0.0, 0.0), profile.base_radius, np.array([lowest]))]
     else:
-        circles = [(arc.centre, arc.radius, arc.start + ALONG * arc.extent) for arc in profile.arcs]
+        circles = [(arc.centre, arc.radius, arc.start + ARC_SHARES * arc.extent) for arc in profile.arcs]
     found = {}
     for centre, radius, directions in circles:
         text = f"r {_mm(MM * radius)}"
-        found[text] = _radius(view, text, view.place(contact.a, centre), MM * radius, turn + directions)
-    roller, text = view.place(contact.b, contact.roller_centre), f"roller r {_mm(MM * contact.roller_radius)}"
-    return found | {text: _radius(view, text, roller, MM * contact.roller_radius, DIRECTIONS)}
+        found[text] = _radius_dimensions(view, text, view.place_of(contact.a, centre), MM * radius, turn + directions)
+    roller, text = view.place_of(contact.b, contact.roller_centre), f"roller r {_mm(MM * contact.roller_radius)}"
+    return found | {text: _radius_dimensions(view, text, roller, MM * contact.roller_radius, RADIUS_DIRECTIONS)}
 
 
 def _mm(length: float) -> str:
     return "{} {}".format(*numbers.in_shown_unit(length / MM, "m"))
 
 
-def _readable(turn: float) -> float:
+def _readable_angle(turn: float) -> float:
     """The angle [rad] of the same line, read from the left or from below."""
     return math.remainder(turn - 1e-9, math.pi) + 1e-9

@@ -17,18 +17,18 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.dimensions import draw_dimensions
 from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.machine_parts import Labels
-from conrod.report.drawing.view import MM, View, outline
+from conrod.report.drawing.view import MM, View, reached_points
 from conrod.scenes import Scene
 
 # Of a pass, because links often lie in line or over each other in its middle.
-TELLING_PART = 0.75
-POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
-LARGEST_SIDE, LEAST_SIDE = 8.2, 4.6  # of the drawing [inch]
+TELLING_SHARE = 0.75
+EXTENT_POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
+MAX_SIDE, MIN_SIDE = 8.2, 4.6  # of the drawing [inch]
 TRACE, ANGLE = "#2a8c6a", "#5b4a9c"
-NAME: dict[str, Any] = {"fontsize": 10.0, "fontweight": "bold"}
-NAMED = np.array([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])  # sides of a point where its name may stand
+NAME_STYLE: dict[str, Any] = {"fontsize": 10.0, "fontweight": "bold"}
+NAME_SIDES = np.array([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])  # sides of a point where its name may stand
 # An angle as small as this is hidden by the crank itself.
-LEAST_ANGLE = math.radians(5.0)
+MIN_DRAWN_ANGLE = math.radians(5.0)
 
 
 def mechanism_svg(scene: Scene) -> str:
@@ -49,14 +49,14 @@ def mechanism_figure(scene: Scene) -> Figure:
     draw_frame_axes(view)
     draw_crank_angle(view, scene, angle)
     draw_dimensions(view)
-    return _framed(view)
+    return _fit_page(view)
 
 
 def telling_angle(scene: Scene) -> float:
     """The crank angle [rad] that a scene is drawn at."""
     span = scene.kinematics.mechanism.driver.span
     if span is not None:
-        return span[0] + TELLING_PART * (span[1] - span[0])
+        return span[0] + TELLING_SHARE * (span[1] - span[0])
     return math.radians(scene.drawn_at)
 
 
@@ -71,15 +71,15 @@ def view_at(scene: Scene, angle: float) -> View:
     poses[GROUND] = (0.0, 0.0, 0.0)
     angles = np.linspace(*scene.kinematics.span, 181)
     paths = {name: MM * point.position for name, point in scene.motion(angles, scene.speed).points.items()}
-    reached = np.concatenate([*paths.values(), MM * outline(mechanism, poses)])
+    reached = np.concatenate([*paths.values(), MM * reached_points(mechanism, poses)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
     figure, size = Figure(), 0.022 * extent
     figure.set_layout_engine("none")
-    return View(figure.subplots(), mechanism, poses, turn, size, Labels(extent / POINTS), extent, paths)
+    return View(figure.subplots(), mechanism, poses, turn, size, Labels(extent / EXTENT_POINTS), extent, paths)
 
 
-def _framed(view: View) -> Figure:
+def _fit_page(view: View) -> Figure:
     """Equal scales, and a page that fits the drawing."""
     axes, figure = view.axes, view.axes.figure
     assert isinstance(figure, Figure)
@@ -89,8 +89,8 @@ def _framed(view: View) -> Figure:
     room = 0.06 * view.extent
     left, right, bottom, top = np.round([left - room, right + room, bottom - room, top + room], 3)
     width, height = right - left, top - bottom
-    scale = LARGEST_SIDE / max(width, height)
-    inches = max(LEAST_SIDE, width * scale), max(LEAST_SIDE, height * scale)
+    scale = MAX_SIDE / max(width, height)
+    inches = max(MIN_SIDE, width * scale), max(MIN_SIDE, height * scale)
     figure.set_size_inches(inches[0] + 0.7, inches[1] + 0.6)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
@@ -108,55 +108,57 @@ def _framed(view: View) -> Figure:
 def draw_observed(view: View) -> None:
     """The observed points with their names."""
     for point in view.mechanism.observed:
-        place = view.place(point.body, point.point)
+        place = view.place_of(point.body, point.point)
         view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
-        half = 0.5 * view.labels.width(point.name, NAME["fontsize"])
-        reach = NAMED * (view.labels.point * np.array([7.0, 11.0]) + [half, 0.0])
-        _note(view, list(place + reach), point.name, TRACE, NAME)
+        half = 0.5 * view.labels.width(point.name, NAME_STYLE["fontsize"])
+        reach = NAME_SIDES * (view.labels.point * np.array([7.0, 11.0]) + [half, 0.0])
+        _place_note(view, list(place + reach), point.name, TRACE, NAME_STYLE)
 
 
 def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
     """The crank angle from its zero, and the sense of rotation at the scene's speed."""
     driver, joint = view.mechanism.driver, view.mechanism.driven_joint
-    shaft = view.place(joint.b, joint.point_b)
+    shaft = view.place_of(joint.b, joint.point_b)
     now = view.mechanism.crank_turn(angle)
     reach = 5.0 * view.size
-    if abs(angle) >= LEAST_ANGLE:
+    if abs(angle) >= MIN_DRAWN_ANGLE:
         for direction, dashes in ((driver.start, (4, 3)), (now, (1, 2))):
-            ray = np.array([shaft, shaft + 1.25 * reach * parts.unit(direction)])
+            ray = np.array([shaft, shaft + 1.25 * reach * parts.unit_vector(direction)])
             view.axes.plot(*ray.T, color=ANGLE, linewidth=0.8, dashes=dashes, zorder=7)
-        parts.turn_arrow(view.axes, shaft, reach, driver.start, now, ANGLE)
+        parts.draw_turn_arrow(view.axes, shaft, reach, driver.start, now, ANGLE)
         # The documents of the scenes with a closed form write t for the crank angle.
         letter = "t" if scene.closed_form else "\N{GREEK SMALL LETTER THETA}"
         directions = 0.5 * (driver.start + now), now, driver.start
-        centres = [shaft + factor * reach * parts.unit(one) for factor in (1.5, 2.1) for one in directions]
-        _note(view, centres, f"{letter} = {math.degrees(angle):.0f} deg", ANGLE)
-    _sense(view, scene, shaft, now)
+        centres = [shaft + factor * reach * parts.unit_vector(one) for factor in (1.5, 2.1) for one in directions]
+        _place_note(view, centres, f"{letter} = {math.degrees(angle):.0f} deg", ANGLE)
+    _draw_sense(view, scene, shaft, now)
 
 
-def _sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
+def _draw_sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
     """An arrow about the shaft in the sense of rotation, with the speed."""
     sense = view.mechanism.driver.sense * (1.0 if scene.speed > 0.0 else -1.0)
     rpm = numbers.quantity(abs(scene.speed) * numbers.SHOWN_UNITS["rad/s"][1])
     # Opposite to the crank, if there is room.
     beginnings = [now + math.pi - 0.6 * sense + turn for turn in (0.0, 0.7, -0.7, 1.4, -1.4)]
-    centres = [shaft + 5.2 * view.size * parts.unit(away + 0.8 * sense) for away in beginnings]
-    away = beginnings[_note(view, centres, f"{rpm} rpm", parts.INK)]
-    parts.turn_arrow(view.axes, shaft, 3.2 * view.size, away, away + 1.6 * sense, parts.INK)
+    centres = [shaft + 5.2 * view.size * parts.unit_vector(away + 0.8 * sense) for away in beginnings]
+    away = beginnings[_place_note(view, centres, f"{rpm} rpm", parts.INK)]
+    parts.draw_turn_arrow(view.axes, shaft, 3.2 * view.size, away, away + 1.6 * sense, parts.INK)
 
 
-def _note(view: View, centres: Sequence[Array], text: str, colour: str, look: Mapping[str, Any] = parts.TEXT) -> int:
+def _place_note(
+    view: View, centres: Sequence[Array], text: str, colour: str, look: Mapping[str, Any] = parts.TEXT_STYLE
+) -> int:
     """A text at that of some places where it has room; which it is."""
     boxes = [view.labels.box(centre, text, look["fontsize"]) for centre in centres]
-    best = view.labels.best([(box, ()) for box in boxes])
-    view.labels.take(boxes[best])
-    parts.note(view.axes, centres[best], text, colour, look=look)
+    best = view.labels.best_place([(box, ()) for box in boxes])
+    view.labels.add_text(boxes[best])
+    parts.draw_note(view.axes, centres[best], text, colour, look=look)
     return best
 
 
 def draw_frame_axes(view: View) -> None:
     """The document's axes x and y, from its origin."""
     for direction, name, aside in ((0.0, "x", 0.5 * math.pi), (0.5 * math.pi, "y", math.pi)):
-        tip = 6.5 * view.size * parts.unit(direction)
-        parts.arrow(view.axes, np.zeros(2), tip, "#888888")
-        _note(view, [tip + 1.1 * view.size * parts.unit(aside)], name, "#666666")
+        tip = 6.5 * view.size * parts.unit_vector(direction)
+        parts.draw_arrow(view.axes, np.zeros(2), tip, "#888888")
+        _place_note(view, [tip + 1.1 * view.size * parts.unit_vector(aside)], name, "#666666")

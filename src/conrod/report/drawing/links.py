@@ -12,11 +12,11 @@ from scipy.spatial import ConvexHull
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of, to_world
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.view import MM, Slide, View, pitch_lines, profile, slide_of, ways
+from conrod.report.drawing.view import MM, Slide, View, cam_outline, guide_and_block, pitch_lines, slide_displacements
 
-BAR = 6.0  # width of a link [pt]
-IN_LINE = 0.01  # how far places may lie off a line, of its length: less than a bar is wide
-DIGITS = 6  # of places in the drawing's unit: those that joints share differ by rounding
+BAR_WIDTH = 6.0  # width of a link [pt]
+COLLINEAR_SHARE = 0.01  # how far places may lie off a line, of its length: less than a bar is wide
+PLACE_DIGITS = 6  # of places in the drawing's unit: those that joints share differ by rounding
 
 
 def draw_joints(view: View) -> None:
@@ -24,21 +24,23 @@ def draw_joints(view: View) -> None:
     for joint in view.mechanism.joints:
         match joint:
             case Revolute():
-                centre = view.place(joint.b, joint.point_b)
+                centre = view.place_of(joint.b, joint.point_b)
                 place = (float(centre[0]), float(centre[1]))
                 if GROUND in (joint.a, joint.b):
-                    parts.bearing(view.on(GROUND), place, view.size)
-                    view.labels.mark(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
-                parts.pin(view.on(joint.a, joint.b), place, view.size)
-                view.labels.mark(centre, 0.35 * view.size)
+                    parts.draw_bearing(view.axes_of(GROUND), place, view.size)
+                    view.labels.add_symbol(centre - np.array([0.0, 0.9 * view.size]), 0.9 * view.size)
+                parts.draw_pin(view.axes_of(joint.a, joint.b), place, view.size)
+                view.labels.add_symbol(centre, 0.35 * view.size)
             case Prismatic():
-                _slide(view, joint)
+                _draw_slide(view, joint)
             case CamContact():
-                _cam(view, joint)
+                _draw_cam(view, joint)
             case Rolling() | Rack():
-                for body, line in zip((joint.a, joint.b), map(view.at, pitch_lines(joint, view.poses)), strict=True):
-                    view.on(body).plot(*line.T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
-                    view.labels.draw(line)
+                for body, line in zip(
+                    (joint.a, joint.b), map(view.to_drawing, pitch_lines(joint, view.poses)), strict=True
+                ):
+                    view.axes_of(body).plot(*line.T, color=parts.INK, linewidth=1.2, linestyle="-.", zorder=5)
+                    view.labels.add_line(line)
             case _:
                 assert_never(joint)
 
@@ -49,91 +51,91 @@ def draw_links(view: View) -> None:
     blocks: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
     for joint in view.mechanism.joints:
         if isinstance(joint, Prismatic):
-            slide = slide_of(view.mechanism, joint)
-            blocks[slide.moving].append(view.place(slide.moving, slide.point))
+            slide = guide_and_block(view.mechanism, joint)
+            blocks[slide.moving].append(view.place_of(slide.moving, slide.point))
             if slide.guide != GROUND:
-                slots[slide.guide].append(_slot(view, slide))
+                slots[slide.guide].append(_slot_ends(view, slide))
     for body in view.mechanism.bodies:
-        held = [view.place(body.name, point) for point in pins_of(view.mechanism, body.name)] + blocks[body.name]
+        held = [view.place_of(body.name, point) for point in pins_of(view.mechanism, body.name)] + blocks[body.name]
         # A link reaches to the near end of its slot, and is the slot from there on.
         near = [
             min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]
         ]
-        seen = [view.place(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
-        _body(view, body.name, link_outline(held + near + seen))
+        seen = [view.place_of(body.name, point.point) for point in view.mechanism.observed if point.body == body.name]
+        _draw_body(view, body.name, link_outline(held + near + seen))
 
 
-def _travel(view: View, slide: Slide) -> tuple[float, float]:
+def _slide_range(view: View, slide: Slide) -> tuple[float, float]:
     """Ways of the block from where it is drawn, back and forth, over the turn."""
-    gone = MM * ways(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
-    now = MM * ways(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
+    gone = MM * slide_displacements(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
+    now = MM * slide_displacements(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
     return float(min(gone.min() - now, 0.0)), float(max(gone.max() - now, 0.0))
 
 
-def _slot(view: View, slide: Slide) -> Array:
+def _slot_ends(view: View, slide: Slide) -> Array:
     """The ends of a slot in a moving link, as far as its block goes; (2, 2)."""
-    back, forth = _travel(view, slide)
-    block, room = view.place(slide.moving, slide.point), 2.0 * view.size
-    along = parts.unit(view.poses[slide.guide][2] + slide.direction)
+    back, forth = _slide_range(view, slide)
+    block, room = view.place_of(slide.moving, slide.point), 2.0 * view.size
+    along = parts.unit_vector(view.poses[slide.guide][2] + slide.direction)
     return np.asarray(block + np.outer((back - room, forth + room), along))
 
 
-def _slide(view: View, joint: Prismatic) -> None:
-    slide = slide_of(view.mechanism, joint)
+def _draw_slide(view: View, joint: Prismatic) -> None:
+    slide = guide_and_block(view.mechanism, joint)
     direction = view.poses[slide.guide][2] + slide.direction
-    block = view.place(slide.moving, slide.point)
+    block = view.place_of(slide.moving, slide.point)
     if slide.guide != GROUND:
-        parts.slot(view.on(slide.guide), _slot(view, slide), view.size)
-        view.labels.mark(block, 1.5 * view.size)
-        parts.slider(view.on(slide.moving), block, direction, view.size)
+        parts.draw_slot(view.axes_of(slide.guide), _slot_ends(view, slide), view.size)
+        view.labels.add_symbol(block, 1.5 * view.size)
+        parts.draw_slider(view.axes_of(slide.moving), block, direction, view.size)
         return
-    back, forth = _travel(view, slide)
+    back, forth = _slide_range(view, slide)
     # A cam's follower is guided above its roller, or the rails would hide the cam.
     if any(contact.b == slide.moving for contact in view.mechanism.cam_contacts):
-        _stem(view, slide.moving, block, forth, direction)
+        _draw_stem(view, slide.moving, block, forth, direction)
         return
     room = 2.4 * view.size
-    _rails(view, block, (back - room, forth + room), direction)
-    view.labels.mark(block, 1.5 * view.size)
-    parts.slider(view.on(slide.moving), block, direction, view.size)
+    _draw_rails(view, block, (back - room, forth + room), direction)
+    view.labels.add_symbol(block, 1.5 * view.size)
+    parts.draw_slider(view.axes_of(slide.moving), block, direction, view.size)
 
 
-def _rails(view: View, block: Array, reach: tuple[float, float], direction: float) -> None:
+def _draw_rails(view: View, block: Array, reach: tuple[float, float], direction: float) -> None:
     """A slide's two rails, with the frame's hatching beside them, along a direction [rad] through a block."""
-    parts.guide(view.on(GROUND), block, reach, direction, view.size)
-    ends = block + np.outer(reach, parts.unit(direction))
+    parts.draw_rails(view.axes_of(GROUND), block, reach, direction, view.size)
+    ends = block + np.outer(reach, parts.unit_vector(direction))
     for aside in (-1.6, -1.15, 1.15, 1.6):
-        view.labels.draw(ends + aside * view.size * parts.unit(direction + 0.5 * np.pi))
+        view.labels.add_line(ends + aside * view.size * parts.unit_vector(direction + 0.5 * np.pi))
 
 
-def _stem(view: View, follower: str, roller: Array, forth: float, direction: float) -> None:
+def _draw_stem(view: View, follower: str, roller: Array, forth: float, direction: float) -> None:
     """A follower between its rails above its roller, which still goes `forth`."""
-    along = parts.unit(direction)
+    along = parts.unit_vector(direction)
     foot = roller + 5.0 * view.size * along
-    view.on(follower).plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
+    view.axes_of(follower).plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
     top = forth + 9.0 * view.size
-    _rails(view, roller, (top - 5.0 * view.size, top), direction)
+    _draw_rails(view, roller, (top - 5.0 * view.size, top), direction)
     tip = roller + (top + 1.5 * view.size) * along
-    view.on(follower).plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
-    view.labels.draw(np.array([roller, tip]))
+    view.axes_of(follower).plot(*np.array([foot, tip]).T, color=parts.LINK, linewidth=4, alpha=0.75, zorder=4)
+    view.labels.add_line(np.array([roller, tip]))
 
 
-def _cam(view: View, contact: CamContact) -> None:
+def _draw_cam(view: View, contact: CamContact) -> None:
     pose = view.poses[contact.a]
-    outline = view.at(profile(contact, view.poses[contact.a]))
-    view.labels.draw(outline)
-    view.on(contact.a).fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
-    view.on(contact.a).plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
+    outline = view.to_drawing(cam_outline(contact, view.poses[contact.a]))
+    view.labels.add_line(outline)
+    view.axes_of(contact.a).fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
+    view.axes_of(contact.a).plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
     for end, normal in zip(*contact.profile.joints(), strict=True):
-        place = view.place(contact.a, (float(end[0]), float(end[1])))
+        place = view.place_of(contact.a, (float(end[0]), float(end[1])))
         outward = np.array(to_world((0.0, 0.0, pose[2]), (normal[0], normal[1])))
         ends = np.array([place - 0.4 * view.size * outward, place + 0.4 * view.size * outward])
-        view.on(contact.a).plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
-    roller = view.place(contact.b, contact.roller_centre)
+        view.axes_of(contact.a).plot(*ends.T, color=parts.INK, linewidth=1.4, zorder=6)
+    roller = view.place_of(contact.b, contact.roller_centre)
     ring = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
-    view.on(contact.b).fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
-    view.labels.draw(circle)
+    view.axes_of(contact.b).fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
+    view.labels.add_line(circle)
 
 
 # -- shapes of links --------------------------------------------------------------------------------------------------
@@ -141,42 +143,42 @@ def _cam(view: View, contact: CamContact) -> None:
 
 def link_outline(places: Sequence[Array]) -> Array:
     """The two ends of a bar through places in line, else the corners of a plate around them; (C, 2), none for one."""
-    own = list({tuple(np.round(place, DIGITS)): place for place in reversed(places)}.values())[::-1]
-    return _spanned(own) if len(own) > 1 else np.empty((0, 2))
+    own = list({tuple(np.round(place, PLACE_DIGITS)): place for place in reversed(places)}.values())[::-1]
+    return _hull(own) if len(own) > 1 else np.empty((0, 2))
 
 
 def _in_line(places: Sequence[Array]) -> bool:
     """True where places lie in the line through the two of them that are farthest apart."""
-    ends = _ends(places)
+    ends = _farthest_pair(places)
     way = ends[1] - ends[0]
     arms = np.array(places) - ends[0]
     off = np.abs(way[0] * arms[:, 1] - way[1] * arms[:, 0]).max()
-    return bool(off <= IN_LINE * (way @ way))
+    return bool(off <= COLLINEAR_SHARE * (way @ way))
 
 
-def _ends(places: Sequence[Array]) -> Array:
+def _farthest_pair(places: Sequence[Array]) -> Array:
     """The two places that are farthest apart, in their order; (2, 2)."""
     points = np.array(places)
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     return np.asarray(points[sorted(np.unravel_index(int(apart.argmax()), apart.shape))])
 
 
-def _spanned(places: Sequence[Array]) -> Array:
+def _hull(places: Sequence[Array]) -> Array:
     """The two ends of places in a line; else the corners around all of them, counter-clockwise from the leftmost."""
     if _in_line(places):
-        return _ends(places)
+        return _farthest_pair(places)
     points = np.array(places)
     corners = points[ConvexHull(points).vertices]
     return np.roll(corners, -int(np.lexsort(corners.T[::-1])[0]), axis=0)
 
 
-def _body(view: View, name: str, corners: Array) -> None:
+def _draw_body(view: View, name: str, corners: Array) -> None:
     """A link as a bar, or as a plate with its edges."""
     edges = corners
     if len(corners) > 2:
-        view.on(name).add_patch(Polygon(corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
-        view.labels.cover(corners)
+        view.axes_of(name).add_patch(Polygon(corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))
+        view.labels.add_plate(corners)
         edges = np.vstack([corners, corners[:1]])
     if len(corners):
-        view.on(name).plot(*edges.T, color=parts.LINK, linewidth=BAR, alpha=0.75, zorder=4)
-        view.labels.draw(edges)
+        view.axes_of(name).plot(*edges.T, color=parts.LINK, linewidth=BAR_WIDTH, alpha=0.75, zorder=4)
+        view.labels.add_line(edges)

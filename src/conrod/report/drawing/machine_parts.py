@@ -17,16 +17,16 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Point
 
 INK, FRAME, LINK = "#222222", "#777777", "#7d97ab"
-TEXT: dict[str, Any] = {"fontsize": 8.0, "zorder": 20}
-HALO: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+TEXT_STYLE: dict[str, Any] = {"fontsize": 8.0, "zorder": 20}
+TEXT_GROUND: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 
 
-def unit(direction: float) -> Array:
+def unit_vector(direction: float) -> Array:
     """The unit vector of a direction [rad]."""
     return np.array([math.cos(direction), math.sin(direction)])
 
 
-def slot(axes: Axes, ends: Array, size: float) -> None:
+def draw_slot(axes: Axes, ends: Array, size: float) -> None:
     """A slot of a moving link between two ends (2, 2): its sides, without the frame's hatching."""
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     left = 1.15 * size * np.array([-along[1], along[0]])
@@ -34,20 +34,20 @@ def slot(axes: Axes, ends: Array, size: float) -> None:
     axes.add_patch(Polygon(corners, facecolor="white", edgecolor=LINK, linewidth=2.5, joinstyle="round", zorder=4.5))
 
 
-def pin(axes: Axes, centre: Point, size: float) -> None:
+def draw_pin(axes: Axes, centre: Point, size: float) -> None:
     """A revolute joint."""
     axes.add_patch(Circle(centre, 0.35 * size, facecolor="white", edgecolor=INK, linewidth=1.2, zorder=8))
 
 
-def bearing(axes: Axes, centre: Point, size: float) -> None:
+def draw_bearing(axes: Axes, centre: Point, size: float) -> None:
     """A shaft's bearing on the frame: a foot with hatching under it."""
     x, y = centre
     foot = [(x, y), (x - 0.9 * size, y - 1.4 * size), (x + 0.9 * size, y - 1.4 * size)]
     axes.add_patch(Polygon(foot, facecolor="#f2f2f2", edgecolor=FRAME, linewidth=1.0, zorder=3))
-    hatching(axes, np.array([x - 1.5 * size, y - 1.4 * size]), np.array([x + 1.5 * size, y - 1.4 * size]), size)
+    draw_hatching(axes, np.array([x - 1.5 * size, y - 1.4 * size]), np.array([x + 1.5 * size, y - 1.4 * size]), size)
 
 
-def hatching(axes: Axes, start: Array, stop: Array, size: float) -> None:
+def draw_hatching(axes: Axes, start: Array, stop: Array, size: float) -> None:
     """A line of the fixed frame, hatched on its right as seen from start to stop."""
     along = (stop - start) / np.linalg.norm(stop - start)
     right = np.array([along[1], -along[0]])
@@ -58,54 +58,56 @@ def hatching(axes: Axes, start: Array, stop: Array, size: float) -> None:
         axes.plot(*np.array([top, top + 0.5 * size * (right - along)]).T, color=FRAME, linewidth=0.7, zorder=3)
 
 
-def guide(axes: Axes, centre: Array, reach: tuple[float, float], direction: float, size: float) -> None:
+def draw_rails(axes: Axes, centre: Array, reach: tuple[float, float], direction: float, size: float) -> None:
     """A slide's two rails from reach[0] to reach[1] along a direction [rad] through a point."""
-    along = unit(direction)
+    along = unit_vector(direction)
     left = np.array([-along[1], along[0]])
     near, far = centre + reach[0] * along, centre + reach[1] * along
-    hatching(axes, far + 1.15 * size * left, near + 1.15 * size * left, size)
-    hatching(axes, near - 1.15 * size * left, far - 1.15 * size * left, size)
+    draw_hatching(axes, far + 1.15 * size * left, near + 1.15 * size * left, size)
+    draw_hatching(axes, near - 1.15 * size * left, far - 1.15 * size * left, size)
 
 
-def slider(axes: Axes, centre: Array, direction: float, size: float) -> None:
+def draw_slider(axes: Axes, centre: Array, direction: float, size: float) -> None:
     """A block on its slide."""
-    along = unit(direction)
+    along = unit_vector(direction)
     left = np.array([-along[1], along[0]])
     corners = [centre + size * (a * 1.5 * along + b * left) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     axes.add_patch(Polygon(corners, facecolor="#dde6ec", edgecolor=INK, linewidth=1.0, zorder=5))
 
 
-def arrow(axes: Axes, start: Array, stop: Array, colour: str, style: str = "-|>", width: float = 1.0) -> None:
+def draw_arrow(axes: Axes, start: Array, stop: Array, colour: str, style: str = "-|>", width: float = 1.0) -> None:
     """A straight arrow."""
     ends = (float(start[0]), float(start[1])), (float(stop[0]), float(stop[1]))
     look: dict[str, Any] = {"arrowstyle": style, "mutation_scale": 8, "color": colour, "linewidth": width}
     axes.add_patch(FancyArrowPatch(*ends, shrinkA=0, shrinkB=0, zorder=10, **look))
 
 
-def turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop: float, colour: str) -> None:
+def draw_turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop: float, colour: str) -> None:
     """An arc from one direction [rad] to another, with an arrow head at its end."""
     angles = np.linspace(start, stop, 60)
     points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
     axes.plot(*points[:-2].T, color=colour, linewidth=1.0, zorder=9)
-    arrow(axes, points[-4], points[-1], colour)
+    draw_arrow(axes, points[-4], points[-1], colour)
 
 
-def note(axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, look: Mapping[str, Any] = TEXT) -> None:
+def draw_note(
+    axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, look: Mapping[str, Any] = TEXT_STYLE
+) -> None:
     """A text centred on a point, on a white ground; turned by an angle [deg]."""
     x, y = at
-    style = {**TEXT, **look, "color": colour, "rotation": turned, "bbox": HALO}
+    style = {**TEXT_STYLE, **look, "color": colour, "rotation": turned, "bbox": TEXT_GROUND}
     axes.text(float(x), float(y), text, ha="center", va="center", **style)
 
 
 # -- room for texts ----------------------------------------------------------------------------------------------------
 
 
-LETTER, HEIGHT = 0.6, 1.5  # width of a letter and height of a line with its white ground, of the font's size
-SPACING = 3.0  # of the samples [pt] that stand for what is drawn
+LETTER_WIDTH, LINE_HEIGHT = 0.6, 1.5  # width of a letter and height of a line with its white ground, of the font's size
+SAMPLE_SPACING = 3.0  # of the samples [pt] that stand for what is drawn
 # What a sample under a text costs; under a line that comes with the text it costs a share. A line under a text does not
 # drive it far: its white ground makes it readable.
-ON_TEXT, ON_PLATE, ON_LINE, UNDER_LINE = 5.0, 0.6, 1.0, 0.3
-NEXT_WISH = 1.0  # for being one place further down the list of wishes
+ON_TEXT_COST, ON_PLATE_COST, ON_LINE_COST, UNDER_LINE_SHARE = 5.0, 0.6, 1.0, 0.3
+NEXT_WISH_COST = 1.0  # for being one place further down the list of wishes
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ class Box:
     half: tuple[float, float]
     turn: float = 0.0
 
-    def holds(self, points: Array) -> NDArray[np.bool_]:
+    def contains(self, points: Array) -> NDArray[np.bool_]:
         """True (N,) for points (N, 2) in it."""
         cos, sin = math.cos(self.turn), math.sin(self.turn)
         own = (points - self.centre) @ np.array([[cos, -sin], [sin, cos]])
@@ -135,45 +137,45 @@ class Labels:
 
     def __init__(self, point: float) -> None:
         """A drawing with nothing on it; `point` is the length of one point on paper."""
-        self.point, self._spacing = point, SPACING * point
+        self.point, self._spacing = point, SAMPLE_SPACING * point
         self._points, self._costs = [np.empty((0, 2))], [np.empty(0)]
 
     def width(self, text: str, size: float) -> float:
         """Width of a text of a font size [pt], about."""
-        return LETTER * size * len(text) * self.point
+        return LETTER_WIDTH * size * len(text) * self.point
 
     def box(self, centre: Array, text: str, size: float, turn: float = 0.0) -> Box:
         """The place of a text of a font size [pt] around its centre (2,), turned by an angle [rad]."""
-        return Box(centre, (0.5 * self.width(text, size), 0.5 * HEIGHT * size * self.point), turn)
+        return Box(centre, (0.5 * self.width(text, size), 0.5 * LINE_HEIGHT * size * self.point), turn)
 
-    def take(self, box: Box) -> None:
+    def add_text(self, box: Box) -> None:
         """A text or a symbol is there."""
-        self._add(box.samples(self._spacing), ON_TEXT)
+        self._add_samples(box.samples(self._spacing), ON_TEXT_COST)
 
-    def mark(self, centre: Array, radius: float) -> None:
+    def add_symbol(self, centre: Array, radius: float) -> None:
         """A symbol is there."""
-        self.take(Box(centre, (radius, radius)))
+        self.add_text(Box(centre, (radius, radius)))
 
-    def cover(self, plate: Array) -> None:
+    def add_plate(self, plate: Array) -> None:
         """A plate is there, as corners (N, 2)."""
         low, high = plate.min(axis=0), plate.max(axis=0)
         reach = 0.5 * (high - low)
         points = Box(low + reach, (float(reach[0]), float(reach[1]))).samples(self._spacing)
-        self._add(points[Path(plate).contains_points(points)], ON_PLATE)
+        self._add_samples(points[Path(plate).contains_points(points)], ON_PLATE_COST)
 
-    def draw(self, line: Array) -> None:
+    def add_line(self, line: Array) -> None:
         """Lines from place to place (N, 2) are there."""
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
         at = np.linspace(0.0, along[-1], 2 + int(along[-1] / self._spacing))
-        self._add(np.column_stack([np.interp(at, along, values) for values in line.T]), ON_LINE)
+        self._add_samples(np.column_stack([np.interp(at, along, values) for values in line.T]), ON_LINE_COST)
 
-    def best(self, wishes: Sequence[tuple[Box, Sequence[Array]]]) -> int:
+    def best_place(self, wishes: Sequence[tuple[Box, Sequence[Array]]]) -> int:
         """Index of the best place; each is a text's box and the lines (2, 2) that come with it, by preference."""
         points, costs = np.concatenate(self._points), np.concatenate(self._costs)
         found = [
-            NEXT_WISH * k
-            + costs[box.holds(points)].sum()
-            + UNDER_LINE * sum(costs[self._strip(line).holds(points)].sum() for line in lines)
+            NEXT_WISH_COST * k
+            + costs[box.contains(points)].sum()
+            + UNDER_LINE_SHARE * sum(costs[self._strip(line).contains(points)].sum() for line in lines)
             for k, (box, lines) in enumerate(wishes)
         ]
         return int(np.argmin(np.round(found, 6)))
@@ -183,6 +185,6 @@ class Labels:
         (x, y), half = line[1] - line[0], 0.5 * self._spacing
         return Box(line.mean(axis=0), (0.5 * math.hypot(x, y), half), math.atan2(y, x))
 
-    def _add(self, points: Array, cost: float) -> None:
+    def _add_samples(self, points: Array, cost: float) -> None:
         self._points.append(points)
         self._costs.append(np.full(len(points), cost))

@@ -52,17 +52,17 @@ class View:
     extent: float
     paths: Mapping[str, Array]
 
-    def on(self, *bodies: str) -> Axes:
+    def axes_of(self, *bodies: str) -> Axes:
         """Axes that the parts of some bodies are drawn on."""
         return self.axes
 
-    def at(self, places: ArrayLike) -> Array:
+    def to_drawing(self, places: ArrayLike) -> Array:
         """Return places (..., 2) [m] in the drawing."""
         return MM * np.asarray(places, dtype=float)
 
-    def place(self, body: str, point: Point) -> Array:
+    def place_of(self, body: str, point: Point) -> Array:
         """Return a point of a body, given in its own frame [m], in the drawing; (2,)."""
-        return self.at(to_world(self.poses[body], point))
+        return self.to_drawing(to_world(self.poses[body], point))
 
     def poses_over_turn(self, body: str) -> Array:
         """Poses of a body or the ground over a turn or a pass, (T, 3) [m, m, rad]."""
@@ -89,7 +89,7 @@ class Slide:
     direction: float
 
 
-def slide_of(mechanism: Mechanism, joint: Prismatic) -> Slide:
+def guide_and_block(mechanism: Mechanism, joint: Prismatic) -> Slide:
     """The guide and the block of a prismatic joint, as a course draws them."""
     guide, moving, point = joint.a, joint.b, joint.point_b
     if joint.b == GROUND:
@@ -105,7 +105,7 @@ def slide_of(mechanism: Mechanism, joint: Prismatic) -> Slide:
     return Slide(guide, moving, point, joint.direction - (joint.angle if guide == joint.b else 0.0))
 
 
-def ways(slide: Slide, guides: Array, movings: Array) -> Array:
+def slide_displacements(slide: Slide, guides: Array, movings: Array) -> Array:
     """Ways (T,) of the block along its guide's line from the guide's origin, from poses (T, 3) of the two."""
     cos, sin = np.cos(movings[:, 2]), np.sin(movings[:, 2])
     x, y = slide.point
@@ -114,21 +114,21 @@ def ways(slide: Slide, guides: Array, movings: Array) -> Array:
     return np.asarray(((block - guides[:, :2]) * np.column_stack([np.cos(turns), np.sin(turns)])).sum(axis=1))
 
 
-SAMPLES = 721
+OUTLINE_SAMPLES = 721
 RACK_REACH = 2.0  # radii of its wheel that a rack is drawn to, on either side of it
 
 
-def outline(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
+def reached_points(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
     """Points (N, 2) [m] that the mechanism reaches: its pins, its cams' outlines, its wheels."""
     points = [to_world(poses[j.b], j.point_b) for j in mechanism.joints if isinstance(j, Revolute)]
     for contact in mechanism.cam_contacts:
-        points += profile(contact, poses[contact.a])
+        points += cam_outline(contact, poses[contact.a])
     return np.concatenate([np.array(points), *(line for mesh in mechanism.meshes for line in pitch_lines(mesh, poses))])
 
 
-def profile(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
+def cam_outline(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
     """Points [m] of a cam's outline in a pose."""
-    return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.outline(SAMPLES)]
+    return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.outline(OUTLINE_SAMPLES)]
 
 
 def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
@@ -150,7 +150,7 @@ def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
 
 def _circle(pose: Pose, centre: Point, radius: float, spoke: bool) -> Array:
     """A circle from the direction of the body's x-axis; with its radius in that direction."""
-    turn = pose[2] + np.linspace(0.0, 2.0 * np.pi, SAMPLES)
+    turn = pose[2] + np.linspace(0.0, 2.0 * np.pi, OUTLINE_SAMPLES)
     middle = np.array(to_world(pose, centre))
     rim = middle + radius * np.column_stack([np.cos(turn), np.sin(turn)])
     return np.vstack([middle, rim]) if spoke else rim

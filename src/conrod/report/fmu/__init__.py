@@ -17,8 +17,8 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.exact.motion_table import MotionTable, motion_table
-from conrod.report.pack import zipped
-from conrod.report.table import visible
+from conrod.report.pack import zip_archive
+from conrod.report.table import visible_text
 from conrod.scenes import Scene
 
 COMPILER = "cc"
@@ -26,7 +26,7 @@ COMPILER = "cc"
 FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden")
 ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}  # where FMI has another name
 SUFFIXES = {"linux": ".so", "darwin": ".dylib"}
-HERE = files("conrod.report.fmu")
+PACKAGE_FILES = files("conrod.report.fmu")
 
 
 def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
@@ -40,7 +40,7 @@ def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
     """
     table = motion_table(scene)
     start, stop = sorted(angle / scene.speed for angle in scene.kinematics.span)
-    header = _header(table, scene.speed)
+    header = _table_header(table, scene.speed)
     about = {
         "name": name,
         "identifier": re.sub("[^A-Za-z0-9_]", "_", name if re.match("[A-Za-z_]", name) else f"_{name}"),
@@ -54,27 +54,27 @@ def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
         "speed": scene.speed,
     }
     sources = {
-        "motion.c": HERE.joinpath("motion.c").read_text(encoding="utf-8"),
+        "motion.c": PACKAGE_FILES.joinpath("motion.c").read_text(encoding="utf-8"),
         "motion_table.h": f'{header}#define INSTANTIATION_TOKEN "{about["token"]}"\n',
     }
-    binary, why_none = _built(str(about["identifier"]), sources)
+    binary, why_none = _build_binary(str(about["identifier"]), sources)
     contents = {
-        "modelDescription.xml": _rendered("modelDescription.xml", about),
-        "sources/buildDescription.xml": _rendered("buildDescription.xml", about),
+        "modelDescription.xml": _render_xml("modelDescription.xml", about),
+        "sources/buildDescription.xml": _render_xml("buildDescription.xml", about),
         **{f"sources/{file}": content for file, content in sources.items()},
     }
-    return zipped({**contents, **binary}), why_none
+    return zip_archive({**contents, **binary}), why_none
 
 
-def _rendered(file: str, about: Mapping[str, object]) -> str:
+def _render_xml(file: str, about: Mapping[str, object]) -> str:
     """A file of XML, in which names stay names: all that is put in is escaped."""
-    text = HERE.joinpath(f"{file}.jinja").read_text(encoding="utf-8")
-    return visible(
+    text = PACKAGE_FILES.joinpath(f"{file}.jinja").read_text(encoding="utf-8")
+    return visible_text(
         jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text).render(about)
     )
 
 
-def _header(table: MotionTable, speed: float) -> str:
+def _table_header(table: MotionTable, speed: float) -> str:
     """The table as C has it, each number in the fewest digits that are it."""
     intervals, columns, terms = table.coefficients.shape
     return f"""/* Written by conrod: the exact motion of one machine, see motion.c. */
@@ -96,7 +96,7 @@ def _initializer(values: Array) -> str:
     return "{" + ", ".join(map(repr, (np.trim_zeros(values, "b") + 0.0).tolist() or [0.0])) + "}"
 
 
-def _built(identifier: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], str | None]:
+def _build_binary(identifier: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], str | None]:
     """The binary of this platform by its name in the archive, none if it cannot be built; and why not."""
     compiler, machine = shutil.which(COMPILER), platform.machine().lower()
     if sys.platform not in SUFFIXES:

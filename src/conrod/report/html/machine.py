@@ -17,19 +17,19 @@ from conrod.exact.motion import Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS
 from conrod.report.charts.styles import colour, label
-from conrod.report.html.moving import MOST_POWER, POSES, Moving, moving, transforms
-from conrod.report.html.page import template
+from conrod.report.html.moving import MAX_POWER, POSES, MovingMachine, moving_machine, transforms
+from conrod.report.html.page import html_template
 from conrod.report.kind import Part
 from conrod.report.numbers import ROUNDING
 from conrod.studies.validation.results import SceneStudy
 
 # Edges of the area in a drawing of 400 by 145; machine.js knows those at the sides.
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 386.0, 24.0, 122.0
-MOST_DECADES = 4  # that are named
-TICKS = 5  # of the angle
+MAX_DECADE_LABELS = 4  # that are named
+ANGLE_TICKS = 5  # of the angle
 
 
-class Line(NamedTuple):
+class PanelCurve(NamedTuple):
     """A curve: values (K,) along parts (K,) of the stretch, its run or -1 for the exact motion, attributes of SVG."""
 
     along: Array
@@ -38,7 +38,9 @@ class Line(NamedTuple):
     look: str
 
 
-def panel(title: str, lines: Sequence[Line], ends: tuple[float, float], at: float, log: bool = False) -> Markup:
+def panel_svg(
+    title: str, lines: Sequence[PanelCurve], ends: tuple[float, float], at: float, log: bool = False
+) -> Markup:
     """Curves over a stretch of the crank angle [deg] with a cursor at a part of it; errors on a logarithmic scale."""
     if log:
         lines = [line._replace(values=np.log10(np.maximum(line.values, ROUNDING))) for line in lines]
@@ -46,7 +48,7 @@ def panel(title: str, lines: Sequence[Line], ends: tuple[float, float], at: floa
     low, high = float(values.min()), float(values.max())
     if log:
         low, high = math.floor(low), max(math.ceil(high), math.floor(low) + 1)
-        ticks = np.arange(high, low - 1.0, -np.ceil((high - low) / MOST_DECADES))
+        ticks = np.arange(high, low - 1.0, -np.ceil((high - low) / MAX_DECADE_LABELS))
         names = [f"1e{tick:.0f}" for tick in ticks]
     else:
         high = high or 1.0
@@ -62,7 +64,7 @@ def panel(title: str, lines: Sequence[Line], ends: tuple[float, float], at: floa
         f'<text x="{LEFT - 4}" y="{h + 4:.1f}" text-anchor="end">{name}</text>'
         for h, name in zip(y(ticks), names, strict=True)
     )
-    for share in np.linspace(0.0, 1.0, TICKS):
+    for share in np.linspace(0.0, 1.0, ANGLE_TICKS):
         degrees = f"{ends[0] + share * (ends[1] - ends[0]):.0f}"
         place, anchor = (_x(share), "middle") if share < 1.0 else (400.0, "end")
         unit = "" if share < 1.0 else " deg"
@@ -79,7 +81,7 @@ def _x(share: float) -> float:
     return LEFT + (RIGHT - LEFT) * share
 
 
-def _path(line: Line, heights: Array) -> str:
+def _path(line: PanelCurve, heights: Array) -> str:
     places = " ".join(f"{_x(share):.1f},{h:.1f}" for share, h in zip(line.along, heights, strict=True))
     return f'<path data-run="{line.run}" d="M{places}" {line.look}/>'
 
@@ -90,7 +92,7 @@ QUANTITIES = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration":
 
 def machine_html(part: Part[SceneStudy], anchor: str) -> str:
     """The machine in motion with its controls and curves, as a part of a page; empty where there is nothing to move."""
-    machine = moving(part.findings)
+    machine = moving_machine(part.findings)
     if machine is None:
         return ""
     first, still = machine.runs[0], machine.still
@@ -98,18 +100,18 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
     error = machine.errors(first)[round(still * (len(machine.errors(first)) - 1) / POSES)]
     bodies, (start, end) = list(machine.drawing.bodies.items()), machine.ends
     degrees = start + (end - start) * still / POSES
-    return template("machine.html.jinja").render(
+    return html_template("machine.html.jinja").render(
         anchor=anchor, study=part.findings, box=" ".join(f"{one:.0f}" for one in machine.drawing.box), still=still,
         bodies=[Markup(svg) for _, svg in bodies[:-1]], ground=Markup(bodies[-1][1]), power=power,
-        order=machine.drawing.order, powers=range(MOST_POWER + 1),
+        order=machine.drawing.order, powers=range(MAX_POWER + 1),
         exact=transforms(exact), engine=transforms(exact + 10.0**power * error),
-        runs=[(label(run), _sample(machine, k)) for k, run in enumerate(machine.runs)],
+        runs=[(label(run), _legend_sample(machine, k)) for k, run in enumerate(machine.runs)],
         panels=_panels(machine), data=Markup(json.dumps(_data(machine), separators=(",", ":"))),
         degrees=f"{degrees:.0f}", traces=_traces(machine), output=part.findings.scene.output,
     )  # fmt: skip
 
 
-def _data(machine: Moving) -> dict[str, Any]:
+def _data(machine: MovingMachine) -> dict[str, Any]:
     """Numbers that page.js moves the drawing by; units of the drawing, and degrees."""
     scene = machine.study.scene
     observed = next(point for point in scene.mechanism().observed if point.name == scene.output)
@@ -118,45 +120,47 @@ def _data(machine: Moving) -> dict[str, Any]:
         "ends": machine.ends, "exact": np.round(machine.exact, 3).tolist(), "mm": 1e3 / machine.drawing.scale,
         "point": [scene.mechanism().body_index[observed.body], round(x, 4), round(-y, 4)],
         "runs": [
-            {"power": machine.power(run), "errors": [[numbers.rounded(one, 3) for one in row] for row in errors]}
+            {
+                "power": machine.power(run),
+                "errors": [[numbers.round_to_digits(one, 3) for one in row] for row in machine.errors(run).tolist()],
+            }
             for run in machine.runs
-            for errors in [machine.errors(run).tolist()]
         ],
     }  # fmt: skip
 
 
-def _look(machine: Moving, number: int) -> str:
+def _stroke(machine: MovingMachine, number: int) -> str:
     run = machine.runs[number]
     before = [one for one in machine.runs[:number] if one.engine == run.engine]
     dashes = DASHES[len(before) % len(DASHES)]
     return f'stroke="{colour(run.engine)}"' + (f' stroke-dasharray="{dashes}"' if dashes else "")
 
 
-def _sample(machine: Moving, number: int) -> Markup:
-    return Markup(f'<svg viewBox="0 0 30 8" aria-hidden="true"><path d="M0 4H30" {_look(machine, number)}/></svg>')
+def _legend_sample(machine: MovingMachine, number: int) -> Markup:
+    return Markup(f'<svg viewBox="0 0 30 8" aria-hidden="true"><path d="M0 4H30" {_stroke(machine, number)}/></svg>')
 
 
-def _traces(machine: Moving) -> list[str]:
+def _traces(machine: MovingMachine) -> list[str]:
     scene, scale = machine.study.scene, machine.drawing.scale
     points = scene.motion(machine.angles[::4], scene.speed).points.values()
     return [" ".join(f"{scale * x:.1f},{-scale * y:.1f}" for x, y in point.position) for point in points]
 
 
-def _panels(machine: Moving) -> list[Markup]:
+def _panels(machine: MovingMachine) -> list[Markup]:
     """For each quantity of the output its exact curve, and the errors of all runs."""
     scene, at, found = machine.study.scene, machine.still / POSES, list[Markup]()
     motion = scene.motion(machine.angles[::2], scene.speed).point(scene.output)
     along, ends = np.linspace(0.0, 1.0, len(machine.angles[::2])), machine.ends
     for quantity, (unit, factor) in QUANTITIES.items():
         values = factor * getattr(motion, quantity)
-        exact = [Line(along, values[:, k], -1, f'class="{name}"') for k, name in enumerate("xy")]
-        found.append(panel(f"{quantity} of {scene.output} [{unit}]: x, and y dashed", exact, ends, at))
-        errors = [line for k in range(len(machine.runs)) for line in _error(machine, k, quantity)]
-        found.append(panel(f"{quantity}: error of {scene.output} / {NORMS[quantity]}", errors, ends, at, log=True))
+        exact = [PanelCurve(along, values[:, k], -1, f'class="{name}"') for k, name in enumerate("xy")]
+        found.append(panel_svg(f"{quantity} of {scene.output} [{unit}]: x, and y dashed", exact, ends, at))
+        errors = [line for k in range(len(machine.runs)) for line in _error_curves(machine, k, quantity)]
+        found.append(panel_svg(f"{quantity}: error of {scene.output} / {NORMS[quantity]}", errors, ends, at, log=True))
     return found
 
 
-def _error(machine: Moving, number: int, quantity: str) -> list[Line]:
+def _error_curves(machine: MovingMachine, number: int, quantity: str) -> list[PanelCurve]:
     """The errors of a run over the stretch; none of one whose curves are not kept."""
     run, (first, last) = machine.runs[number], (machine.angles[0], machine.angles[-1])
     if not run.curves:
@@ -164,4 +168,4 @@ def _error(machine: Moving, number: int, quantity: str) -> list[Line]:
     curve = run.curves[machine.study.scene.output][quantity]
     along = (curve.error_angle - first) / (last - first)
     inside = (along >= 0.0) & (along <= 1.0)
-    return [Line(along[inside], curve.error[inside], number, _look(machine, number))] if inside.any() else []
+    return [PanelCurve(along[inside], curve.error[inside], number, _stroke(machine, number))] if inside.any() else []

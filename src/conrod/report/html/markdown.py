@@ -16,7 +16,7 @@ from markdown_it.token import Token
 
 OUTWARD = ("https://", "http://")
 # The one markup that pages have, on lines of its own; names of users are escaped, and never look like it.
-NUMBER = re.compile(r"\**[<-]?\s*\d")
+NUMBER_CELL = re.compile(r"\**[<-]?\s*\d")
 DETAILS = re.compile(r"<details>\s*<summary>([^<]+)</summary>|</details>")
 
 
@@ -47,7 +47,7 @@ class Place:
     command: str = ""
 
 
-def html_of(text: str, place: Place) -> str:
+def render_html(text: str, place: Place) -> str:
     """The page as HTML; nothing in it is markup but Markdown's own, and what opens and closes."""
     return str(_parser().render(text, {"place": place}))
 
@@ -97,7 +97,7 @@ class _Renderer(RendererHTML):
 
     def td_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         place, side = env["place"], _side(tokens[idx])
-        place.links.append(bool(side and place.command and NUMBER.match(tokens[idx + 1].content)))
+        place.links.append(bool(side and place.command and NUMBER_CELL.match(tokens[idx + 1].content)))
         # Not a stop for the Tab key: each page has its command once more, as text.
         link = f'<a class="n" tabindex="-1" href="#{escapeHtml(place.command)}">' if place.links[-1] else ""
         return f"<td{side}>{link}"

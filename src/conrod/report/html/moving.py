@@ -12,12 +12,12 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.report.drawing.drawing import telling_angle
-from conrod.report.html.parts import UNITS, Drawing, drawing_of
+from conrod.report.html.parts import DRAWING_UNITS, MachineDrawing, drawing_of
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 POSES = 360  # exact poses of a turn, between which nothing can be seen
-VISIBLE = 0.06  # of the machine: what an error is magnified to, at most
-MOST_POWER = 12
+VISIBLE_SHARE = 0.06  # of the machine: what an error is magnified to, at most
+MAX_POWER = 12
 FRAMES = 48  # of a turn
 SECONDS = 6.0  # for a turn
 STYLE = """svg{--ink:#222;--faint:#777;--part:#dde6ec;--ground:#fff;--raised:#f2f2f2}.ghost{color:#8a949e;opacity:.4}
@@ -26,7 +26,7 @@ STYLE = """svg{--ink:#222;--faint:#777;--part:#dde6ec;--ground:#fff;--raised:#f2
 
 
 @dataclass(frozen=True)
-class Moving:
+class MovingMachine:
     """A machine with the runs whose bodies are known over a turn, and how it is drawn.
 
     Attributes:
@@ -37,7 +37,7 @@ class Moving:
     runs: tuple[ValidationResult, ...]
 
     @cached_property
-    def drawing(self) -> Drawing:
+    def drawing(self) -> MachineDrawing:
         """Shapes of the bodies."""
         return drawing_of(self.study.scene)
 
@@ -73,15 +73,19 @@ class Moving:
 
     def power(self, run: ValidationResult) -> int:
         """Power of ten that makes a run's error visible."""
-        errors = np.abs(self.errors(run)).reshape(-1, 3) * [1.0, 1.0, math.radians(UNITS / 4.0)]
+        errors = np.abs(self.errors(run)).reshape(-1, 3) * [1.0, 1.0, math.radians(DRAWING_UNITS / 4.0)]
         largest = float(errors.max())
-        return int(np.clip(math.floor(math.log10(VISIBLE * UNITS / largest)), 0, MOST_POWER)) if largest else 0
+        return (
+            int(np.clip(math.floor(math.log10(VISIBLE_SHARE * DRAWING_UNITS / largest)), 0, MAX_POWER))
+            if largest
+            else 0
+        )
 
 
-def moving(study: SceneStudy) -> Moving | None:
+def moving_machine(study: SceneStudy) -> MovingMachine | None:
     """The machine in motion; None where no run came to its end, or an earlier conrod kept no poses."""
     runs = tuple(run for run in study.results if run.poses is not None and len(run.poses.angle) > 1)
-    return Moving(study, runs) if runs else None
+    return MovingMachine(study, runs) if runs else None
 
 
 def transforms(poses: Array) -> list[str]:
@@ -92,7 +96,7 @@ def transforms(poses: Array) -> list[str]:
 # -- a picture that moves wherever pictures do -------------------------------------------------------------------------
 
 
-def animated_svg(machine: Moving) -> str:
+def animated_svg(machine: MovingMachine) -> str:
     """The first run's machine over the exact one, its error magnified to be visible."""
     run, bodies = machine.runs[0], list(machine.drawing.bodies.values())
     exact, errors = machine.exact[:: POSES // FRAMES], machine.errors(run)
@@ -101,7 +105,7 @@ def animated_svg(machine: Moving) -> str:
     still = round(machine.still * FRAMES / POSES)
     shapes = "".join(f'<g id="b{k}">{body}</g>' for k, body in enumerate(bodies[:-1]))
     order = machine.drawing.order
-    looks = {"ghost": _moved(exact, still, order), "engine": _moved(engine, still, order)}
+    looks = {"ghost": _animated_bodies(exact, still, order), "engine": _animated_bodies(engine, still, order)}
     moved = "".join(f'<g class="{name}">{found}</g>\n' for name, found in looks.items())
     left, top, width, height = machine.drawing.box
     return (
@@ -111,14 +115,14 @@ def animated_svg(machine: Moving) -> str:
     )
 
 
-def inline(svg: str, prefix: str) -> str:
+def inline_svg(svg: str, prefix: str) -> str:
     """A drawing of `animated_svg` as part of a page that has its styles, with ids that no other has."""
     shapes = re.sub("<style>.*?</style>", "", svg, flags=re.DOTALL)
     shapes = shapes.replace("<svg ", '<svg aria-hidden="true" ', 1)
     return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')
 
 
-def _moved(poses: Array, still: int, order: Sequence[int]) -> str:
+def _animated_bodies(poses: Array, still: int, order: Sequence[int]) -> str:
     """Each body's shapes at its poses, one after the other, in an order; where nothing moves at one of them."""
     found = ""
     for k in order:

@@ -17,21 +17,21 @@ from markupsafe import Markup, escape
 
 from conrod.report.figure import FOLDER as FIGURES
 from conrod.report.figure import with_spots
-from conrod.report.folder import restored
-from conrod.report.html.markdown import Place, html_of
-from conrod.report.html.moving import inline
+from conrod.report.folder import restore_findings
+from conrod.report.html.markdown import Place, render_html
+from conrod.report.html.moving import inline_svg
 from conrod.report.kind import Kind, Part, kind_named
-from conrod.report.table import in_html
+from conrod.report.table import safe_html
 from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
-ENDED = ".md"
+PAGE_SUFFIX = ".md"
 # What a page has a script and styles for, beyond those of every page, where a tag says that it is there.
-USED = {"machine": '<div class="machine"', "spots": '<span class="spots"'}
+ASSET_MARKERS = {"machine": '<div class="machine"', "spots": '<span class="spots"'}
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A page of a report as a part of the document.
 
     Attributes:
@@ -49,26 +49,29 @@ class Section:
 
 def html_report(batches: Sequence[Batch]) -> str:
     """The reports of a folder as one HTML file: their first pages, then the page of each part."""
-    return document([section for number, batch in enumerate(batches) for section in sections_of(batch, number)])
+    return html_document([section for number, batch in enumerate(batches) for section in page_sections(batch, number)])
 
 
-def document(sections: Sequence[Section], home: str = "") -> str:
+def html_document(sections: Sequence[PageSection], home: str = "") -> str:
     """A whole HTML file of some sections, the first of which gives it its title.
 
     Args:
         home: address of the page that this one belongs to; empty for none.
     """
-    used = ["page", *(name for name, tag in USED.items() if any(tag in section.html for section in sections))]
+    used = ["page", *(name for name, tag in ASSET_MARKERS.items() if any(tag in section.html for section in sections))]
     style, script = ("\n".join(_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
-    return in_html(
-        template("page.html.jinja").render(
-            sections=sections, style=style, script=script, style_hash=_digest(style), script_hash=_digest(script),
+    return safe_html(
+        html_template("page.html.jinja").render(
+            sections=sections, style=style, script=script, style_hash=_policy_hash(style),
+            script_hash=_policy_hash(script),
             home=home,
         )
     )  # fmt: skip
 
 
-def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | None] = lambda _: None) -> list[Section]:
+def page_sections(
+    batch: Batch, number: int = 0, outside: Callable[[str], str | None] = lambda _: None
+) -> list[PageSection]:
     """The sections of one report, from the files that it consists of.
 
     Args:
@@ -85,19 +88,19 @@ def sections_of(batch: Batch, number: int = 0, outside: Callable[[str], str | No
     found = []
     for file in anchors:
         entry: Mapping[str, Any] = parts[pages[file]] if file in pages else report
-        place = _place(file, anchors, texts, outside, entry["command"] or "")
+        place = _page_place(file, anchors, texts, outside, entry["command"] or "")
         if file in pages:
-            live = _live(kind, pages[file], entry, texts, place)
+            live = _add_live_part(kind, pages[file], entry, texts, place)
         else:
-            live = tiles(_pictures(kind, parts, texts, place)) if len(parts) > 1 else ""
-        verdict, end, rest = html_of(texts[file], place).partition("</p>\n")
-        found.append(Section(place.anchor, place.title, verdict + end + live + rest, entry["command"] or ""))
+            live = tiles_html(_tile_pictures(kind, parts, texts, place)) if len(parts) > 1 else ""
+        verdict, end, rest = render_html(texts[file], place).partition("</p>\n")
+        found.append(PageSection(place.anchor, place.title, verdict + end + live + rest, entry["command"] or ""))
     return found
 
 
-def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
+def _add_live_part(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
     """Tables and drawings of a part's page beside its text; figures that this makes needless are then left out."""
-    findings, shown = restored(kind.findings, json.loads(texts[entry["data"]])), place.figure
+    findings, shown = restore_findings(kind.findings, json.loads(texts[entry["data"]])), place.figure
     part = Part(name, findings, entry["command"], entry["conrod"])
     live = kind.live(part, place.anchor) if kind.live else ""
     figures = {figure.file: figure for figure in kind.page_of(part).figures}
@@ -105,14 +108,14 @@ def _live(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[s
     def figure(file: str, alt: str) -> str | None:
         if live and file.endswith(kind.in_live):
             return ""
-        found, spots = shown(file, alt), figures[file].places() if file in figures else []
+        found, spots = shown(file, alt), figures[file].laid_out_spots() if file in figures else []
         return with_spots(found, spots) if found and spots else found
 
     place.figure = figure
     return live
 
 
-def picture(svg: str, alt: str) -> str:
+def image_html(svg: str, alt: str) -> str:
     """A figure as an image, which runs, loads and styles nothing beside itself."""
     # What an address or the attribute would end at, and line ends, which an address loses.
     address = svg.strip().replace(">\n<", "><")
@@ -121,16 +124,16 @@ def picture(svg: str, alt: str) -> str:
     return f'<span class="figure"><img src=\'data:image/svg+xml,{address}\' alt="{escape(alt)}"></span>'
 
 
-def tiles(pictures: Iterable[tuple[str, str, str]]) -> str:
+def tiles_html(pictures: Iterable[tuple[str, str, str]]) -> str:
     """Small moving pictures that lead somewhere: address, name and SVG of each; empty where there are none."""
     found = [
-        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(inline(svg, f"tile{k}-")), name)
+        Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(inline_svg(svg, f"tile{k}-")), name)
         for k, (where, name, svg) in enumerate(pictures)
     ]
     return str(Markup('<ul class="tiles">{}</ul>\n').format(Markup("").join(found))) if found else ""
 
 
-def _pictures(kind: Kind[Any], parts: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> Iterable[Any]:
+def _tile_pictures(kind: Kind[Any], parts: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> Iterable[Any]:
     for name, entry in parts.items() if kind.tile else ():
         where, svg = place.target(entry["page"]), texts.get(f"{FIGURES}/{name}{kind.tile}")
         if where and svg:
@@ -141,12 +144,12 @@ def _anchors(names: Sequence[str], end: str) -> dict[str, str]:
     """An id for each file of a page, that is its name where that can be one."""
     found: dict[str, str] = {}
     for name in names:
-        anchor = re.sub(r"[^\w.]+", "-", name.removesuffix(ENDED)).strip("-") + end
+        anchor = re.sub(r"[^\w.]+", "-", name.removesuffix(PAGE_SUFFIX)).strip("-") + end
         found[name] = anchor if anchor and anchor not in found.values() else f"{anchor}-page{len(found)}"
     return found
 
 
-def _place(
+def _page_place(
     file: str,
     anchors: Mapping[str, str],
     texts: Mapping[str, str],
@@ -154,7 +157,7 @@ def _place(
     command: str,
 ) -> Place:
     def figure(name: str, alt: str) -> str | None:
-        return picture(texts[name], alt) if name in texts else None
+        return image_html(texts[name], alt) if name in texts else None
 
     def target(name: str) -> str | None:
         return f"#{anchors[name]}" if name in anchors else outside(name)
@@ -168,12 +171,12 @@ def _asset(name: str) -> str:
     return files(TEMPLATES).joinpath("templates", name).read_text(encoding="utf-8")
 
 
-def _digest(text: str) -> str:
+def _policy_hash(text: str) -> str:
     """The hash by which a page's policy allows a script or a style."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
-def template(name: str) -> Template:
+def html_template(name: str) -> Template:
     """A template of HTML; what it is given is escaped unless it is `Markup`."""
     return _environment().get_template(name)
 

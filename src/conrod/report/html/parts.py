@@ -13,13 +13,13 @@ from matplotlib.patches import Circle, Polygon
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Pose, Prismatic, to_world
-from conrod.report.drawing.drawing import POINTS, telling_angle, view_at
+from conrod.report.drawing.drawing import EXTENT_POINTS, telling_angle, view_at
 from conrod.report.drawing.links import draw_joints, draw_links
-from conrod.report.drawing.view import View, slide_of
+from conrod.report.drawing.view import View, guide_and_block
 from conrod.scenes import Scene
 
-UNITS = 1000.0  # of the drawing, for the extent of the machine
-MOST_POINTS = 120  # of an outline
+DRAWING_UNITS = 1000.0  # of the drawing, for the extent of the machine
+MAX_OUTLINE_POINTS = 120  # of an outline
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Shape:
         places = _local(pose, self.places)
         if self.radius:
             return f'cx="{places[0, 0]:.5g}" cy="{-places[0, 1]:.5g}" r="{self.radius:.4g}"'
-        some = places[:: -(-len(places) // MOST_POINTS)]
+        some = places[:: -(-len(places) // MAX_OUTLINE_POINTS)]
         return "M" + " ".join(f"{x:.1f},{-y:.1f}" for x, y in (places if some is places else [*some, places[-1]]))
 
 
@@ -95,14 +95,14 @@ class _Sketch:
 
 
 @dataclass(frozen=True)
-class _Parted(View):
+class _PartedView(View):
     """A view of which each body's parts are kept; a pin moves with all bodies whose it is."""
 
     carried: Mapping[str, list[Shape]]
 
-    def on(self, *bodies: str) -> Any:
+    def axes_of(self, *bodies: str) -> Any:
         moving = [self.carried[name] for name in bodies if name != GROUND]
-        return _Sketch(moving or [self.carried[GROUND]], UNITS / self.extent, UNITS / POINTS)
+        return _Sketch(moving or [self.carried[GROUND]], DRAWING_UNITS / self.extent, DRAWING_UNITS / EXTENT_POINTS)
 
 
 # Colours of the drawing on paper, as a page has them in the light and in the dark.
@@ -113,7 +113,7 @@ INKS = {
 
 
 @dataclass(frozen=True)
-class Drawing:
+class MachineDrawing:
     """A machine's drawing.
 
     Attributes:
@@ -134,12 +134,12 @@ class Drawing:
         return np.asarray(stacked * np.tile(factors, stacked.shape[1] // 3))
 
 
-def drawing_of(scene: Scene) -> Drawing:
+def drawing_of(scene: Scene) -> MachineDrawing:
     """The drawing of a scene's machine."""
     view = view_at(scene, telling_angle(scene))
-    scale = 1e3 * UNITS / view.extent
+    scale = 1e3 * DRAWING_UNITS / view.extent
     before = {name: (scale * x, scale * y, turn) for name, (x, y, turn) in view.poses.items()}
-    parted = _Parted(**vars(view), carried={name: [] for name in before})
+    parted = _PartedView(**vars(view), carried={name: [] for name in before})
     draw_joints(parted)
     draw_links(parted)
     bodies = {name: _svg(some, before[name]) for name, some in parted.carried.items()}
@@ -151,10 +151,14 @@ def drawing_of(scene: Scene) -> Drawing:
         for name, some in parted.carried.items()
         for shape in some
     ]
-    slotted = {slide_of(view.mechanism, one).guide for one in view.mechanism.joints if isinstance(one, Prismatic)}
+    slotted = {
+        guide_and_block(view.mechanism, one).guide for one in view.mechanism.joints if isinstance(one, Prismatic)
+    }
     names = [body.name for body in view.mechanism.bodies]
     order = tuple(sorted(range(len(names)), key=lambda k: names[k] not in slotted))
-    return Drawing(bodies, order, scale, _box([*reached, *(1e-3 * scale * path for path in view.paths.values())]))
+    return MachineDrawing(
+        bodies, order, scale, _box([*reached, *(1e-3 * scale * path for path in view.paths.values())])
+    )
 
 
 def _local(pose: Pose, places: Array) -> Array:
@@ -164,5 +168,5 @@ def _local(pose: Pose, places: Array) -> Array:
 
 def _box(reached: Sequence[Array]) -> tuple[float, float, float, float]:
     places = np.concatenate(reached)
-    low, high = places.min(axis=0) - 0.04 * UNITS, places.max(axis=0) + 0.04 * UNITS
+    low, high = places.min(axis=0) - 0.04 * DRAWING_UNITS, places.max(axis=0) + 0.04 * DRAWING_UNITS
     return float(low[0]), float(-high[1]), float(high[0] - low[0]), float(high[1] - low[1])

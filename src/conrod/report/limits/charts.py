@@ -21,22 +21,22 @@ from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
 
-FEW_DECADES = 4.5  # in which one, two and five have a tick each
-MOST_TICKS = 13
+FINE_TICKS_DECADES = 4.5  # in which one, two and five have a tick each
+MAX_TICKS = 13
 UNDETECTED_COLOUR = "#d40000"  # of runs that are wrong and undetected
 
 
-def places_on(axis: Axis, values: Iterable[float]) -> Array:
+def axis_places(axis: Axis, values: Iterable[float]) -> Array:
     """Places (N,) of values along an axis: themselves, of nearness what is left to one."""
     places = np.array(list(values), dtype=float)
     if axis.scale is Scale.LISTED:
-        return canvas.on_grid(places, max(1.0, float(np.ptp(places))))
+        return canvas.round_to_grid(places, max(1.0, float(np.ptp(places))))
     logs = np.log10(1.0 - places if axis.scale is Scale.NEARNESS else places)
-    return np.asarray(10.0 ** canvas.on_grid(logs, max(1.0, float(np.ptp(logs)))))
+    return np.asarray(10.0 ** canvas.round_to_grid(logs, max(1.0, float(np.ptp(logs)))))
 
 
-def label_of(axis: Axis) -> str:
-    """Label for what `places_on` gives."""
+def axis_label(axis: Axis) -> str:
+    """Label for what `axis_places` gives."""
     return f"1 - {axis.label}" if axis.scale is Scale.NEARNESS else axis.label
 
 
@@ -53,8 +53,8 @@ def set_scale(axes: Axes, which: Literal["x", "y"], axis: Axis, begin: float, en
         beside = (end / begin) ** room
         axes.set(**{f"{which}scale": "log", f"{which}lim": (begin / beside, end * beside)})
         drawn = axes.xaxis if which == "x" else axes.yaxis
-        subs = (1.0, 2.0, 5.0) if abs(math.log10(end / begin)) < FEW_DECADES else (1.0,)
-        drawn.set_major_locator(LogLocator(subs=subs, numticks=MOST_TICKS))
+        subs = (1.0, 2.0, 5.0) if abs(math.log10(end / begin)) < FINE_TICKS_DECADES else (1.0,)
+        drawn.set_major_locator(LogLocator(subs=subs, numticks=MAX_TICKS))
         drawn.set_minor_locator(NullLocator())
         drawn.set_major_formatter(FuncFormatter(lambda value, _: numbers.quantity(value)))
 
@@ -78,10 +78,10 @@ def outcome_handles(outcomes: set[str]) -> list[Line2D]:
 
 WIDTH, PANEL, MARGINS = 9.5, 3.0, 1.0  # of a figure, of a panel, beside the panels [inch]
 LEGEND_COLUMNS = 5
-LANE = 0.17  # of a run that did not complete [inch]
-ABOVE = 0.06  # of the panel's top [inch]
-ROOM = 0.02  # beside the ends, of the whole length
-RING: dict[str, Any] = {
+LANE_HEIGHT = 0.17  # of a run that did not complete [inch]
+LANE_OFFSET = 0.06  # of the panel's top [inch]
+AXIS_MARGIN = 0.02  # beside the ends, of the whole length
+UNDETECTED_RING: dict[str, Any] = {
     "linestyle": "none",
     "color": UNDETECTED_COLOUR,
     "zorder": 6,
@@ -93,9 +93,9 @@ RING: dict[str, Any] = {
 
 
 # A quantity of a run, None where it has none; and the label of the vertical axis, with what it is divided by.
-Panel = tuple[Callable[[Probe], float | None], str]
-POSITION: Panel = (lambda probe: probe.position, "position error, max / L")
-TORQUE: Panel = (lambda probe: probe.torque, "drive torque error, max / peak")
+PanelQuantity = tuple[Callable[[Probe], float | None], str]
+POSITION: PanelQuantity = (lambda probe: probe.position, "position error, max / L")
+TORQUE: PanelQuantity = (lambda probe: probe.torque, "drive torque error, max / peak")
 
 
 def error_chart(walks: Sequence[Walk]) -> Figure:
@@ -105,56 +105,56 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     axis = AXES[walks[0].axis]
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks)
-    figure = Figure(figsize=(WIDTH, PANEL * len(panels) + LANE * len(lanes) + MARGINS))
+    figure = Figure(figsize=(WIDTH, PANEL * len(panels) + LANE_HEIGHT * len(lanes) + MARGINS))
     drawn = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(drawn, panels, strict=True):
         _draw_panel(axes, axis, walks, panel)
     _draw_failed(drawn[0], axis, walks, lanes)
-    drawn[-1].set_xlabel(label_of(axis))
-    canvas.legend_above(figure, handles, LEGEND_COLUMNS)
+    drawn[-1].set_xlabel(axis_label(axis))
+    canvas.add_legend_above(figure, handles, LEGEND_COLUMNS)
     return figure
 
 
-def _values(walks: Sequence[Walk], panel: Panel) -> list[float]:
+def _values(walks: Sequence[Walk], panel: PanelQuantity) -> list[float]:
     found = (panel[0](probe) for walk in walks for probe in walk.probes)
     return [value for value in found if value is not None]
 
 
-def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: Panel) -> None:
-    canvas.whole_decades(axes, [canvas.on_log_grid(np.array(_values(walks, panel)))])
+def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: PanelQuantity) -> None:
+    canvas.set_decades(axes, [canvas.round_to_log_grid(np.array(_values(walks, panel)))])
     for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for walk in walks:
         # A curve is broken where a run has no value: nothing is known there.
-        _plot(axes, axis, walk.probes, panel, styles.preset_style(walk.engine, walk.preset) | _bare(axis))
-        _plot(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, RING)
-    ends = [places_on(axis, (walk.probes[0].value, walk.probes[-1].value)) for walk in walks]
+        _plot(axes, axis, walk.probes, panel, styles.preset_style(walk.engine, walk.preset) | _line_style(axis))
+        _plot(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, UNDETECTED_RING)
+    ends = [axis_places(axis, (walk.probes[0].value, walk.probes[-1].value)) for walk in walks]
     begin, end = float(np.min(ends)), float(np.max(ends))
     # From the safe end to the failing one; where walks lead both ways, as the numbers do.
     if all(last <= first for first, last in ends):
         begin, end = end, begin
-    set_scale(axes, "x", axis, begin, end, ROOM)
+    set_scale(axes, "x", axis, begin, end, AXIS_MARGIN)
     axes.set_ylabel(panel[1])
 
 
-def _bare(axis: Axis) -> dict[str, Any]:
+def _line_style(axis: Axis) -> dict[str, Any]:
     """Between values of a list there is no line."""
     return {"linestyle": "none"} if axis.listed else {}
 
 
-def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: Panel, style: Mapping[str, Any]) -> None:
+def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: PanelQuantity, style: Mapping[str, Any]) -> None:
     heights = np.array([panel[0](probe) for probe in probes], dtype=float)
     if not np.isnan(heights).all():
-        axes.plot(places_on(axis, (probe.value for probe in probes)), canvas.on_log_grid(heights), **style)
+        axes.plot(axis_places(axis, (probe.value for probe in probes)), canvas.round_to_log_grid(heights), **style)
 
 
 def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
     """A mark for each run without errors, above the panel, a lane for each engine and preset."""
     for lane, key in enumerate(lanes):
-        up = 1.0 + (ABOVE + LANE * (len(lanes) - lane - 0.5)) / PANEL
+        up = 1.0 + (LANE_OFFSET + LANE_HEIGHT * (len(lanes) - lane - 0.5)) / PANEL
         failed = [p for w in walks if (w.engine, w.preset) == key for p in w.probes if p.errors is None]
         for end in dict.fromkeys((p.outcome, p.undetected) for p in failed):
-            places = places_on(axis, (p.value for p in failed if (p.outcome, p.undetected) == end))
+            places = axis_places(axis, (p.value for p in failed if (p.outcome, p.undetected) == end))
             style = mark_style(*end) | {"transform": axes.get_xaxis_transform(), "clip_on": False}
             axes.plot(places, np.full(len(places), up), **style)
         where: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "center"}
@@ -163,8 +163,8 @@ def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[
 
 def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     names = dict.fromkeys((walk.engine, walk.preset) for walk in walks)
-    handles = canvas.preset_handles(names, **_bare(AXES[walks[0].axis]))
+    handles = canvas.preset_handles(names, **_line_style(AXES[walks[0].axis]))
     probes = [probe for walk in walks for probe in walk.probes]
     if any(probe.undetected for probe in probes):
-        handles.append(Line2D([], [], label="red: undetected", **RING))
+        handles.append(Line2D([], [], label="red: undetected", **UNDETECTED_RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

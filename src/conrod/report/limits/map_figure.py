@@ -17,9 +17,16 @@ from numpy.typing import NDArray
 
 from conrod.exact.motion import Array
 from conrod.report import numbers
-from conrod.report.charts.canvas import legend_above
+from conrod.report.charts.canvas import add_legend_above
 from conrod.report.charts.styles import preset_title
-from conrod.report.limits.charts import UNDETECTED_COLOUR, label_of, mark_style, outcome_handles, places_on, set_scale
+from conrod.report.limits.charts import (
+    UNDETECTED_COLOUR,
+    axis_label,
+    axis_places,
+    mark_style,
+    outcome_handles,
+    set_scale,
+)
 from conrod.report.numbers import ROUNDING
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
@@ -29,13 +36,13 @@ SIZE, SCALE = (9.5, 5.3), 46  # of the figure [inch], and of the map by the widt
 LEGEND_COLUMNS = 5
 LABEL_WIDTH = 44  # letters
 BOUNDARY: dict[str, Any] = {"color": "#111111", "linewidth": 1.1}
-WHOLE: dict[str, Any] = {"joinstyle": "round", "clip_on": False}
+UNCLIPPED: dict[str, Any] = {"joinstyle": "round", "clip_on": False}
 # Colours: of safe runs by the decade of their error, and of the others.
-FIRST, LAST = round(math.log10(ROUNDING)), round(math.log10(SAFE_ERROR))
-DECADES = LAST - FIRST
+FIRST_DECADE, LAST_DECADE = round(math.log10(ROUNDING)), round(math.log10(SAFE_ERROR))
+DECADES = LAST_DECADE - FIRST_DECADE
 SHADES = tuple(map(to_hex, np.linspace(to_rgb("#fbfefc"), to_rgb("#9ad2b3"), DECADES)))
 ROUGH, WRONG, FAILED = "#ecd060", "#e6862a", "#c4bcc8"
-LABELLED = 2  # every so-many-th decade has its number
+DECADES_PER_LABEL = 2  # every so-many-th decade has its number
 
 
 def map_figure(found: LimitMap) -> Figure:
@@ -46,22 +53,22 @@ def map_figure(found: LimitMap) -> Figure:
     share = f"{len(found.runs)} of {found.nodes} nodes run ({numbers.percent(len(found.runs) / found.nodes)})"
     axes.set_title(f"{found.scene}, {preset_title(found.engine, found.preset)}: {share}", loc="left")
     _draw_scale(scale)
-    legend_above(figure, _legend(found), LEGEND_COLUMNS, handlelength=2.0)
+    add_legend_above(figure, _legend(found), LEGEND_COLUMNS, handlelength=2.0)
     return figure
 
 
 def _draw(axes: Axes, found: LimitMap) -> None:
     across, upwards = AXES[found.x_axis], AXES[found.y_axis]
-    x, y = places_on(across, found.x), places_on(upwards, found.y)
-    edges = edges_about(x), edges_about(y)
+    x, y = axis_places(across, found.x), axis_places(upwards, found.y)
+    edges = cell_edges(x), cell_edges(y)
     colours, standings = (
         np.array([of(run) for run in found.shown.values()]).reshape(found.shape)
         for of in (error_colour, lambda run: standing(run.level))
     )
     for colour in np.unique(colours):
-        area = cells(colours == colour, *edges)
-        axes.add_patch(PathPatch(area, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1, **WHOLE))
-    axes.add_patch(PathPatch(borders(standings, *edges), fill=False, zorder=3, **BOUNDARY, **WHOLE))
+        area = cells_path(colours == colour, *edges)
+        axes.add_patch(PathPatch(area, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1, **UNCLIPPED))
+    axes.add_patch(PathPatch(borders_path(standings, *edges), fill=False, zorder=3, **BOUNDARY, **UNCLIPPED))
     # What a run shows that completed within ten per cent is said by its colour.
     marked = [run for run in found.runs if run.level not in GOOD]
     for outcome, undetected in dict.fromkeys((run.outcome, run.undetected) for run in marked):
@@ -70,8 +77,8 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         axes.plot(x[[run.i for run in runs]], y[[run.j for run in runs]], **style)
     set_scale(axes, "x", across, min(edges[0]), max(edges[0]))
     set_scale(axes, "y", upwards, edges[1][0], edges[1][-1])
-    axes.set_xlabel(label_of(across))
-    axes.set_ylabel(textwrap.fill(label_of(upwards), LABEL_WIDTH))
+    axes.set_xlabel(axis_label(across))
+    axes.set_ylabel(textwrap.fill(axis_label(upwards), LABEL_WIDTH))
     axes.grid(visible=False)
 
 
@@ -81,7 +88,7 @@ def error_colour(run: MapRun) -> str:
         return FAILED
     if run.level != Level.SAFE.slug:
         return ROUGH if run.level == Level.ROUGH.slug else WRONG
-    decade = math.floor(math.log10(max(run.error, ROUNDING))) - FIRST
+    decade = math.floor(math.log10(max(run.error, ROUNDING))) - FIRST_DECADE
     return SHADES[min(max(decade, 0), DECADES - 1)]
 
 
@@ -91,7 +98,7 @@ def _draw_scale(axes: Axes) -> None:
     for k, colour in enumerate(colours):
         axes.add_patch(Rectangle((0.0, k), 1.0, 1.0, facecolor=colour, edgecolor="#888888", linewidth=0.3))
     axes.set(xlim=(0.0, 1.0), ylim=(0.0, len(colours)), xticks=[])
-    decades = {k - FIRST: f"1e{k}" for k in range(FIRST, LAST, LABELLED)}
+    decades = {k - FIRST_DECADE: f"1e{k}" for k in range(FIRST_DECADE, LAST_DECADE, DECADES_PER_LABEL)}
     ticks = decades | {DECADES: f"{100 * SAFE_ERROR:g} %", DECADES + 1: f"{100 * ROUGH_ERROR:g} %"}
     axes.set_yticks(list(ticks), list(ticks.values()))
     axes.yaxis.tick_right()
@@ -118,7 +125,7 @@ def _legend(found: LimitMap) -> list[Any]:
 # -- cells: a rectangle about each node --------------------------------------------------------------------------------
 
 
-def edges_about(places: Array) -> Array:
+def cell_edges(places: Array) -> Array:
     """Edges (n + 1,) of cells about places (n,): half-way between them by ratios, the outer ones as far out."""
     logs = np.log10(places)
     middles = 0.5 * (logs[:-1] + logs[1:])
@@ -126,7 +133,7 @@ def edges_about(places: Array) -> Array:
     return np.asarray(10.0**edges)
 
 
-def cells(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
+def cells_path(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
     """Some cells (columns, rows), those above each other in a column as one rectangle; x and y are edges."""
     rectangles = []
     for i in range(inside.shape[0]):
@@ -137,7 +144,7 @@ def cells(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
     return Path.make_compound_path(*rectangles)
 
 
-def borders(kinds: NDArray[Any], x: Array, y: Array) -> Path:
+def borders_path(kinds: NDArray[Any], x: Array, y: Array) -> Path:
     """The sides between cells (columns, rows) of different kinds; x and y are edges."""
     upright = [[(x[i + 1], y[j]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(kinds[1:] != kinds[:-1])]
     level = [[(x[i], y[j + 1]), (x[i + 1], y[j + 1])] for j, i in np.argwhere((kinds[:, 1:] != kinds[:, :-1]).T)]

@@ -12,23 +12,23 @@ from matplotlib.figure import Figure as Drawing
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.figure import Figure, Spot, spots_in
+from conrod.report.figure import Figure, Spot, spots_in_axes
 from conrod.report.kind import Index, Kind
 from conrod.report.limits import tables
-from conrod.report.limits.charts import error_chart, label_of, places_on
+from conrod.report.limits.charts import axis_label, axis_places, error_chart
 from conrod.report.limits.map_figure import map_figure
 from conrod.report.table import Table, table
-from conrod.report.terminal import Part
+from conrod.report.terminal import PrintedPart
 from conrod.studies.limits import records
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 
 # In a folder all else that is a fraction was measured; inputs are kept as they are.
-INPUTS = ("value", "last_good", "first_bad", "good_again", "x", "y", "speed", "held", "flown")
-DIGITS = dict.fromkeys(INPUTS)
+EXACT_FIELDS = ("value", "last_good", "first_bad", "good_again", "x", "y", "speed", "held", "flown")
+DIGITS = dict.fromkeys(EXACT_FIELDS)
 
-FEWEST = 2  # values that need no figure
+MAX_VALUES_WITHOUT_FIGURE = 2  # values that need no figure
 Walks = Sequence[Walk]
 
 
@@ -38,28 +38,28 @@ Walks = Sequence[Walk]
 def axis_figure(axis: str, walks: Walks) -> Figure | None:
     """Return the errors along an axis; None where no run has any, or of two values, which the table has."""
     no_errors = all(probe.position is None for walk in walks for probe in walk.probes)
-    if no_errors or max(len(walk.probes) for walk in walks) <= FEWEST:
+    if no_errors or max(len(walk.probes) for walk in walks) <= MAX_VALUES_WITHOUT_FIGURE:
         return None
     return Figure(f"{walks[0].scene}-{axis}", f"{AXES[axis].title}: errors", partial(error_chart, walks))
 
 
-def map_of(found: LimitMap) -> Figure:
+def figure_of_map(found: LimitMap) -> Figure:
     """Return the figure of a map."""
     name = f"{found.scene}-{found.x_axis}-x-{found.y_axis}-{found.engine}-{found.preset}"
     title = f"{AXES[found.x_axis].title} x {AXES[found.y_axis].title}, {engine_title(found.engine)} {found.preset}"
-    return Figure(name, title, partial(map_figure, found), partial(_spots, found))
+    return Figure(name, title, partial(map_figure, found), partial(_map_spots, found))
 
 
-def _spots(one: LimitMap, drawn: Drawing) -> list[Spot]:
+def _map_spots(one: LimitMap, drawn: Drawing) -> list[Spot]:
     """Outcome at each node of a map that was run."""
     across, upwards = AXES[one.x_axis], AXES[one.y_axis]
-    x, y = places_on(across, one.x), places_on(upwards, one.y)
+    x, y = axis_places(across, one.x), axis_places(upwards, one.y)
     places = []
     for run in one.runs:
-        where = f"{one.x[run.i]:.0f} {across.label}, {label_of(upwards)} {numbers.quantity(y[run.j])}"
+        where = f"{one.x[run.i]:.0f} {across.label}, {axis_label(upwards)} {numbers.quantity(y[run.j])}"
         noticed = "" if run.level in records.GOOD else ", undetected" if run.undetected else ", detected"
         places.append((x[run.i], y[run.j], f"{where}, {run.level}, {run.outcome}{noticed}"))
-    return spots_in(drawn, drawn.axes[0], places)
+    return spots_in_axes(drawn, drawn.axes[0], places)
 
 
 def axis_figures(study: LimitStudy) -> list[Figure]:
@@ -68,9 +68,9 @@ def axis_figures(study: LimitStudy) -> list[Figure]:
     return [figure for axis, walks in walked if (figure := axis_figure(axis, walks))]
 
 
-def maps_of(study: LimitStudy) -> list[Figure]:
+def map_figures(study: LimitStudy) -> list[Figure]:
     """The figures of all maps."""
-    return [map_of(found) for found in study.maps]
+    return [figure_of_map(found) for found in study.maps]
 
 
 def first_figure(studies: Iterable[LimitStudy]) -> Figure | None:
@@ -83,7 +83,9 @@ def machines_table(index: Index[LimitStudy]) -> Table:
     """A row for each machine: what is undetected, and when its follower lets go."""
     rows = []
     for name, study in index.studies.items():
-        onsets = [f"{f.onset:.4f} ({' '.join(tables.who(f))})" for f in study.floats if f.onset is not None]
+        onsets = [
+            f"{f.onset:.4f} ({' '.join(tables.engine_and_preset(f))})" for f in study.floats if f.onset is not None
+        ]
         title = f"[{name}]({index.entries[name]['page']}): {index.entries[name]['title']}"
         rows.append((title, tables.undetected_words(study.walks), ", ".join(onsets) or numbers.MISSING))
     return table(("machine", "wrong and undetected", "follower lets go at, over theory"), rows)
@@ -99,10 +101,10 @@ def _summary(study: LimitStudy) -> dict[str, Any]:
 
 # -- merged with what a folder already holds --------------------------------------------------------------------------
 
-TOPIC = ("engine", "preset", "axis", "x_axis", "y_axis")  # of a part of a study, besides the scene
+TOPIC_FIELDS = ("engine", "preset", "axis", "x_axis", "y_axis")  # of a part of a study, besides the scene
 
 
-def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
+def merge_studies(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
     """Return the earlier study with all that the new one studied again replaced, and with what it adds.
 
     Nothing is kept of another machine, or of another version of an engine: figures that no run would give again.
@@ -124,17 +126,17 @@ def merged(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
 def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
     found: dict[tuple[Any, ...], list[Any]] = {}
     for part in parts:
-        found.setdefault(tuple(getattr(part, name, None) for name in TOPIC), []).append(part)
+        found.setdefault(tuple(getattr(part, name, None) for name in TOPIC_FIELDS), []).append(part)
     return found
 
 
-def print_results(studies: Sequence[LimitStudy]) -> Iterator[Part]:
+def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
     """For each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
     for study in studies:
         title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
         yield tables.limits_table(study.walks, title)
         yield f"10 % and 1 % are shares of the travel L{numbers.lengths(study.lengths)}"
-        yield from (f"Not walked: {line}" for line in tables.refusals(study.walks))
+        yield from (f"Not walked: {line}" for line in tables.refusal_lines(study.walks))
 
 
 KIND = Kind(
@@ -142,9 +144,9 @@ KIND = Kind(
     findings=LimitStudy,
     title=lambda study: study.title,
     summary=_summary,
-    printed=print_results,
+    printed=results_to_print,
     verdict=lambda study: f"{study.name}: {tables.undetected_words(study.walks)}",
-    merged=merged,
+    merged=merge_studies,
     digits=4,
     digits_of=DIGITS,
 )

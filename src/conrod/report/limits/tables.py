@@ -9,7 +9,7 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.table import VERDICT, Table, Toned, table
-from conrod.report.template import listed
+from conrod.report.template import join_words
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
 from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR
@@ -18,20 +18,20 @@ from conrod.studies.limits.results import Probe, Walk
 WHO = ("engine", "preset")
 # Criterion -> the heading of its column.
 BOUNDARIES = {"safe": f"within {100 * SAFE_ERROR:g} %", "rough": f"within {100 * ROUGH_ERROR:g} %"}
-BEYOND = f"beyond {100 * ROUGH_ERROR:g} %"
+BEYOND_ROUGH = f"beyond {100 * ROUGH_ERROR:g} %"
 EVERYWHERE, NOWHERE, NONE = "all of it", "none of it", "-"
-LARGEST = "largest position error / L"
+LARGEST_ERROR = "largest position error / L"
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def who(finding: Any) -> tuple[str, str]:
+def engine_and_preset(finding: Any) -> tuple[str, str]:
     """Return engine and preset, for the first cells of a row."""
     return engine_title(finding.engine), finding.preset
 
 
-def up_to(walk: Walk, criterion: str) -> str:
+def boundary_text(walk: Walk, criterion: str) -> str:
     """Return the last value at which a criterion holds, coming from the safe end; of a list how many keep it."""
     if not walk.boundaries:
         good = LEVELS[: LEVELS.index(criterion) + 1]
@@ -42,7 +42,7 @@ def up_to(walk: Walk, criterion: str) -> str:
     return next((probe.text for probe in walk.probes if probe.value == boundary.last_good), NOWHERE)
 
 
-def how(probe: Probe) -> str:
+def ending_words(probe: Probe) -> str:
     """Return how a run ended, and whether undetected."""
     name = "wrong" if probe.outcome == "completed" else probe.outcome
     return f"{name} (undetected)" if probe.undetected else name
@@ -66,23 +66,25 @@ def undetected_words(walks: Iterable[Walk]) -> str:
     return f"{sum(probe.undetected for probe in runs)} of {len(runs)} runs, on {affected} of {len(walked)} walks"
 
 
-def refusals(walks: Iterable[Walk]) -> list[str]:
+def refusal_lines(walks: Iterable[Walk]) -> list[str]:
     """Return why axes were not walked, each reason once, with those that it is for."""
     refused: dict[str, list[str]] = {}
     for walk in walks:
         if walk.refusal:
-            refused.setdefault(walk.refusal, []).append(" ".join(who(walk)))
-    return [f"{reason} ({listed(of)})" for reason, of in refused.items()]
+            refused.setdefault(walk.refusal, []).append(" ".join(engine_and_preset(walk)))
+    return [f"{reason} ({join_words(of)})" for reason, of in refused.items()]
 
 
 def repeated_words(found: Sequence[Determinism]) -> list[str]:
     """Return a line on the runs that were made again and came out the same to the last bit, and one for each other."""
-    same = [" ".join(who(one)) for one in found if one.identical and all(one.identical.values())]
-    lines = [f"The same to the last bit: {listed(same)}."] if same else []
+    same = [" ".join(engine_and_preset(one)) for one in found if one.identical and all(one.identical.values())]
+    lines = [f"The same to the last bit: {join_words(same)}."] if same else []
     for one in found:
         differ = [run for run, identical in one.identical.items() if not identical]
         if differ or not one.identical:
-            lines.append(f"{' '.join(who(one))}: {f'different {listed(differ)}' if differ else one.outcome}.")
+            lines.append(
+                f"{' '.join(engine_and_preset(one))}: {f'different {join_words(differ)}' if differ else one.outcome}."
+            )
     return lines
 
 
@@ -93,14 +95,18 @@ def limits_table(walks: Iterable[Walk], title: str = "") -> Table:
     """Return a row for each walk: how far each criterion holds, and how the runs beyond ten per cent ended."""
     rows = [
         (
-            *(walk.axis, *who(walk), span_text(walk.probes) if walk.boundaries else f"{len(walk.probes)} values"),
-            *(up_to(walk, criterion) for criterion in BOUNDARIES),
-            ", ".join(dict.fromkeys(how(probe) for probe in walk.probes if not probe.good)) or NONE,
+            *(
+                walk.axis,
+                *engine_and_preset(walk),
+                span_text(walk.probes) if walk.boundaries else f"{len(walk.probes)} values",
+            ),
+            *(boundary_text(walk, criterion) for criterion in BOUNDARIES),
+            ", ".join(dict.fromkeys(ending_words(probe) for probe in walk.probes if not probe.good)) or NONE,
         )
         for walk in walks
         if walk.probes
     ]
-    return table(("axis", *WHO, "from .. to", *BOUNDARIES.values(), BEYOND), rows, title=title, names=3)
+    return table(("axis", *WHO, "from .. to", *BOUNDARIES.values(), BEYOND_ROUGH), rows, title=title, names=3)
 
 
 def undetected_table(walks: Iterable[Walk]) -> Table:
@@ -110,7 +116,7 @@ def undetected_table(walks: Iterable[Walk]) -> Table:
     """
     groups: dict[tuple[str, str, str], list[tuple[Walk, tuple[Probe, ...]]]] = {}
     for walk in walks:
-        for alike in stretches(walk):
+        for alike in probes_by_ending(walk):
             if alike[0].undetected:
                 groups.setdefault((alike[0].level, walk.axis, alike[0].outcome), []).append((walk, alike))
     rows = []
@@ -118,14 +124,14 @@ def undetected_table(walks: Iterable[Walk]) -> Table:
         ended = "ran to its end" if outcome == "completed" else f"`{outcome}`"
         places: dict[str, list[str]] = {}
         for walk, alike in found:
-            places.setdefault(" ".join(who(walk)), []).append(span_text(alike))
+            places.setdefault(" ".join(engine_and_preset(walk)), []).append(span_text(alike))
         shown = "; ".join(f"{name}: {', '.join(where)}" for name, where in places.items())
         errors = [probe.position for _, alike in found for probe in alike if probe.position is not None]
-        rows.append((axis, f"{level}, {ended}", shown, numbers.measured(max(errors, default=None))))
-    return table(("axis", "result", "engines and presets, and where", LARGEST), rows)
+        rows.append((axis, f"{level}, {ended}", shown, numbers.measured_text(max(errors, default=None))))
+    return table(("axis", "result", "engines and presets, and where", LARGEST_ERROR), rows)
 
 
-def stretches(walk: Walk) -> list[tuple[Probe, ...]]:
+def probes_by_ending(walk: Walk) -> list[tuple[Probe, ...]]:
     """Return neighbouring probes that ended alike, from the safe end on: level, outcome, undetected or not."""
     return [tuple(probes) for _, probes in groupby(walk.probes, lambda p: (p.level, p.outcome, p.undetected))]
 
@@ -137,5 +143,5 @@ def onset_table(floats: Iterable[FollowerFloat]) -> Table:
         near = found.onset is not None and abs(found.onset - 1.0) <= WITHIN
         verdict = f"{'' if near else 'not '}within {100 * WITHIN:g} %"
         onset = numbers.MISSING if found.onset is None else f"{found.onset:.4f}"
-        rows.append((*who(found), onset, verdict if near else Toned(verdict, "bad")))
+        rows.append((*engine_and_preset(found), onset, verdict if near else Toned(verdict, "bad")))
     return table((*WHO, "onset / theory", VERDICT), rows)

@@ -17,37 +17,37 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import invariances, numbers, trajectory
 from conrod.report.limits.tables import limits_table
 from conrod.report.table import table
-from conrod.report.verification.page import Section
+from conrod.report.verification.page import VerificationSection
 from conrod.report.writer import environment
 from conrod.scenes import Scene
 from conrod.studies.limits.results import LimitStudy
 
-EXAMPLE = 1e-3  # of a length, its standard uncertainty where none is given
-DATA = "measured"  # among uncertainties, that of the measurements
-COVERAGE = 2.0  # standard uncertainties that an error may be, about 95 %
+EXAMPLE_UNCERTAINTY = 1e-3  # of a length, its standard uncertainty where none is given
+MEASUREMENTS = "measured"  # among uncertainties, that of the measurements
+COVERAGE_FACTOR = 2.0  # standard uncertainties that an error may be, about 95 %
 
 
-def inputs(files: Sequence[Path], scene: Scene | None) -> Section:
+def inputs_section(files: Sequence[Path], scene: Scene | None) -> VerificationSection:
     """Each input with its SHA-256 and what it says of its source."""
     contents = [(path.name, path.read_bytes()) for path in files]
     rows = [(name, sha256(content), stated_source(content) or "not stated") for name, content in contents]
     if scene is not None:
         rows.append((f"parameters of {scene.kind}", sha256(scene.parameters_text.encode()), scene.source))
-    return Section((table(("input", "SHA-256", "source, as it says itself"), rows),))
+    return VerificationSection((table(("input", "SHA-256", "source, as it says itself"), rows),))
 
 
-def software(study: Any) -> Section:
+def software_section(study: Any) -> VerificationSection:
     """Packages with their hashes, and the platform; nothing that names a machine or a user."""
     runs_fmu = isinstance(study, TableStudy) and study.form.startswith("FMI")
     used = ("conrod", *engine_packages(), *(["FMPy"] if runs_fmu else []), "numpy", "scipy")
     rows = [(name, *package_hash(name)) for name in used]
     where = [f"{name} {value}" for name, value in environment().items() if name in ("python", "machine", "system")]
-    return Section((table(("package", "version", "SHA-256", "of its"), rows),), (", ".join(where),))
+    return VerificationSection((table(("package", "version", "SHA-256", "of its"), rows),), (", ".join(where),))
 
 
-def parameters(
+def parameters_section(
     scene: Scene | None, given: Mapping[str, float], off: Mapping[str, float]
-) -> tuple[Section, list[str], float | None]:
+) -> tuple[VerificationSection, list[str], float | None]:
     """Contributions of the lengths; open deviations; the standard uncertainty of a place that they make together [m].
 
     Args:
@@ -55,12 +55,20 @@ def parameters(
         off: by which lengths of the model are too long [m].
     """
     if scene is None:
-        return Section((), ("does not apply: a model that is its own reference has no lengths with names",)), [], None
+        return (
+            VerificationSection((), ("does not apply: a model that is its own reference has no lengths with names",)),
+            [],
+            None,
+        )
     try:
         slopes = sensitivities(scene)
     except InvalidInput as error:
-        return Section((), (f"does not apply: with one length changed alone it is no machine ({error})",)), [], None
-    sizes = given or {name: EXAMPLE * abs(scene.parameters[name]) for name in slopes}
+        return (
+            VerificationSection((), (f"does not apply: with one length changed alone it is no machine ({error})",)),
+            [],
+            None,
+        )
+    sizes = given or {name: EXAMPLE_UNCERTAINTY * abs(scene.parameters[name]) for name in slopes}
     together, parts = shares(slopes, sizes)
     rows = [
         (
@@ -72,7 +80,7 @@ def parameters(
     head = ("value [mm]", "sensitivity [mm/mm]", "standard uncertainty [mm]", "share")
     example = "no uncertainties were given (`--uncertainty NAME=SIZE`): 0.1 % of each length stands in their place"
     words = f"together they move a point by {_mm(together)}, a standard uncertainty, where that is largest"
-    found = Section((table(("length", *head), rows, head),), (words, *(() if given else (example,))))
+    found = VerificationSection((table(("length", *head), rows, head),), (words, *(() if given else (example,))))
     moves = [
         f"{name} of the model is off by {_mm(by)}: by its sensitivity that moves a point by up to "
         f"{_mm(abs(by) * float(slopes[name].max()))}"
@@ -81,9 +89,9 @@ def parameters(
     return found, moves, together if given else None
 
 
-def validation(
+def validation_section(
     study: Any, found: TableStudy | None, parts: tuple[float | None, float | None]
-) -> tuple[Section, list[str]]:
+) -> tuple[VerificationSection, list[str]]:
     """The comparison error E with measurements and the validation uncertainty of ASME V&V 20; its open deviations.
 
     Args:
@@ -91,12 +99,14 @@ def validation(
         parts: standard uncertainties of the parameters' and of the measurements' making [m]; None where not known.
     """
     if found is None:
-        return Section((), ("validation not performed: no measurements were given as a table (`--measured`)",)), []
+        return VerificationSection(
+            (), ("validation not performed: no measurements were given as a table (`--measured`)",)
+        ), []
     lengths = found.scene.lengths
     places = [(point, curves.get("position", curves.get("total"))) for point, curves in found.errors.items()]
     error = max((curve.size.max * lengths[point] for point, curve in places if curve), default=None)
     if error is None:
-        return Section((), ("validation not performed: the measurements have no positions",)), []
+        return VerificationSection((), ("validation not performed: the measurements have no positions",)), []
     sizes = {
         "u_num, the numerical error of the judged runs": _numerical(study) * max(lengths.values()),
         "u_input, by the parameters": parts[0],
@@ -107,12 +117,14 @@ def validation(
     words += [f"{name}: {'not given (--uncertainty)' if u is None else _mm(u)}" for name, u in sizes.items()]
     if None in parts:
         words.append("without both no validation uncertainty can be stated: E alone says nothing on the model")
-        return Section((), tuple(words)), []
+        return VerificationSection((), tuple(words)), []
     whole = math.hypot(*(size for size in sizes.values() if size is not None))
-    beyond = error > COVERAGE * whole
+    beyond = error > COVERAGE_FACTOR * whole
     relation, stands = ("more than", "stands") if beyond else ("within", "does not stand")
     verdict = f"E is {relation} twice the validation uncertainty u_val of {_mm(whole)}"
-    return Section((), (*words, f"{verdict}: an error of the model {stands} out")), [verdict] if beyond else []
+    return VerificationSection((), (*words, f"{verdict}: an error of the model {stands} out")), [
+        verdict
+    ] if beyond else []
 
 
 def _numerical(study: Any) -> float:
@@ -122,23 +134,23 @@ def _numerical(study: Any) -> float:
     return max((r.largest("position") or 0.0 for r in getattr(study, "results", ()) if r.limits), default=0.0)
 
 
-def validity(study: LimitStudy | None, scene: Scene | None) -> tuple[Section, list[str]]:
+def validity_section(study: LimitStudy | None, scene: Scene | None) -> tuple[VerificationSection, list[str]]:
     """Extent to which the error stays within 10 % along each axis of `conrod limits`."""
     if study is None or scene is None:
-        return Section((), ("missing: no results of `conrod limits` were given (`--limits DIR`)",)), []
+        return VerificationSection((), ("missing: no results of `conrod limits` were given (`--limits DIR`)",)), []
     engines = ", ".join(f"{name} {version}" for name, version in study.engines.items())
     others = dict(study.parameters) != dict(scene.parameters)
     off = ["the domain of validity was found with other parameters"] if others else []
-    return Section((limits_table(study.walks),), (f"found with {engines}",)), off
+    return VerificationSection((limits_table(study.walks),), (f"found with {engines}",)), off
 
 
-def invariant(study: InvarianceStudy | str) -> tuple[Section, list[str]]:
+def invariances_section(study: InvarianceStudy | str) -> tuple[VerificationSection, list[str]]:
     """Changes that must not matter, or why there are none."""
     if isinstance(study, str):
-        return Section((), (f"missing: {study}",)), []
+        return VerificationSection((), (f"missing: {study}",)), []
     words = invariances.finding(study)
-    return Section((invariances.invariances_table(study),), (words,)), [] if study.passed else [words]
+    return VerificationSection((invariances.invariances_table(study),), (words,)), [] if study.passed else [words]
 
 
 def _mm(size: float) -> str:
-    return f"{numbers.scaled(size, 1e3)} mm"
+    return f"{numbers.scaled_text(size, 1e3)} mm"

@@ -14,18 +14,18 @@ from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report import loops, numbers, trajectory, user_model
 from conrod.report import validation_tables as tables
-from conrod.report.results import name_of
+from conrod.report.results import engine_and_preset
 from conrod.report.table import Cell, Table, Toned, table
-from conrod.report.verification.page import CRITERIA, Section
+from conrod.report.verification.page import CRITERIA, VerificationSection
 from conrod.runs.convergence import claimed_order, numerical_uncertainty
 from conrod.studies.frame.case import QUANTITIES
 
 MUJOCO = "mujoco"
 UNITS = {**LOOP_UNITS, LOOPS: "m"}
 # Healthy presets show 3.9 to 4.2 for 4, and 1.9 to 2.0 for 2, on the machines of the catalogue.
-ORDER_AGREES, ROUNDING, VANISHES = 0.25, 1e-11, 0.05
-ASKED, CLOCK = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
-PATHS = "what a model written with six digits can do, or --tolerance"
+ORDER_TOLERANCE, MIN_ERROR_WITH_ORDER, VANISHING_SHARE = 0.25, 1e-11, 0.05
+TOLERANCE_REASON, CLOCK_REASON = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
+PATHS_REASON = "what a model written with six digits can do, or --tolerance"
 NO_CRITERION = "no criterion was fixed before the run: errors are measured, not judged (--tolerance)"
 ONE_RUN = "no numerical uncertainty: there are no runs at other steps"
 
@@ -48,16 +48,16 @@ class Refinement(NamedTuple):
     def order(self) -> float | None:
         """Observed order; of the three finest runs where they lead to no error at a step of zero."""
         order, limit, _ = numerical_uncertainty(self.path, self.steps, self.formal) or (None, math.inf, 0.0)
-        return claimed_order(self.path) or (order if limit <= VANISHES * self.finest else None)
+        return claimed_order(self.path) or (order if limit <= VANISHING_SHARE * self.finest else None)
 
     @property
     def is_off(self) -> bool:
         """True if a formal order is claimed and not shown, by errors that are more than rounding."""
-        off = self.formal is not None and abs((self.order or 0.0) - self.formal) > ORDER_AGREES
-        return off and self.finest > ROUNDING
+        off = self.formal is not None and abs((self.order or 0.0) - self.formal) > ORDER_TOLERANCE
+        return off and self.finest > MIN_ERROR_WITH_ORDER
 
 
-def refinements(study: Any) -> Iterator[Refinement]:
+def all_refinements(study: Any) -> Iterator[Refinement]:
     """All runs of a study that were refined, quantity by quantity."""
     match study:
         case TableStudy():
@@ -67,7 +67,7 @@ def refinements(study: Any) -> Iterator[Refinement]:
                 same = [one for one in (*study.runs, *study.steps) if one.label == run.label]
                 for name in run.errors:
                     pairs = sorted((round(study.seconds / one.timestep), one.errors.get(name)) for one in same)
-                    order = _formal(MUJOCO, run.label).get(name) if name == "position" else None
+                    order = _formal_orders(MUJOCO, run.label).get(name) if name == "position" else None
                     yield Refinement(run.label, name, round(study.seconds / run.timestep), tuple(pairs), order)
             return
         case ModelStudy():
@@ -77,24 +77,32 @@ def refinements(study: Any) -> Iterator[Refinement]:
             ]
         case _:
             found = [
-                (" ".join(name_of(one)), one.steps_per_revolution or 0, one.refinement, one.engine, one.preset)
+                (
+                    " ".join(engine_and_preset(one)),
+                    one.steps_per_revolution or 0,
+                    one.refinement,
+                    one.engine,
+                    one.preset,
+                )
                 for one in study.results
             ]
     contact = bool(study.scene.mechanism().cam_contacts)
     for name, steps, points, engine, preset in found:
         for quantity in QUANTITIES if points else ():
             path = tuple((point.steps_per_revolution, getattr(point, quantity)) for point in points)
-            yield Refinement(name, quantity, steps, path, None if contact else _formal(engine, preset).get(quantity))
+            yield Refinement(
+                name, quantity, steps, path, None if contact else _formal_orders(engine, preset).get(quantity)
+            )
 
 
-def _formal(engine: str, preset: str | None) -> Mapping[str, int]:
+def _formal_orders(engine: str, preset: str | None) -> Mapping[str, int]:
     found = presets_of(engine).get(preset or "")
     return {} if found is None else found.order
 
 
-def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
+def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str]]:
     """The sections that a study itself fills, and its open deviations."""
-    refined, lengths = list(refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
+    refined, lengths = list(all_refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
     judged = _criteria(study)
     rows = [
         (run, name, _in_digits(name, allowed, lengths), _size(name, of(name), lengths))
@@ -104,12 +112,14 @@ def sections(study: Any) -> tuple[dict[str, Section], list[str]]:
     criteria = table(("run", "quantity", "criterion", "found"), rows, ("criterion", "found"), names=2)
     laws = dict.fromkeys(f"{run}: {law}" for run, limits, _, law in judged if limits)
     orders = [(one.run, one.quantity, str(one.formal), *_agreement(one)) for one in refined if one.formal]
-    results, settings, proofs = _of_kind(study)
+    results, settings, proofs = _kind_sections(study)
     code = table(("run", "quantity", "formal order", "observed", "agreement"), orders, names=2)
     found = {
-        CRITERIA: Section((criteria,), tuple(laws) or (NO_CRITERION,)),
-        "code": Section((code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))),
-        "solution": Section((*results, _uncertainties(refined, lengths)), () if refined else (ONE_RUN,)),
+        CRITERIA: VerificationSection((criteria,), tuple(laws) or (NO_CRITERION,)),
+        "code": VerificationSection(
+            (code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))
+        ),
+        "solution": VerificationSection((*results, _uncertainties(refined, lengths)), () if refined else (ONE_RUN,)),
         "settings": settings,
     }
     off = [
@@ -126,7 +136,7 @@ def _size(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
     """An error as people read it, in SI where no lengths normalise it."""
     if lengths or size is None:
         return numbers.error(name, size, lengths)
-    return f"{numbers.measured(size)} {in_prose(UNITS[name])}"
+    return f"{numbers.measured_text(size)} {in_prose(UNITS[name])}"
 
 
 def _in_digits(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
@@ -146,30 +156,33 @@ def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str]
     match study:
         case ModelStudy():
             paths = {"position": study.kinematic_tolerance}
-            proof = ("kinematic mode", paths, lambda _: study.identity.largest, PATHS)
+            proof = ("kinematic mode", paths, lambda _: study.identity.largest, PATHS_REASON)
             own = study.own
-            return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK)] if own else [])]
+            return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK_REASON)] if own else [])]
         case LoopStudy():
-            return [(run.label, limits_of(study.question.tolerance), run.judged_error, ASKED) for run in study.runs]
+            return [
+                (run.label, limits_of(study.question.tolerance), run.judged_error, TOLERANCE_REASON)
+                for run in study.runs
+            ]
         case TableStudy():
-            return [("the table", study.tolerance, study.largest, CLOCK)]
-    return [(" ".join(name_of(r)), r.limits, r.judged_error, r.tolerance.reason) for r in study.results]
+            return [("the table", study.tolerance, study.largest, CLOCK_REASON)]
+    return [(" ".join(engine_and_preset(r)), r.limits, r.judged_error, r.tolerance.reason) for r in study.results]
 
 
-def _of_kind(study: Any) -> tuple[tuple[Table, ...], Section, tuple[str, ...]]:
+def _kind_sections(study: Any) -> tuple[tuple[Table, ...], VerificationSection, tuple[str, ...]]:
     """Results that no other section has, settings, and what proves the model before any run."""
     match study:
         case ModelStudy():
             frame, wiring, paths, settings = user_model.findings(study).values()
-            return (user_model.runs_table(study),), Section((), (*frame, *settings)), (*wiring, *paths)
+            return (user_model.runs_table(study),), VerificationSection((), (*frame, *settings)), (*wiring, *paths)
         case LoopStudy():
             moves, exact = tuple(loops.what_moves(study)), tuple(loops.how_exact(study))
-            return (loops.runs_table(study),), Section((), moves), exact
+            return (loops.runs_table(study),), VerificationSection((), moves), exact
         case TableStudy():
             lines = (trajectory.summary_line(study), *trajectory.findings(study))
-            return (trajectory.errors_table(study),), Section((trajectory.columns_table(study),), lines), ()
+            return (trajectory.errors_table(study),), VerificationSection((trajectory.columns_table(study),), lines), ()
         case _:
-            used = Section(tuple(tables.settings_tables(study)), tuple(tables.added_words(study)))
+            used = VerificationSection(tuple(tables.settings_tables(study)), tuple(tables.added_words(study)))
             return (), used, ()
 
 
