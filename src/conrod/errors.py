@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 import pickle
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 T = TypeVar("T")
+Value = TypeVar("Value")
 
 # Of two names, by the share of letters in the same order: below the first they are not alike. Others than the nearest
 # are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
@@ -102,6 +103,22 @@ def named_values(
             raise InvalidInput(f"{option} {name}: given twice, as {values[name]!r} and {value!r}")
         values[name] = value
     return values
+
+
+def as_names(given: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Names given as one or as several: a text is one name, not a sequence of letters."""
+    return (given,) if isinstance(given, str) else tuple(given or ())
+
+
+def as_mapping(keyword: str, given: Mapping[str, Value] | None, example: str) -> dict[str, Value]:
+    """Values by name; empty where none are given.
+
+    Raises:
+        InvalidInput: it is no mapping; shows the example.
+    """
+    if given is not None and not isinstance(given, Mapping):
+        raise InvalidInput(f"{keyword} = {given!r}: give a mapping, such as {example}")
+    return dict(given or {})
 
 
 def portable(error: Exception) -> Exception:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -12,10 +13,11 @@ from typing import Any
 from conrod.api.baselines import BaselineCheck
 from conrod.api.files import FILES, FMUS, TABLES
 from conrod.api.in_memory import Model, columns_of, file_of_model, file_of_table
+from conrod.api.keywords import refuse_old_keywords
 from conrod.api.loops import check_loops
 from conrod.api.validate import validate
-from conrod.errors import InvalidInput, unknown_choice
-from conrod.mechanism.units import check_count
+from conrod.errors import InvalidInput, as_mapping, as_names, unknown_choice
+from conrod.mechanism.units import check_count, check_number
 from conrod.own.files import check_readable, of_file
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.request import Question, controls_of, places_of
@@ -50,6 +52,7 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
     Raises:
         InvalidInput: the subject, the scene or an argument cannot be used.
     """
+    refuse_old_keywords(arguments)
     name = str(subject).lower() if isinstance(subject, str | Path) else ""
     if isinstance(subject, str) and subject in MACHINES:
         return check_loops(subject, **_keywords(check_loops, "a machine in space", scene, arguments, "machine"))
@@ -139,11 +142,15 @@ def check_model(
         check_readable(path)
         check_count("--revolutions", revolutions, *REVOLUTIONS)
         name, machine = scene_by_name(scene)
-        question = question_on_model(machine, crank, points or {}, keyframe, controls or {})
+        points = as_mapping("points", points, "{'C': 'site:tip'}")
+        question = question_on_model(machine, crank, points, keyframe, controls or {})
+        for angle, given in (("rotation", rotation), ("crank_zero", crank_zero)):
+            if given is not None:
+                check_number(angle, given, -math.inf, math.inf, "rad")
         frame = GivenFrame(plane, rotation, crank_zero)
         allowed = None if tolerance is None else check_tolerance(tolerance)
         words: dict[str, Any] = {
-            "crank": crank, "point": tuple(f"{one}={where}" for one, where in (points or {}).items()), "plane": plane,
+            "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,
             "rotation": rotation, "crank-zero": crank_zero, "keyframe": keyframe,
             "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
             "revolutions": None if revolutions == TURNS else revolutions,
@@ -187,8 +194,8 @@ def check_table(
     scene: OneScene,
     *,
     columns: Mapping[str, str] | None = None,
-    units: Sequence[str] = (),
-    estimate: Sequence[str] = (),
+    units: str | Sequence[str] = (),
+    estimate: str | Sequence[str] = (),
     tolerance: Mapping[str, float] | None = None,
     baseline: str | Path | None = None,
     accept: bool = False,
@@ -209,7 +216,7 @@ def check_table(
     with file_of_table(table) as (path, shown):
         check_readable(path)
         name, machine = scene_by_name(scene)
-        points = tuple(machine.lengths)
+        points, units, estimate = tuple(machine.lengths), as_names(units), as_names(estimate)
         wanted = request(columns or {}, units, points)
 
         def judge(one: Scene) -> TableStudy:
@@ -220,7 +227,7 @@ def check_table(
 
         allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
         check_estimated(estimate)
-        words: dict[str, Any] = {"column": _texts(columns), "unit": tuple(units), "estimate": ",".join(estimate)}
+        words: dict[str, Any] = {"column": _texts(columns), "unit": units, "estimate": ",".join(estimate)}
         return _table_findings(judge, path, shown, (name, machine), words, (baseline, accept))
 
 
@@ -229,8 +236,8 @@ def check_fmu(
     scene: OneScene,
     *,
     columns: Mapping[str, str] | None = None,
-    units: Sequence[str] = (),
-    estimate: Sequence[str] = (),
+    units: str | Sequence[str] = (),
+    estimate: str | Sequence[str] = (),
     preset: str | None = None,
     steps_per_rev: int = STEPS,
     revolutions: int = TURNS,
@@ -255,6 +262,7 @@ def check_fmu(
     check_readable(path)
     check_count("--revolutions", revolutions, *REVOLUTIONS)
     name, machine = scene_by_name(scene)
+    units, estimate = as_names(units), as_names(estimate)
     wanted = request(columns or {}, units, tuple(machine.lengths))
     allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
 
@@ -266,7 +274,7 @@ def check_fmu(
 
     words: dict[str, Any] = {
         "column": _texts(columns),
-        "unit": tuple(units),
+        "unit": units,
         "estimate": ",".join(estimate),
         "preset": preset,
     }

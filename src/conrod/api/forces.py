@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, as_names, unknown_choice
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.forces import KIND
 from conrod.scenes import Scene
@@ -32,7 +32,7 @@ REVOLUTIONS = 2
 def forces(
     scenes: Scenes = (),
     *,
-    quantities: Sequence[str] | None = None,
+    quantities: str | Sequence[str] | None = None,
     engines: Engines = None,
     preset: str | None = None,
     steps_per_rev: int | None = None,
@@ -55,6 +55,7 @@ def forces(
     """
     runs = runs or Runs()
     chosen, able = scenes_by_name(scenes), choose_engines(engines)
+    quantities = None if quantities is None else as_names(quantities)
     presets, asked = select_presets(able, preset), check_quantities(quantities, chosen)
     allowed = None if tolerance is None else check_tolerance(tolerance, asked)
     steps = make_plan(chosen, steps_per_rev, revolutions, None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, as_names, unknown_choice
 from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.limits.report import KIND
@@ -19,7 +19,7 @@ from conrod.studies.limits.results import LimitStudy
 def limits(
     scenes: Scenes = (),
     *,
-    axes: Sequence[str] = (),
+    axes: str | Sequence[str] = (),
     span: tuple[float, float] | None = None,
     engines: Engines = None,
     preset: str | None = None,
@@ -37,6 +37,7 @@ def limits(
     """
     chosen, able = scenes_by_name(scenes), choose_engines(engines)
     select_presets(able, preset)
+    axes = as_names(axes)
     for name in axes:
         if name not in ITEMS:
             raise unknown_choice("axis", name, ITEMS)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conrod.api.in_memory import file_of_model
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, as_mapping, as_names
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import check_readable
@@ -30,7 +30,7 @@ def check_loops(
     model: str | Path | mujoco.MjModel | mujoco.MjSpec | Sequence[str | Path],
     *,
     drives: Mapping[str, str] | None = None,
-    points: Sequence[str] = (),
+    points: str | Sequence[str] = (),
     keyframe: str | None = None,
     controls: Mapping[str, float] | None = None,
     seconds: float | None = None,
@@ -56,10 +56,10 @@ def check_loops(
     """
     if seconds is not None:
         check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
-    laws = dict(drives or {})
+    laws = as_mapping("drives", drives, "{'hip': '60rpm'}")
     if not laws and machine is not None and machine in MACHINES:
         laws = dict(MACHINES[machine]().drives)
-    places = tuple(place.removeprefix("site:").removeprefix("body:") for place in points)
+    places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
     allowed = {} if tolerance is None else check_tolerance(tolerance, QUANTITIES)
     question = Question(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
 from conrod.api.in_memory import file_of_model
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, as_names
 from conrod.mechanism.units import check_number
 from conrod.mjcf.results import HardenedModel
 from conrod.own.files import check_readable
@@ -28,7 +28,7 @@ def lint(
     keyframe: str | None = None,
     controls: Mapping[str, float] | None = None,
     seconds: float | None = None,
-    ignore: Sequence[str] = (),
+    ignore: str | Sequence[str] = (),
     fix_for: Path | None = None,
 ) -> Report:
     """Find parts of a MuJoCo model that its motion does not need, and parts that will cause trouble.
@@ -50,7 +50,7 @@ def lint(
     check_readable(path)
     if seconds is not None:
         check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
-    return confined(lint_file, path, keyframe, seconds, tuple(ignore), fix_for, controls_of(controls or {}))
+    return confined(lint_file, path, keyframe, seconds, as_names(ignore), fix_for, controls_of(controls or {}))
 
 
 @overload

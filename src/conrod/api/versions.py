@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KnownReleases, require_capability
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, as_names
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.versions import KIND
 from conrod.studies.execution.runner import Runner, Runs
@@ -17,7 +17,7 @@ DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam
 
 
 def versions(
-    engine: str, scenes: Scenes = (), *, releases: Sequence[str] | None = None, runs: Runs | None = None
+    engine: str, scenes: Scenes = (), *, releases: str | Sequence[str] | None = None, runs: Runs | None = None
 ) -> Findings[VersionStudy]:
     """Run the same cases in several releases of an engine, each installed once in a separate environment.
 
@@ -34,7 +34,7 @@ def versions(
     if runs.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
     chosen = require_capability(made, KnownReleases).releases.select_versions(
-        None if releases is None else ",".join(releases)
+        None if releases is None else ",".join(as_names(releases))
     )
     cases = plan_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
     with Runner.of(runs) as runner:

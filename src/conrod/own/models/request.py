@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import TypeAlias
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, as_mapping, unknown_choice
 from conrod.exact.motion import Array
 
 KINDS = ("site", "body", "geom")
@@ -47,7 +48,7 @@ def places_of(places: Mapping[str, str], observed: Sequence[str] = ()) -> tuple[
         InvalidInput: a point is unknown, or a kind of element.
     """
     found = list[Place]()
-    for name, where in places.items():
+    for name, where in as_mapping("points", places, "{'C': 'site:tip'}").items():
         if observed and name not in observed:
             raise unknown_choice("observed point", name, observed)
         kind, colon, element = where.partition(":")
@@ -69,10 +70,11 @@ def controls_of(controls: Mapping[str, float]) -> Controls:
     Raises:
         InvalidInput: a value is no finite number.
     """
-    for name, value in controls.items():
-        if not math.isfinite(value):
+    given = as_mapping("controls", controls, "{'motor': 4.19}")
+    for name, value in given.items():
+        if not isinstance(value, Real) or not math.isfinite(value):
             raise InvalidInput(f"--ctrl '{name}={value}': give {CONTROL_FORM}")
-    return tuple((name, float(value)) for name, value in controls.items())
+    return tuple((name, float(value)) for name, value in given.items())
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, as_mapping, unknown_choice
 from conrod.mechanism.units import parse_quantity
 
 TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
@@ -79,13 +79,14 @@ def request(columns: Mapping[str, str], units: Sequence[str], points: Sequence[s
         InvalidInput: something that is no quantity of the scene, or no unit.
     """
     known = quantities(points)
+    columns = as_mapping("columns", columns, "{'C.x': 'px'}")
     for name in columns:
         if name not in known:
             raise unknown_choice("quantity", name, known)
     for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
-    return Request(dict(columns), tuple(units))
+    return Request(columns, tuple(units))
 
 
 def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
