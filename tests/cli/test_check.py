@@ -93,7 +93,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "no model": (3, {}, "a int cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data frame or"),
     "no scene": (TABLE, {"scene": None}, "a dict: say with scene=... what machine it is"),
     "no numbers": (TABLE | {"C": ["a"] * 200}, {}, "the table: 'C': an array of numbers is wanted"),
-    "a misspelt keyword": (TABLE, {"unit": ["s"]}, "unknown keyword 'unit': did you mean 'units'?"),
+    "a misspelt keyword": (TABLE, {"unitz": ["s"]}, "unknown keyword 'unitz': did you mean 'units'?"),
     "a keyword of models": (TABLE, {"crank": "hinge"}, "crank does not go with a table: it is for models"),
     "a scene's scene": ("saw-500rpm", {}, "is for a file: a scene is judged as it is"),
     "a scene's crank": (SAW, {"scene": None, "crank": "crank"}, "crank does not go with a scene: it is for models"),
