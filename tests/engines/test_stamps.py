@@ -22,7 +22,7 @@ from conrod.exact import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
 from conrod.runs.comparison import compare
-from conrod.runs.outcome import Verdict, judge
+from conrod.runs.outcome import RunVerdict, judge
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import scene_named
 
@@ -98,7 +98,7 @@ def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
 @pytest.mark.parametrize("ended", [None, Outcome.DIVERGED, Outcome.RESET])
 def test_the_engines_own_end_is_told_where_the_motion_is_fine_and_its_reset_always(judged: Any, ended: Any) -> None:
     expected = ended if ended is Outcome.RESET or (ended and judged is Outcome.COMPLETED) else judged
-    assert verdict_of(Verdict(judged), ended and Verdict(ended)).outcome is expected
+    assert verdict_of(RunVerdict(judged), ended and RunVerdict(ended)).outcome is expected
 
 
 def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_back() -> None:

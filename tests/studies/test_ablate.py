@@ -15,7 +15,7 @@ from conrod.engines.engine import with_fields
 from conrod.engines.mujoco import HARDENING, STIFF_SOLIMP
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import SCENES
 from conrod.studies.ablate import CostCase, ablate_engine, change
 from conrod.studies.ablate_findings import (
@@ -107,7 +107,7 @@ def answer(case: RunCase) -> Measurement:
     if not isinstance(case, CostCase):
         return measure(case)
     dear = [settings.iterations > 100 for settings in (case.settings, case.against)]
-    return Measurement("completed", beside={"paired": plain(timing(1.3 ** (dear[0] - dear[1])))})
+    return Measurement("completed", beside={"paired": plain_values(timing(1.3 ** (dear[0] - dear[1])))})
 
 
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:

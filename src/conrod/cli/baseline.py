@@ -16,7 +16,7 @@ from conrod.own.models.results import AS_GIVEN, OWN, JudgedRun, ModelStudy
 from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.writer import environment
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 from conrod.studies.frame import baseline
@@ -94,7 +94,7 @@ class Holding:
         """
         of = {"scene": list(scenes)} | {name.lstrip("-"): value for name, value in as_given(asked, *NO_PART).items()}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
-        digest = key_of(canonical_json(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
+        digest = key_of(canonical_json(plain_values([of, [[one.kind, one.identity()] for one in scenes.values()]])))
         now = Baseline(of, digest, {"conrod": version("conrod"), **environment()}, {})
         before = baseline.read(file) if os.path.lexists(file) else None
         if before is None or asked.accept:

@@ -19,7 +19,7 @@ from conrod.own.models.request import controls_of
 from conrod.report import numbers
 from conrod.report.table import Cell, Toned, Verbatim, table
 from conrod.report.terminal import Part, tell
-from conrod.runs.plain import json_document
+from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import single, write_together
 

@@ -17,7 +17,7 @@ from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, s
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.terminal import Part, tell
-from conrod.runs.plain import json_document
+from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import naming, real_path, single, write_together
 

@@ -17,7 +17,7 @@ import msgspec
 
 from conrod.errors import InvalidInput
 from conrod.report import numbers
-from conrod.runs.plain import plain, restore
+from conrod.runs.plain_values import plain_values, restore
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
 from conrod.studies.frame.files import is_folder, is_no_file
@@ -282,7 +282,7 @@ GIVEN: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew", "setti
 
 def values_of(findings: Any) -> Any:
     """The findings as what JSON can hold; raises TypeError where they cannot be restored from it."""
-    return plain(findings, DRAWN_DIGITS)
+    return plain_values(findings, DRAWN_DIGITS)
 
 
 def restored(wanted: type[T], values: Any) -> T:

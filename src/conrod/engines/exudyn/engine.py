@@ -33,7 +33,7 @@ from conrod.engines.numerics import place_at_angles
 from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.runs.outcome import Verdict
+from conrod.runs.outcome import RunVerdict
 from conrod.runs.trajectory import BodyTracks, Outcome, Piece
 
 GIVEN = (Revolute, Prismatic)
@@ -271,7 +271,7 @@ def run(
     kinematics, stepper = machine.kinematics, Stepper(machine, settings, start_angle)
     states = stepper.states(round(settings.steps_per_revolution * revolutions))
 
-    def ended(judged: Verdict) -> Verdict:
+    def ended(judged: RunVerdict) -> RunVerdict:
         failed = judged.outcome is Outcome.DIVERGED and stepper.failure
         return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
 

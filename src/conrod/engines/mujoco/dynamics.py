@@ -15,7 +15,7 @@ from conrod.engines.mujoco import MuJoCoSettings, older
 from conrod.engines.mujoco.model import Build, build, laws_acting
 from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.exact.motion import Array
-from conrod.runs.outcome import Verdict
+from conrod.runs.outcome import RunVerdict
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
 
 # What MuJoCo warns of where it resets the state, if it may.
@@ -24,7 +24,7 @@ BAD_NUMBERS = ("BADQPOS", "BADQVEL", "BADQACC")
 
 def ended_by_engine(
     clock: Array, first: int, before: float, warnings: Mapping[str, int], settings: MuJoCoSettings
-) -> Verdict | None:
+) -> RunVerdict | None:
     """The end that MuJoCo made after a warning, by its clock: its own reset starts it again, a stop lets it stand.
 
     Args:
@@ -42,11 +42,11 @@ def ended_by_engine(
         return None
     at = int(np.argmax(off))
     if steps[at] < 0.0:
-        return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
+        return RunVerdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
     if older.resets_by_itself(settings) and any(name in warnings for name in BAD_NUMBERS):
         # In the first step there is nothing yet that a clock could fall back from.
-        return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
-    return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
+        return RunVerdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
+    return RunVerdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
 
 
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
@@ -188,7 +188,7 @@ def advance(
     return begin + settings.timestep * np.arange(steps + 1, dtype=float), states, sensors
 
 
-def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
+def verdict_of(judged: RunVerdict, ended: RunVerdict | None) -> RunVerdict:
     """The verdict on the motion, unless the engine's own end says more."""
     if ended is None or (judged.outcome is not Outcome.COMPLETED and ended.outcome is not Outcome.RESET):
         return judged

@@ -23,7 +23,7 @@ from conrod.mjcf.loops.driving import RESET, Recording, advanced, gaps_of, opens
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
 from conrod.own.models.loading import FoundPoint, listed, name_or_number
-from conrod.runs.outcome import OPEN_GAP
+from conrod.runs.outcome import MAX_JOINT_GAP
 from conrod.runs.trajectory import Outcome
 
 # Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
@@ -106,7 +106,7 @@ def errors_of(
     gap = max(gaps.values(), default=0.0)
     if run.outcome is not Outcome.COMPLETED:
         return LoopRun(label, step, run.outcome, run.reason, gap=gap)
-    if gap > OPEN_GAP * travel:
+    if gap > MAX_JOINT_GAP * travel:
         return LoopRun(label, step, Outcome.OPENED, opens(gaps), gap=gap)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
@@ -114,7 +114,7 @@ def errors_of(
     }
     errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
     worst = max(off, key=lambda name: float(off[name][0].max()))
-    far, near = int(off[worst][0].argmax()), OPEN_GAP * travel
+    far, near = int(off[worst][0].argmax()), MAX_JOINT_GAP * travel
     here, there = (found[:, far : far + 1] for found in (run.coordinates, motion.coordinates))
     time = float(run.times[far])
     if errors["position"] > near and flipped(machine, run.points, here, time, there, near):
@@ -251,7 +251,7 @@ def shipped_run(
     outcome = Outcome.COMPLETED
     if reason:
         outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
-    elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
+    elif gaps and max(gaps.values()) > MAX_JOINT_GAP * max(travel, tree.extent):
         outcome, reason = Outcome.OPENED, opens(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
     return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven, watch.found)
