@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from catalogue import DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, PRESS, SAW, SCENES, WITH_A_ROD
 from synthetic import (
-    BLOCK_NUMBERS,
+    TOGETHER,
     STAGGERED,
     STEPS,
     instants,
@@ -55,7 +55,7 @@ def nothing_found(found: Comparison) -> bool:
     return found.worst("position") <= ROUNDING and max(found.worst(q) for q in QUANTITIES) <= REFERENCES_AGREE
 
 
-@pytest.mark.parametrize("stamps", [BLOCK_NUMBERS, (0.0, 0.5, 0.5)])
+@pytest.mark.parametrize("stamps", [TOGETHER, (0.0, 0.5, 0.5)])
 @pytest.mark.parametrize("name", EVERY_SCENE)
 def test_compare_finds_no_error_in_exact_motion(name: str, stamps: tuple[float, float, float]) -> None:
     scene = EVERY_SCENE[name]

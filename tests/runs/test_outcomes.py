@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from catalogue import CAM, DEFECTIVE_LINKAGES, LINKAGES, SAW, SCENES
-from synthetic import BLOCK_NUMBERS, body_states, instants, longer_rod, other_branch, synthetic_trajectory
+from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
 
 from conrod import Outcome, compare
 from conrod.runs.outcome import (
@@ -208,4 +208,4 @@ def test_run_with_small_defect_is_completed(name: str) -> None:
     states = body_states(longer_rod(scene), instants(scene.speed, 2.0))
     tracks = BodyTracks(states, states, states)
     assert judge(scene.kinematics, tracks, scene.speed).outcome is Outcome.COMPLETED
-    assert compare(synthetic_trajectory(scene, longer_rod(scene), stamps=BLOCK_NUMBERS), scene).worst("position") > 1e-5
+    assert compare(synthetic_trajectory(scene, longer_rod(scene), stamps=TOGETHER), scene).worst("position") > 1e-5
