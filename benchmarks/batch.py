@@ -110,7 +110,7 @@ class Batch:
             clock = settings.timestep * np.arange(steps + 1)
             replayed = Replayed(np.column_stack([clock, states[k]]), sensors[k])
             turns = steps / settings.steps_per_revolution
-            pieces = dynamics.recorded(
+            pieces = dynamics.record_run(
                 made, replayed, machine, settings, turns, 0.0, steps, engine_named("mjx").version
             )
             yield concatenate_pieces(list(pieces)).trajectory
@@ -124,7 +124,7 @@ class Replayed:
     def __init__(self, *recorded: Array) -> None:
         self._recorded = recorded
 
-    def next(self, samples: int) -> tuple[Array, Array]:
+    def next_samples(self, samples: int) -> tuple[Array, Array]:
         states, sensors = self._recorded
         return states, sensors
 

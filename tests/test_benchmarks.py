@@ -23,7 +23,7 @@ STEPS = 300
 def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str) -> None:
     chosen = mujoco_recording.settings(integrator)
     made = build(mujoco_recording.SAW, chosen)
-    _, states, sensors = dynamics.advance(made, mujoco_recording.SAW, chosen, STEPS, 0.0)
+    _, states, sensors = dynamics.simulate(made, mujoco_recording.SAW, chosen, STEPS, 0.0)
     data = mujoco_recording.started(made)
     for k in (0, 1, STEPS // 2, STEPS):
         data = mujoco_recording.started(made)

@@ -89,11 +89,11 @@ def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
 def test_the_flywheel_of_a_run_costs_the_slow_saw_its_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Why forces have settings of their own: the solver stops at corrections shorter than 1e-15."""
     saw = machine("saw-40rpm")
-    monkeypatch.setattr("conrod.engines.mujoco.forces.LIGHTER", 1.0)
-    monkeypatch.setattr("conrod.engines.mujoco.forces.LEAST_HARDENING", 1e-15)
+    monkeypatch.setattr("conrod.engines.mujoco.forces.FORCE_ARMATURE_FACTOR", 1.0)
+    monkeypatch.setattr("conrod.engines.mujoco.forces.MIN_FORCE_HARDENING", 1e-15)
     # Solved a second time from beside the solution, a state has them again.
     assert errors(told("mujoco", saw, 1000), saw)[0] < 1e-7
-    monkeypatch.setattr("conrod.engines.mujoco.forces.SETTLED_ITERATIONS", 0)
+    monkeypatch.setattr("conrod.engines.mujoco.forces.MIN_SOLVER_ITERATIONS", 0)
     assert errors(told("mujoco", saw, 1000), saw)[0] > 1e-4
 
 

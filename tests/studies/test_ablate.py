@@ -12,7 +12,7 @@ from cell_tasks import pursued
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
 from conrod.engines.engine import with_fields
-from conrod.engines.mujoco import HARDENING, STIFF_SOLIMP
+from conrod.engines.mujoco import HARDENING_FACTOR, STIFF_SOLIMP
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.runs.plain_values import plain_values
@@ -95,9 +95,9 @@ def base(machine: Any, steps: int) -> MuJoCoSettings:
 # Without an ingredient fields are as the base has them.
 PLANTED = (
     field_ingredient("gravity", {"gravity": True}, {"gravity": False}),
-    field_ingredient("soft", {"hardening": 1.0}, {"hardening": HARDENING}),  # planted harm
+    field_ingredient("soft", {"hardening": 1.0}, {"hardening": HARDENING_FACTOR}),  # planted harm
     field_ingredient("more-iterations", {"iterations": 200}, {"iterations": 100}),
-    field_ingredient("hardening", {"hardening": HARDENING}, {"hardening": None}, minimal=True),
+    field_ingredient("hardening", {"hardening": HARDENING_FACTOR}, {"hardening": None}, minimal=True),
     field_ingredient("flat", {"solimp": STIFF_SOLIMP}, {"solimp": (0.9999, 0.9999, 0.002, 0.5, 2.0)}, minimal=True),
 )
 
@@ -125,7 +125,7 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
     models = {(one.role, one.ingredient): one for one in found.variants}
     # What does harm, or is needed anyway, is not in the full model, whose motion is the minimal one's.
     full, soft = models[Role.FULL, ""], models[Role.ADDED, "soft"]
-    assert (soft.settings["hardening"], full.settings["hardening"]) == (1.0, HARDENING)
+    assert (soft.settings["hardening"], full.settings["hardening"]) == (1.0, HARDENING_FACTOR)
     assert full.settings["iterations"] == 200
     assert {name for role, name in models if role is Role.TAKEN} == {"gravity", "more-iterations", "flat"}
     assert max((full.change or {"": 1.0}).values()) < 1e-9

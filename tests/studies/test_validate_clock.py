@@ -66,7 +66,7 @@ def with_longer_steps(made: Any) -> Any:
 FAULTS: dict[str, tuple[Any, str, Callable[[Any], Any]]] = {
     "mujoco, long steps": (mujoco, "build", lambda right: lambda *given: with_longer_steps(right(*given))),
     "mujoco, late stamps": (
-        *(mujoco, "instants_of"),
+        *(mujoco, "sample_instants"),
         lambda right: lambda made, times, *rest: right(made, times + made.model.opt.timestep, *rest),
     ),
     "pymunk, long steps": (

@@ -12,7 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.compiled_edits import set_step
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
@@ -197,7 +197,7 @@ def swing(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: in
 def unresetting(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy that does not begin again by itself where it breaks."""
     made = copy.copy(model)
-    made.opt.disableflags |= older.flag("AUTORESET")
+    made.opt.disableflags |= compat.disable_bit("AUTORESET")
     return made
 
 

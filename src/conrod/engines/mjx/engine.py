@@ -25,10 +25,18 @@ import numpy as np
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.mjx import MJX_PRESETS, MJXSettings
-from conrod.engines.mujoco import LEAST_STEPS, dynamics
+from conrod.engines.mujoco import MIN_TIME_CONSTANT_STEPS, dynamics
 from conrod.engines.mujoco.engine import MUJOCO_ENGINE as MUJOCO
-from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, Course, followed, largest_point_errors, ripple, yielding
-from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.error_bound import (
+    PREDICTION_MARGIN,
+    SECOND_ORDER_MARGIN,
+    ExactCourse,
+    compliance_acceleration,
+    integrate_gaps,
+    largest_point_errors,
+    speed_ripple_bound,
+)
+from conrod.engines.mujoco.model import MuJoCoModel, build
 from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT, largest_derivatives
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
@@ -83,16 +91,16 @@ def kept(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[An
     return data, states, sensors
 
 
-class Recorder(dynamics.Recorder):
+class Recorder(dynamics.MuJoCoRecorder):
     """A machine that is stepped from a state of its model; the engine has no warnings."""
 
     warnings: Mapping[str, int] = {}
 
-    def __init__(self, made: Build, settings: MJXSettings, coordinates: Array, rates: Array) -> None:
+    def __init__(self, made: MuJoCoModel, settings: MJXSettings, coordinates: Array, rates: Array) -> None:
         self._timestep, self._double, self._steps = settings.timestep, settings.precision == "double", 0
         self._model, self._data = put(made, coordinates, rates, self._double)
 
-    def next(self, samples: int) -> tuple[Array, Array]:
+    def next_samples(self, samples: int) -> tuple[Array, Array]:
         """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), all doubles."""
         self._data, states, sensors = kept(record, self._model, self._data, samples, self._double)
         # From the step index: a sum of steps in single precision stands still.
@@ -101,7 +109,7 @@ class Recorder(dynamics.Recorder):
         return np.column_stack([clock, states]), sensors
 
 
-def put(made: Build, coordinates: Array, rates: Array, double: bool) -> tuple[Any, Any]:
+def put(made: MuJoCoModel, coordinates: Array, rates: Array, double: bool) -> tuple[Any, Any]:
     """Model and data of MJX, in a state.
 
     Raises:
@@ -156,32 +164,35 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
         return ExpectedError(law=NO_BOUND_AT_CHANGE_POINT)
     if settings.dressing or not settings.gravity or settings.precision == "single":
         return ExpectedError()
-    if settings.integrator not in ("Euler", "implicitfast") or settings.solref[0] < LEAST_STEPS * settings.timestep:
+    if (
+        settings.integrator not in ("Euler", "implicitfast")
+        or settings.solref[0] < MIN_TIME_CONSTANT_STEPS * settings.timestep
+    ):
         return ExpectedError()
     if settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
         return ExpectedError()
     made, step = build(machine, settings), 2.0 * math.pi / settings.steps_per_revolution
     constant = abs(machine.speed) * settings.solref[0]
-    course = Course.from_machine(machine, start_angle, step, constant)
-    lacking, giving = missing(made, course), yielding(machine, settings, made, course)
+    course = ExactCourse.sample_course(machine, start_angle, step, constant)
+    lacking, giving = missing(made, course), compliance_acceleration(machine, settings, made, course)
     still = np.zeros_like(giving)
     (position, *_), (_, velocity, acceleration) = (
-        largest_point_errors(course, followed(course.steps, (still, still), share * lacking + giving, constant))
+        largest_point_errors(course, integrate_gaps(course.steps, (still, still), share * lacking + giving, constant))
         for share in (1.0 - step / constant, 1.0)
     )
     stale = 0.5 * step * np.array(largest_derivatives(machine.kinematics, 3)[2:])
     errors = np.array([position, STEPPED * velocity + stale[0], acceleration + stale[1]])
-    position, velocity, acceleration = (errors * (1.0 + LEFT_OUT + SECOND_ORDER * errors[0])).tolist()
-    varying = ripple(machine, settings.armature)
+    position, velocity, acceleration = (errors * (1.0 + PREDICTION_MARGIN + SECOND_ORDER_MARGIN * errors[0])).tolist()
+    varying = speed_ripple_bound(machine, settings.armature)
     return ExpectedError(position, velocity, acceleration, law=LAW, ripple=varying)
 
 
-def missing(made: Build, course: Course) -> Array:
+def missing(made: MuJoCoModel, course: ExactCourse) -> Array:
     """dJ/dt v of all joints (T, 3 n), by the way: how their gaps would accelerate if no joint coordinate did."""
     poses, speeds, _ = course.states
     q, v = made.tree.coordinates(poses), made.tree.rates(poses, speeds)
     before, after = (made.tree.forward_kinematics(q + side * DIFFERENCE * v, v)[1] for side in (-1.0, 1.0))
-    return course.opening([poses, speeds, (after - before) / (2.0 * DIFFERENCE)])
+    return course.joint_gaps([poses, speeds, (after - before) / (2.0 * DIFFERENCE)])
 
 
 class MJX(Engine[MJXSettings]):
@@ -218,7 +229,7 @@ class MJX(Engine[MJXSettings]):
     ) -> Iterator[Piece]:
         made = build(machine, settings)
         recorder = Recorder(made, settings, *made.start_state(machine, start_angle))
-        yield from dynamics.recorded(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
+        yield from dynamics.record_run(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
 
 
 MJX_ENGINE = MJX()

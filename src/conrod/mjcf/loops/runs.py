@@ -9,9 +9,9 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import HARDENING, MuJoCoSettings, older
+from conrod.engines.mujoco import HARDENING_FACTOR, MuJoCoSettings, compat
 from conrod.engines.mujoco.compiled_edits import harden, set_step
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import RATES, SpatialTree, coordinate_lengths
@@ -56,7 +56,7 @@ def with_settings(
     made = copy.copy(model)
     option = made.opt
     set_step(made, step)
-    option.disableflags |= older.flag("AUTORESET")
+    option.disableflags |= compat.disable_bit("AUTORESET")
     if label != OWN:
         settings = _settings(label, step, period, idle, contact)
         option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
@@ -89,11 +89,14 @@ def pasted(label: str, step: float, period: float, idle: bool) -> str:
 
 
 def _settings(label: str, step: float, period: float, idle: bool, contact: bool = False) -> MuJoCoSettings:
-    tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact)
+    tuned = MuJoCoSettings("stock", 2, step).with_tuned_solver(contact)
     if label != "hardened":
         return tuned
     return replace(
-        tuned, preset=label, solref=(max(0.1 * period, tuned.solref[0]), 1.0), hardening=SOFTER if idle else HARDENING
+        tuned,
+        preset=label,
+        solref=(max(0.1 * period, tuned.solref[0]), 1.0),
+        hardening=SOFTER if idle else HARDENING_FACTOR,
     )
 
 
@@ -168,7 +171,7 @@ def kinematic_mode(
     start, lengths = {p.name: motion.points[p.name].position[0] for p in points}, list[Array]()
     for k in range(len(motion.times)):
         start_state(data, motion, k)
-        with warnings_kept_quiet():
+        with silence_warnings():
             mujoco.mj_forward(model, data)
         data.qacc[:] = motion.rates[1, :, k]
         mujoco.mj_rnePostConstraint(model, data)
@@ -246,7 +249,7 @@ def shipped_run(
             for name, gap in gaps_of(tree, model, aside).items():
                 gaps[name] = max(gap, gaps.get(name, 0.0))
 
-    with warnings_kept_quiet():
+    with silence_warnings():
         reason = advanced(model, data, range(steps), look, watch)
     outcome = Outcome.COMPLETED
     if reason:

@@ -112,7 +112,7 @@ def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None)
     """Run a case and compare it with the exact motion.
 
     Args:
-        every: see `followed`.
+        every: see `run_with_recorders`.
 
     Raises:
         InvalidInput: as `conrod.run`.
