@@ -16,7 +16,7 @@ from conrod.engines import engine_named
 from conrod.engines.mujoco.dynamics import combine_verdicts, detect_engine_stop, drive_torque, simulate
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
-from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, staggered
+from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, sample_instants
 from conrod.engines.run import run_in_one_piece
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
@@ -182,7 +182,7 @@ def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> 
     poses, rates = exact_states(scene, times)[1], exact_states(scene, times + ahead)[2]
     # The turn half a step on is had from the rate there.
     centres, speeds = centred(scene, poses, rates)[0], centred(scene, exact_states(scene, times + ahead)[1], rates)[1]
-    at = staggered(mechanism, h, times, centres, speeds)
+    at = sample_instants(mechanism, h, times, centres, speeds)
     expected = {
         "position": times,
         "velocity": times[1:] + ahead,

@@ -135,8 +135,8 @@ def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.M
 def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
     expected = recorded(whole(f"pymunk: {name}"))
-    for offset in (stepping.OFFSET - 16, stepping.OFFSET + 8):
-        monkeypatch.setattr(stepping, "OFFSET", offset)
+    for offset in (stepping.STATE_OFFSET - 16, stepping.STATE_OFFSET + 8):
+        monkeypatch.setattr(stepping, "STATE_OFFSET", offset)
         assert not stepping.memory_is_known()
     assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
 
@@ -144,8 +144,8 @@ def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypat
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
 def test_blocks_within_a_piece_of_pymunks_change_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = recorded(whole(f"pymunk: {name}"))
-    monkeypatch.setattr(stepping, "BLOCK", 7)
-    monkeypatch.setattr(dynamics, "CHUNK", 11)
+    monkeypatch.setattr(stepping, "BLOCK_STEPS", 7)
+    monkeypatch.setattr(dynamics, "CHUNK_SAMPLES", 11)
     assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
 
 
