@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from catalogue import DEFECTIVE_CAMS, DEFECTIVE_LINKAGES, EVERY_SCENE, PRESS, SAW, SCENES, WITH_A_ROD
 from synthetic import (
-    TOGETHER,
     STAGGERED,
     STEPS,
+    TOGETHER,
     instants,
     longer_rod,
     other_branch,
