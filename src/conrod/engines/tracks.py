@@ -71,7 +71,7 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
         # The gradient by a pose is about the origin of the body's frame.
         x, y = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
         result[:, i, 2] -= x * result[:, i, 1] - y * result[:, i, 0]
-    for name, push in mechanism.pushes.items():
+    for name, push in mechanism.constant_forces.items():
         result[:, mechanism.body_index[name], :2] += push
     return result
 
@@ -136,7 +136,7 @@ def _mechanical_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Arra
     for body in mechanism.bodies:
         x, y = (jet.coefficients for jet in bodies[body.name].point(body.centre_of_gravity))
         spin = bodies[body.name].phi.coefficients[1]
-        px, py = mechanism.push_on(body.name)
+        px, py = mechanism.constant_force_on(body.name)
         total += 0.5 * (body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * spin**2)
         total -= (body.mass * mechanism.gravity[0] + px) * x[0] + (body.mass * mechanism.gravity[1] + py) * y[0]
     for load in mechanism.loads:

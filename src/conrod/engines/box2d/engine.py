@@ -103,7 +103,7 @@ def _create_body(world: Any, mechanism: Mechanism, index: int, scale: float, pos
         return world.CreateKinematicBody(**placed)
     body = world.CreateDynamicBody(linearVelocity=(scale * vx, scale * vy), **placed)
     body.massData = Box2D.b2MassData(mass=link.mass, center=(0.0, 0.0), I=scale**2 * link.inertia)
-    push = mechanism.push_on(link.name)
+    push = mechanism.constant_force_on(link.name)
     body.ApplyForceToCenter((scale * push[0], scale * push[1]), True)
     return body
 

@@ -112,7 +112,7 @@ def _add_body(system: Any, mechanism: Mechanism, body: Body, node: int) -> int:
     inertia = body.inertia + body.mass * (x * x + y * y)  # about the reference point
     rigid = ObjectRigidBody2D(nodeNumber=node, mass=body.mass, inertia=inertia, centerOfMass=[x, y])
     number: int = system.AddObject(rigid)
-    push, (along, up) = mechanism.push_on(body.name), mechanism.gravity
+    push, (along, up) = mechanism.constant_force_on(body.name), mechanism.gravity
     force = [push[0] + body.mass * along, push[1] + body.mass * up, 0.0]
     system.AddLoad(LoadForceVector(markerNumber=_add_marker(system, number, (x, y)), loadVector=force))
     return number

@@ -143,7 +143,7 @@ def exchanged_inertia(machine: Machine) -> float:
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
-    weight += sum(math.hypot(*push) for push in kinematics.mechanism.pushes.values())
+    weight += sum(math.hypot(*push) for push in kinematics.mechanism.constant_forces.values())
     kinetic = mass * kinematics.travel**2
     work = load_work(kinematics, machine.speed) if kinematics.mechanism.loads else 0.0
     return kinetic + (weight * kinematics.travel + work) / machine.speed**2

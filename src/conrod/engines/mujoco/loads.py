@@ -141,7 +141,7 @@ def load_points(body: str, tree: SpanningTree) -> list[tuple[str, Point]]:
     mechanism, points = tree.mechanism, dict[str, Point]()
     if body == GROUND and (mechanism.forces or any(isinstance(load.along, Displacement) for load in mechanism.loads)):
         points[GROUND] = (0.0, 0.0)
-    if body in mechanism.pushes:
+    if body in mechanism.constant_forces:
         points[f"{body}.centre"] = mechanism.body(body).centre_of_gravity
     for load in mechanism.loads:
         match load.along:
@@ -222,7 +222,7 @@ def add_forces(root: ET.Element, tree: SpanningTree, with_program: bool) -> None
     if not mechanism.forces and not loads:
         return
     actuators = add_element(root, "actuator")
-    for body, force in mechanism.pushes.items():
+    for body, force in mechanism.constant_forces.items():
         push = add_element(actuators, "general", name=f"{body}.force", site=f"{body}.centre", refsite=GROUND)
         push.set("gear", format_numbers([*force, 0.0, 0.0, 0.0, 0.0]))
         _set_bias(push, (1.0, 0.0, 0.0))

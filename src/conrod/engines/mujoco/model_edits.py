@@ -16,7 +16,7 @@ from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import add_element, format_numbers, format_short, get_section
 from conrod.engines.spanning_tree import SpanningTree
 from conrod.errors import unknown_choice
-from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Revolute, Rolling, pins_of
+from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Revolute, Rolling, pin_points
 
 # MuJoCo refuses a bar between two pins that coincide, as on a crank whose arc is about its own axis.
 MIN_BAR_LENGTH = 1e-3  # of its width
@@ -66,7 +66,7 @@ def add_camera(world: ET.Element, tree: SpanningTree) -> None:
 def add_link_geoms(element: ET.Element, body: str, tree: SpanningTree) -> None:
     """Add geoms of a link that cannot collide: bars between joints, discs at pins, a block for a slider."""
     width = link_width(tree)
-    pins = pins_of(tree.mechanism, body)
+    pins = pin_points(tree.mechanism, body)
     if body == GROUND:
         pins = []
     for first, second in pairwise(pins):

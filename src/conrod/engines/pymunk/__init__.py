@@ -203,7 +203,7 @@ def follower_fall(mechanism: Mechanism) -> float:
     falls = [0.0]
     for contact in mechanism.cam_contacts:
         mass = mechanism.body(contact.b).mass
-        x, y = mechanism.push_on(contact.b)
+        x, y = mechanism.constant_force_on(contact.b)
         falls.append(math.hypot(mechanism.gravity[0] + x / mass, mechanism.gravity[1] + y / mass))
     return max(falls)
 

@@ -20,7 +20,7 @@ from conrod.engines.pymunk.space import PymunkSpace, build
 from conrod.engines.pymunk.stepping import advance_unrecorded, read_states
 from conrod.engines.releases import Releases, read_releases
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pins_of
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pin_points
 
 # -- kinematic mode: its own joints as a solver of positions and rates at prescribed crank angles ----------------------
 
@@ -75,7 +75,7 @@ def _equalise_masses(made: PymunkSpace) -> None:
             continue
         body.mass = 1.0
         if math.isfinite(body.moment):
-            arms = [math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)]
+            arms = [math.dist(point, link.centre_of_gravity) for point in pin_points(made.mechanism, link.name)]
             # For a wheel or block held at its middle any moment will do. A slide transmits rotation, over any length.
             arm = size if link.name in sliding else 0.0
             body.moment = (max([arm, *arms]) or size) ** 2

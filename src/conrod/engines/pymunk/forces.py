@@ -127,7 +127,7 @@ def _forces_on_bodies(
         else:
             shaft = arm
             ax, ay, spun = (gains[:, column] / at.step for column in (x, y, turn))
-        push = mechanism.push_on(body.name)
+        push = mechanism.constant_force_on(body.name)
         fx, fy = body.mass * (ax - gravity[0]) - push[0], body.mass * (ay - gravity[1]) - push[1]
         # Loads act about the engine's centre of the body, which for the crank is the shaft.
         result[:, x], result[:, y] = fx - given[:, x], fy - given[:, y]

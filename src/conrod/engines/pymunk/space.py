@@ -116,7 +116,7 @@ def _build_space(mechanism: Mechanism, settings: PymunkSettings, start: Array, d
     space.collision_slop, space.collision_bias = settings.collision_slop, settings.collision_bias
     bodies = tuple(_create_body(mechanism, link.name, driven) for link in mechanism.bodies)
     space.add(*bodies)
-    pushed = tuple((bodies[mechanism.body_index[name]], push) for name, push in mechanism.pushes.items())
+    pushed = tuple((bodies[mechanism.body_index[name]], push) for name, push in mechanism.constant_forces.items())
     made = PymunkSpace(mechanism, space, bodies, pushed, {}, driven)
     made.set_states(start, np.zeros_like(start))
     for joint in mechanism.joints:

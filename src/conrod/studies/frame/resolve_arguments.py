@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
-from conrod.mechanism.units import check_count, check_number, in_prose, parse_quantity
+from conrod.mechanism.units import check_count, check_number, parse_quantity, unit_in_prose
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 from conrod.studies.validation.plan import Plan
@@ -214,5 +214,5 @@ def parse_tolerance(text: str, known: Sequence[str] | Mapping[str, str] = TOLERA
     tolerances, units = {}, known if isinstance(known, Mapping) else dict.fromkeys(known, "")
     for name, value in named_values(text.split(","), "--tolerance", kind="quantity", known=units).items():
         tolerances[name] = parse_quantity(f"--tolerance {name}", value, units[name])
-        check_number(f"--tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE, in_prose(units[name]))
+        check_number(f"--tolerance {name}", tolerances[name], 1e-300, LARGEST_TOLERANCE, unit_in_prose(units[name]))
     return tolerances
