@@ -79,7 +79,7 @@ def judged(
     return Measured(name, errors, errors / np.array(bounds), *costs)
 
 
-_record = jax.jit(jax.vmap(rollout.record, in_axes=(0, 0, None)))
+_record = jax.jit(jax.vmap(rollout.record_block, in_axes=(0, 0, None)))
 _advance = jax.jit(jax.vmap(rollout.advance, in_axes=(0, 0, None)))
 
 
@@ -94,7 +94,9 @@ class Batch:
         self._made = [build(machine, one) for machine, one in zip(machines, settings, strict=True)]
         self._double = settings[0].precision == "double"
         states = [made.start_state(machine, 0.0) for made, machine in zip(self._made, machines, strict=True)]
-        placed = [rollout.put(made, *state, self._double) for made, state in zip(self._made, states, strict=True)]
+        placed = [
+            rollout.put_on_device(made, *state, self._double) for made, state in zip(self._made, states, strict=True)
+        ]
         with jax.enable_x64(self._double):
             self._models, self._data = jax.tree.map(lambda *leaves: jnp.stack(leaves), *placed)
 
@@ -105,12 +107,12 @@ class Batch:
 
     def trajectories(self, steps: int) -> Iterator[Trajectory]:
         """The recorded run of each machine, over so many steps from the start."""
-        _, states, sensors = rollout.kept(_record, self._models, self._data, steps + 1, self._double)
+        _, states, sensors = rollout.record_samples(_record, self._models, self._data, steps + 1, self._double)
         for k, (machine, settings, made) in enumerate(zip(self._machines, self._settings, self._made, strict=True)):
             clock = settings.timestep * np.arange(steps + 1)
             replayed = Replayed(np.column_stack([clock, states[k]]), sensors[k])
             turns = steps / settings.steps_per_revolution
-            pieces = dynamics.recorded(
+            pieces = dynamics.record_run(
                 made, replayed, machine, settings, turns, 0.0, steps, engine_named("mjx").version
             )
             yield concatenate_pieces(list(pieces)).trajectory
@@ -124,7 +126,7 @@ class Replayed:
     def __init__(self, *recorded: Array) -> None:
         self._recorded = recorded
 
-    def next(self, samples: int) -> tuple[Array, Array]:
+    def next_samples(self, samples: int) -> tuple[Array, Array]:
         states, sensors = self._recorded
         return states, sensors
 

@@ -26,7 +26,7 @@ from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.results import engine_and_preset
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
-from conrod.runs.plain import json_document, plain
+from conrod.runs.plain_values import json_document, plain_values
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.case import Study
@@ -257,7 +257,9 @@ def main() -> None:
     if asked.out:
         with drawing_style():
             drawn = svg_text(figure(machines))
-        sizes = {m.name: {" ".join(engine_and_preset(v)): plain(v.qualified) for v in m.verdicts} for m in machines}
+        sizes = {
+            m.name: {" ".join(engine_and_preset(v)): plain_values(v.qualified) for v in m.verdicts} for m in machines
+        }
         folder: Path = folder_to_write(asked.out, "--out")
         (folder / "figures").mkdir(parents=True, exist_ok=True)
         files = {"README.md": text, "detection.json": json_document(sizes)}

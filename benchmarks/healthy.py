@@ -52,7 +52,7 @@ class VariantCase(EngineCase[ValidationResult]):
             return result
         errors = RunErrors()
         ended = run_with_recorders(self.made_by, self.scene, settings, result.revolutions, start, errors)
-        found = errors.found() if ended.outcome is Outcome.COMPLETED else {}
+        found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged()
 
 

@@ -13,7 +13,7 @@ from benchmarks.side_by_side import against, cpu_seconds, interleaved
 from conrod import MuJoCoSettings, Saw
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.engine import MUJOCO_ENGINE
-from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.model import MuJoCoModel, build
 from conrod.engines.run import run_in_one_piece
 from conrod.runs.trajectory import PointTracks
 
@@ -29,22 +29,22 @@ def settings(integrator: str) -> MuJoCoSettings:
     return replace(MuJoCoSettings.hardened(SAW, STEPS_PER_TURN), integrator=integrator)
 
 
-def started(made: Build) -> mujoco.MjData:
+def started(made: MuJoCoModel) -> mujoco.MjData:
     """The state that a run starts from."""
     data = mujoco.MjData(made.model)
     data.qpos[:], data.qvel[:] = made.start_state(SAW, 0.0)
     return data
 
 
-def stepped(made: Build, data: mujoco.MjData, steps: int) -> None:
+def stepped(made: MuJoCoModel, data: mujoco.MjData, steps: int) -> None:
     """The base: steps, sensors included, and nothing kept."""
     mujoco.mj_step(made.model, data, nstep=steps)
 
 
-def recorded(made: Build, chosen: MuJoCoSettings, steps: int) -> Mapping[str, PointTracks]:
+def recorded(made: MuJoCoModel, chosen: MuJoCoSettings, steps: int) -> Mapping[str, PointTracks]:
     """What `run` does up to the tracks of all observed points."""
-    times, states, sensors = dynamics.advance(made, SAW, chosen, steps, 0.0)
-    return dynamics.point_tracks(made, dynamics.instants_of(made, times, states, sensors), sensors)
+    times, states, sensors = dynamics.simulate(made, SAW, chosen, steps, 0.0)
+    return dynamics.point_tracks(made, dynamics.sample_instants(made, times, states, sensors), sensors)
 
 
 def rows(repeats: int) -> list[Row]:
@@ -65,5 +65,5 @@ def rows(repeats: int) -> list[Row]:
     return found
 
 
-def _stepping(made: Build, steps: int) -> float:
+def _stepping(made: MuJoCoModel, steps: int) -> float:
     return cpu_seconds(partial(stepped, made, started(made), steps))

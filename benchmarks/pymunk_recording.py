@@ -13,10 +13,10 @@ from pymunk._chipmunk_cffi import lib
 from benchmarks.row import Row
 from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
-from conrod.engines.pymunk.dynamics import point_tracks, staggered, turns_at
+from conrod.engines.pymunk.dynamics import crank_angles, point_tracks, sample_instants
 from conrod.engines.pymunk.engine import PYMUNK_ENGINE
-from conrod.engines.pymunk.space import Build, build
-from conrod.engines.pymunk.stepping import advance, repeat
+from conrod.engines.pymunk.space import PymunkSpace, build
+from conrod.engines.pymunk.stepping import advance, advance_unrecorded
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import PointTracks
@@ -29,11 +29,11 @@ RECORDED, WHOLE = "all points recorded", "the whole run, judged"
 SETTINGS = replace(PymunkSettings.tuned(SAW, STEPS_PER_TURN), iterations=30)
 
 
-def started() -> Build:
+def started() -> PymunkSpace:
     """A space in the state that a run starts from."""
     made = build(SAW, SETTINGS)
     poses, slopes = SAW.kinematics.derivatives(np.zeros(1), 1)
-    made.place(poses[0], slopes[0] * SAW.speed)
+    made.set_states(poses[0], slopes[0] * SAW.speed)
     return made
 
 
@@ -42,7 +42,7 @@ def times_of(steps: int) -> Array:
     return np.asarray(SETTINGS.timestep * np.arange(steps + 1), dtype=float)
 
 
-def stepped(made: Build, steps: int) -> None:
+def stepped(made: PymunkSpace, steps: int) -> None:
     """The base: steps, and nothing else, the crank's angle left to the engine."""
     # The first step by the public call, which checks the space.
     made.space.step(SETTINGS.timestep)
@@ -51,16 +51,16 @@ def stepped(made: Build, steps: int) -> None:
         take_step(space, step)
 
 
-def driven(made: Build, steps: int) -> None:
+def driven(made: PymunkSpace, steps: int) -> None:
     """The same steps with the crank's angle written before each, as a run does; nothing recorded."""
-    repeat(made, SETTINGS.timestep, turns_at(SAW, times_of(steps)[:-1]))
+    advance_unrecorded(made, SETTINGS.timestep, crank_angles(SAW, times_of(steps)[:-1]))
 
 
-def recorded(made: Build, steps: int) -> Mapping[str, PointTracks]:
+def recorded(made: PymunkSpace, steps: int) -> Mapping[str, PointTracks]:
     """What `run` does up to the tracks of all observed points."""
     times = times_of(steps)
-    centres, rates = advance(made, SETTINGS.timestep, turns_at(SAW, times[:-1]))
-    at = staggered(made.mechanism, SETTINGS.timestep, times, centres, rates)
+    centres, rates = advance(made, SETTINGS.timestep, crank_angles(SAW, times[:-1]))
+    at = sample_instants(made.mechanism, SETTINGS.timestep, times, centres, rates)
     return point_tracks(made.mechanism, at, centres, rates)
 
 

@@ -36,7 +36,7 @@ FORBIDDEN = [
     ("conrod.own.printed", "conrod.engines", "print is held against the exact motion, with no engine"),
     ("conrod", "audits", "the documents' audits are an application of conrod, not installed with it"),
     ("conrod.engines.mujoco.variants", "mujoco", "variations are of plain values"),
-    ("conrod.engines.pymunk.grid", "pymunk", "grids and variations are of plain values"),
+    ("conrod.engines.pymunk.variants", "pymunk", "grids and variations are of plain values"),
 ]
 
 # Who alone may import a library, or the command line.

@@ -23,7 +23,7 @@ STEPS = 300
 def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str) -> None:
     chosen = mujoco_recording.settings(integrator)
     made = build(mujoco_recording.SAW, chosen)
-    _, states, sensors = dynamics.advance(made, mujoco_recording.SAW, chosen, STEPS, 0.0)
+    _, states, sensors = dynamics.simulate(made, mujoco_recording.SAW, chosen, STEPS, 0.0)
     data = mujoco_recording.started(made)
     for k in (0, 1, STEPS // 2, STEPS):
         data = mujoco_recording.started(made)
@@ -38,7 +38,7 @@ def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str)
 def test_pymunks_recorded_side_and_its_driven_loop_end_in_the_same_bits() -> None:
     made = pymunk_recording.started()
     pymunk_recording.driven(made, STEPS)
-    turns = pymunk_recording.turns_at(pymunk_recording.SAW, pymunk_recording.times_of(STEPS))
+    turns = pymunk_recording.crank_angles(pymunk_recording.SAW, pymunk_recording.times_of(STEPS))
     centres, rates = advance(pymunk_recording.started(), pymunk_recording.SETTINGS.timestep, turns[:-1])
     for i, body in enumerate(made.bodies):
         assert (*body.position, body.angle) == tuple(centres[-1, 3 * i : 3 * i + 3])

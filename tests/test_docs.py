@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from conrod.mechanism.units import EXAMPLES
+from conrod.mechanism.units import UNIT_EXAMPLES
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -94,7 +94,7 @@ TEMPLATES = [p for p in (ROOT / "src/conrod/report").rglob("*.jinja") if ".xml" 
 # Pages and figures, whose texts stand in them as comments; but for audits, which quote what documents print.
 SHOWN = [*(page for page in REPORTS if "audit" not in page.parts), *(ROOT / "reports").rglob("*.svg")]
 GENERATED = "\n["  # in a mechanism file that is written as text
-TYPED = ("e.g. ", *EXAMPLES.values())  # of what a shell takes without quotes
+TYPED = ("e.g. ", *UNIT_EXAMPLES.values())  # of what a shell takes without quotes
 IN_SI = ("engines/run.py", "pack.py")  # an argument of Python as it was given; a pack, whose numbers are exact
 
 

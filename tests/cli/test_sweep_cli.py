@@ -26,7 +26,7 @@ from conrod import SCENES, PymunkSettings, compare, run
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient
 from conrod.report.folder import restore_findings
-from conrod.runs.plain import restore
+from conrod.runs.plain_values import restore
 from conrod.studies.ablate_findings import AblationStudy
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.limits.results import LimitStudy

@@ -149,14 +149,14 @@ def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
 
 def test_a_check_of_box2ds_own_that_fails_is_an_outcome(box2d: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     stepping = importlib.import_module("conrod.engines.box2d.engine")
-    advance = stepping.Stepper.__call__
+    advance = stepping.Box2DStepper.__call__
 
     def fails(stepper: Any, steps: int) -> None:
         advance(stepper, steps)
         if stepper._steps > 50:
             raise AssertionError("b2IsValid")
 
-    monkeypatch.setattr(stepping.Stepper, "__call__", fails)
+    monkeypatch.setattr(stepping.Box2DStepper, "__call__", fails)
     pieces = list(box2d.run(SAW, BOX2D_PRESETS["stock"](SAW, 100), 1.0, steps=20))
     assert pieces[-1].trajectory.outcome is Outcome.DIVERGED
     assert sum(len(piece.clock) for piece in pieces) == 101

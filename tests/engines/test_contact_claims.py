@@ -14,8 +14,8 @@ from benchmarks.healthy import variant
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
 from conrod.engines.capabilities import expected_error
-from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.mujoco.model import compiled
+from conrod.engines.mujoco.mjcf import mjcf_text
+from conrod.engines.mujoco.model import compile_mjcf
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
 from conrod.mjcf.lint.bench import differing
@@ -73,7 +73,7 @@ def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_
 
 def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:
     settings = replace(MuJoCoSettings.tuned(scene, steps), **changes)
-    return mjcf(machine_tree(scene), settings, "model")
+    return mjcf_text(machine_tree(scene), settings, "model")
 
 
 def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> None:
@@ -82,14 +82,14 @@ def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> No
         text = text_of(CAM, steps, **cam)
         plain = mujoco.MjModel.from_xml_string(text)
         assert plain.nmeshgraph > 0
-        assert differing(compiled(text), plain) == ""
+        assert differing(compile_mjcf(text), plain) == ""
     # Negative control: another step, and one vertex off by a bit.
-    assert differing(compiled(text_of(CAM, 1000, **cam)), plain) == "pair_solref"  # which follows the step
+    assert differing(compile_mjcf(text_of(CAM, 1000, **cam)), plain) == "pair_solref"  # which follows the step
     first = text.split('vertex="')[1].split()[0]
     off = text.replace(first, f"{np.nextafter(np.float32(first), np.float32(1.0)):.9g}", 1)
-    assert differing(compiled(off), plain) != ""
+    assert differing(compile_mjcf(off), plain) != ""
 
 
 def test_cams_of_one_name_are_not_taken_for_each_other() -> None:
-    made = [compiled(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
+    made = [compile_mjcf(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
     assert made[0].mesh_vert.tobytes() == made[2].mesh_vert.tobytes() != made[1].mesh_vert.tobytes()

@@ -12,7 +12,7 @@ from catalogue import CAM
 
 from conrod.engines import engine_named
 from conrod.engines.pymunk import forces as own
-from conrod.engines.pymunk.dynamics import started
+from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import GenericReference
 from conrod.exact.dynamics.inverse import CrankMotion, JointForces, joint_forces
@@ -89,11 +89,11 @@ def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
 def test_the_flywheel_of_a_run_costs_the_slow_saw_its_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Why forces have settings of their own: the solver stops at corrections shorter than 1e-15."""
     saw = machine("saw-40rpm")
-    monkeypatch.setattr("conrod.engines.mujoco.forces.LIGHTER", 1.0)
-    monkeypatch.setattr("conrod.engines.mujoco.forces.LEAST_HARDENING", 1e-15)
+    monkeypatch.setattr("conrod.engines.mujoco.forces.FORCE_ARMATURE_FACTOR", 1.0)
+    monkeypatch.setattr("conrod.engines.mujoco.forces.MIN_FORCE_HARDENING", 1e-15)
     # Solved a second time from beside the solution, a state has them again.
     assert errors(told("mujoco", saw, 1000), saw)[0] < 1e-7
-    monkeypatch.setattr("conrod.engines.mujoco.forces.SETTLED_ITERATIONS", 0)
+    monkeypatch.setattr("conrod.engines.mujoco.forces.MIN_SOLVER_ITERATIONS", 0)
     assert errors(told("mujoco", saw, 1000), saw)[0] > 1e-4
 
 
@@ -141,14 +141,16 @@ def test_a_joints_components_have_the_size_of_the_impulse_that_the_engine_tells(
     model: Any = machine("six-bar")
     settings = engine_named("pymunk").presets["tuned"](model, 400)
     tracks = told("pymunk", model, 400, 0.1)
-    made, h = started(model, settings, START), settings.timestep
+    made, h = build_at_angle(model, settings, START), settings.timestep
     for n in range(40):
         made.crank.angle = made.mechanism.crank_turn(START + model.speed * h * n)
         made.space.step(h)
-        if n + 1 < own.FIRST:
+        if n + 1 < own.FIRST_SAMPLE:
             continue
         for constraint, name in made.names.items():
-            pushes = [values[n + 1 - own.FIRST] for part, values in tracks.joints[name].items() if part != "moment"]
+            pushes = [
+                values[n + 1 - own.FIRST_SAMPLE] for part, values in tracks.joints[name].items() if part != "moment"
+            ]
             assert np.hypot.reduce([*pushes, 0.0]) == pytest.approx(constraint.impulse / h, rel=1e-9)
 
 
@@ -173,7 +175,7 @@ def test_the_cams_push_is_within_two_percent_between_its_arc_joints(engine: str,
 
 
 def test_the_contact_force_of_single_steps_scatters_and_no_smaller_step_helps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(own, "TOGETHER", 1)
+    monkeypatch.setattr(own, "SAMPLES_PER_MEAN", 1)
     found = [contact_scatter("pymunk", steps, 1.0) for steps in (3927, 15708)]
     assert found == pytest.approx([0.055, 0.055], abs=0.01)
 

@@ -51,7 +51,7 @@ def test_a_slide_beside_the_centres_of_gravity_is_proved_in_kinematic_mode(engin
 
 
 def test_a_groove_where_the_file_has_it_would_leak_speed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(space, "_through_centres", lambda joint, anchor, point: (anchor, point))
+    monkeypatch.setattr(space, "_move_line_to_centres", lambda joint, anchor, point: (anchor, point))
     position, velocity = kinematic_errors("pymunk", offset_slide(), ANGLES)
     assert position < 1e-12
     assert velocity > 1e-3
@@ -80,5 +80,5 @@ def test_rates_of_badly_conditioned_joints_are_solved_until_they_fit(monkeypatch
     # Where rod BC stands nearly across the slide of C.
     angle = np.radians(np.linspace(25.0, 45.0, 5))
     assert kinematic_errors("pymunk", SLIDERS, angle)[1] < 1e-11
-    monkeypatch.setattr(pymunk_kinematic, "RATE_SOLVES", 1)
+    monkeypatch.setattr(pymunk_kinematic, "MAX_RATE_SOLVES", 1)
     assert kinematic_errors("pymunk", SLIDERS, angle)[1] > 1e-9

@@ -19,7 +19,7 @@ from kinematic_mode import kinematic_errors
 
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.mujoco.law import LEFT_OUT, Course, local_errors
+from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, ExactCourse, rk4_local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.run import run_in_one_piece
@@ -197,7 +197,7 @@ def test_the_law_is_the_error_from_whatever_start(name: str, preset: str, start_
     law = engine.expected_error(scene, settings, start_angle)
     found = compare(run_in_one_piece(engine, scene, settings, 1.0, start_angle), scene)
     for quantity in ("position", "velocity", "acceleration"):
-        assert 1.0 < getattr(law, quantity) / found.worst(quantity) < 1.03 + LEFT_OUT
+        assert 1.0 < getattr(law, quantity) / found.worst(quantity) < 1.03 + PREDICTION_MARGIN
     # Negative control: the law of another start is another one, where the closures give way.
     if (name, preset) == ("saw-500rpm", "tuned"):
         other = engine.expected_error(scene, settings, start_angle + 1.5)
@@ -210,7 +210,7 @@ def test_local_errors_are_those_of_order_four() -> None:
     tree, constant = build(scene, settings).tree, abs(scene.speed) * settings.solref[0]
     step = 2.0 * math.pi / 250
     sizes = [
-        np.abs(local_errors(tree, Course.from_machine(scene, 0.0, h, constant), constant, h)[0]).max()
+        np.abs(rk4_local_errors(tree, ExactCourse.sample_course(scene, 0.0, h, constant), constant, h)[0]).max()
         for h in (step, step / 2.0)
     ]
     assert sizes[0] / sizes[1] == pytest.approx(16.0, rel=0.05)

@@ -14,9 +14,9 @@ from free_machines import chain
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
 from conrod.engines import engine_named
-from conrod.engines.mujoco import MUJOCO_PRESETS, older
+from conrod.engines.mujoco import MUJOCO_PRESETS, compat
 from conrod.engines.mujoco import model_edits as dressing
-from conrod.engines.mujoco.engine import unjudged
+from conrod.engines.mujoco.engine import without_loop_judgement
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.engines.variants import Ingredient
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
@@ -96,8 +96,8 @@ def test_an_ingredient_really_changes_the_compiled_model(machine: str, name: str
 
 
 def test_an_ingredient_that_does_nothing_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    edits = dict(dressing.EDITS)
-    monkeypatch.setattr(dressing, "EDITS", edits | {"noslip": lambda root, tree, settings: None})
+    edits = dict(dressing.MODEL_EDITS)
+    monkeypatch.setattr(dressing, "MODEL_EDITS", edits | {"noslip": lambda root, tree, settings: None})
     assert not changes_the_model("saw", "noslip")
     assert changes_the_model("saw", "fwdinv")
 
@@ -200,8 +200,8 @@ def test_hardened_stays_within_a_millionth_at_change_points_whatever_the_step() 
 
 def test_damping_of_the_driven_rule_loses_the_branch_at_change_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """The negative control: time constant of eight steps, damped critically, as for a machine with a drive."""
-    monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_STEPS", 8.0)
-    monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_DAMPING", 1.0)
+    monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_TIME_CONSTANT_STEPS", 8.0)
+    monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_DAMPING_RATIO", 1.0)
     motion = exact(0, 2)
     assert np.abs(swing(chain(2), motion, "tuned").poses - motion.poses).max() > 1.0
 
@@ -223,13 +223,13 @@ def test_loops_of_a_release_without_the_jacobians_rate_have_no_law(monkeypatch: 
     loop, contact = MuJoCoSettings.tuned(SAW, 100), MuJoCoSettings.tuned(CAM, 8000)
     assert engine.expected_error(SAW, loop).position is not None
     bound = engine.expected_error(CAM, contact).position
-    monkeypatch.setattr(older, "RELEASE", (3, 6, 0))
+    monkeypatch.setattr(compat, "RELEASE", (3, 6, 0))
     law = engine.expected_error(SAW, loop)
-    assert (law.position, law.law) == (None, older.UNBOUNDED)
+    assert (law.position, law.law) == (None, compat.UNBOUNDED_REASON)
     assert engine.expected_error(CAM, contact).position == bound, "a cam's contact has no connect"
 
 
 def test_nothing_is_required_of_the_forces_of_a_loop_in_such_a_release() -> None:
     assert "torque" in MUJOCO_PRESETS["hardened"].forces
-    assert [sorted(unjudged(one).forces) for one in MUJOCO_PRESETS.values()] == [[], ["contact"], []]
-    assert not any(unjudged(one).judged_free for one in MUJOCO_PRESETS.values())
+    assert [sorted(without_loop_judgement(one).forces) for one in MUJOCO_PRESETS.values()] == [[], ["contact"], []]
+    assert not any(without_loop_judgement(one).judged_free for one in MUJOCO_PRESETS.values())

@@ -14,11 +14,17 @@ from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain
 from benchmarks.healthy import variant
 from conrod.engines import engine_named
 from conrod.engines.numerics import inverse_masses, iteration_matrix, poses_by_centres
-from conrod.engines.pymunk import PymunkSettings, _constraints, iterations_by_masses, law, straight
+from conrod.engines.pymunk import (
+    PymunkSettings,
+    _constraint_rows,
+    error_bound,
+    iterations_by_masses,
+    translating_bodies,
+)
 from conrod.engines.pymunk import dynamics as own
-from conrod.engines.pymunk.loads import Pushes
+from conrod.engines.pymunk.loads import LoadForces
 from conrod.engines.pymunk.space import build
-from conrod.engines.pymunk.stepping import state
+from conrod.engines.pymunk.stepping import read_states
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
@@ -149,7 +155,7 @@ def test_what_is_told_of_a_free_run_is_a_part_of_its_every_step(
 
 
 def test_forces_of_the_state_before_the_step_have_order_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Pushes, "give", Pushes.as_they_are)
+    monkeypatch.setattr(LoadForces, "apply_for_step", LoadForces.apply_now)
     assert orders(pose_errors(SPRUNG)) == pytest.approx([1.0, 1.0], abs=0.1)
 
 
@@ -183,17 +189,17 @@ def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) ->
     kinematics, mechanism = machine.kinematics, machine.kinematics.mechanism
     still = replace(PymunkSettings.stock(machine, 1000), iterations=1, gravity=False, error_bias=1.0)
     made, poses = build(machine, still), kinematics.poses(np.array([1.0]))
-    inverse = inverse_masses(mechanism, straight(mechanism))
+    inverse = inverse_masses(mechanism, translating_bodies(mechanism))
     free = np.flatnonzero(inverse)
     jacobian = kinematics.jacobian(poses) @ poses_by_centres(mechanism, poses)[:, :, free]
-    once = iteration_matrix(jacobian, inverse[free], _constraints(kinematics))[0]
+    once = iteration_matrix(jacobian, inverse[free], _constraint_rows(kinematics))[0]
     rates = np.zeros(len(inverse))
     rates[free] = np.random.default_rng(1).normal(size=len(free))
-    made.place(poses[0], np.zeros_like(poses[0]))
+    made.set_states(poses[0], np.zeros_like(poses[0]))
     for body, (x, y, turn) in zip(made.bodies, rates.reshape(-1, 3).tolist(), strict=True):
         body.velocity, body.angular_velocity = (x, y), turn
     made.space.step(1e-12)
-    assert np.allclose(state(made)[1][0][free], once @ rates[free], rtol=0.0, atol=1e-9)
+    assert np.allclose(read_states(made)[1][0][free], once @ rates[free], rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("number", [0, 17])
@@ -232,7 +238,7 @@ def test_the_law_holds_for_a_machine_that_takes_months_for_a_turn(name: str, spe
 
 
 def test_without_the_rounding_of_the_weight_the_law_is_a_false_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(law, "weight_rounding", lambda *_: [0.0, 0.0, 0.0])
+    monkeypatch.setattr(error_bound, "weight_rounding", lambda *_: [0.0, 0.0, 0.0])
     shares = shares_of_the_law("saw-40rpm", 1e-6, 400)
     assert shares["velocity"] > 1.0
     assert shares["acceleration"] > 10.0

@@ -13,16 +13,16 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.engines import engine_named
-from conrod.engines.mujoco.dynamics import advance, drive_torque, ended_by_engine, verdict_of
+from conrod.engines.mujoco.dynamics import combine_verdicts, detect_engine_stop, drive_torque, simulate
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
-from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, staggered
+from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, sample_instants
 from conrod.engines.run import run_in_one_piece
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
 from conrod.runs.comparison import compare
-from conrod.runs.outcome import Verdict, judge
+from conrod.runs.outcome import RunVerdict, judge
 from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import scene_named
 
@@ -98,7 +98,7 @@ def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
 @pytest.mark.parametrize("ended", [None, Outcome.DIVERGED, Outcome.RESET])
 def test_the_engines_own_end_is_told_where_the_motion_is_fine_and_its_reset_always(judged: Any, ended: Any) -> None:
     expected = ended if ended is Outcome.RESET or (ended and judged is Outcome.COMPLETED) else judged
-    assert verdict_of(Verdict(judged), ended and Verdict(ended)).outcome is expected
+    assert combine_verdicts(RunVerdict(judged), ended and RunVerdict(ended)).outcome is expected
 
 
 def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_back() -> None:
@@ -114,7 +114,7 @@ def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_bac
 def test_a_clock_that_stands_was_reset_where_the_engine_warned(warnings: Any, outcome: Outcome, step: int) -> None:
     settings = replace(MuJoCoSettings.stock(SAW, 100), autoreset=True)
     clock = settings.timestep * np.array([5.0, 6.0, 6.0])
-    found = ended_by_engine(clock, 5, 4.0 * settings.timestep, warnings, settings)
+    found = detect_engine_stop(clock, 5, 4.0 * settings.timestep, warnings, settings)
     assert found.outcome is outcome
     assert found.reason.endswith(f"at step {step}")
 
@@ -134,7 +134,7 @@ def test_what_happened_in_one_piece_is_told_of_all_that_follow() -> None:
 def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:
     scene, settings = RUNS["press"]
     made = build(scene, settings)
-    times, states, sensors = advance(made, scene, settings, 5, START)
+    times, states, sensors = simulate(made, scene, settings, 5, START)
     np.testing.assert_array_equal(times, START / scene.speed + settings.timestep * np.arange(6))
     assert len(states) == len(sensors) == 6
     data = mujoco.MjData(made.model)
@@ -182,7 +182,7 @@ def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> 
     poses, rates = exact_states(scene, times)[1], exact_states(scene, times + ahead)[2]
     # The turn half a step on is had from the rate there.
     centres, speeds = centred(scene, poses, rates)[0], centred(scene, exact_states(scene, times + ahead)[1], rates)[1]
-    at = staggered(mechanism, h, times, centres, speeds)
+    at = sample_instants(mechanism, h, times, centres, speeds)
     expected = {
         "position": times,
         "velocity": times[1:] + ahead,

@@ -15,9 +15,9 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory
 from conrod.engines import engine_named
+from conrod.engines.mujoco import compat
 from conrod.engines.mujoco import dynamics as recorder
-from conrod.engines.mujoco import older
-from conrod.engines.mujoco.dynamics import ended_by_engine
+from conrod.engines.mujoco.dynamics import detect_engine_stop
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk import dynamics, stepping
 from conrod.engines.run import run_in_one_piece
@@ -119,13 +119,13 @@ def test_a_last_bit_in_one_sample_is_seen() -> None:
 
 
 def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = older.rollout.rollout
+    right = compat.rollout.rollout
 
     def forgetful(*arguments: Any, initial_warmstart: Array, **named: Any) -> Any:
         return right(*arguments, initial_warmstart=0.0 * initial_warmstart, **named)
 
     expected = recorded(whole("press, two iterations"))
-    monkeypatch.setattr(older.rollout, "rollout", forgetful)
+    monkeypatch.setattr(compat.rollout, "rollout", forgetful)
     in_pieces.cache_clear()
     assert "bodies.position.poses" in differing(joined("press, two iterations", 7), expected)
     in_pieces.cache_clear()
@@ -135,8 +135,8 @@ def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.M
 def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
     expected = recorded(whole(f"pymunk: {name}"))
-    for offset in (stepping.OFFSET - 16, stepping.OFFSET + 8):
-        monkeypatch.setattr(stepping, "OFFSET", offset)
+    for offset in (stepping.STATE_OFFSET - 16, stepping.STATE_OFFSET + 8):
+        monkeypatch.setattr(stepping, "STATE_OFFSET", offset)
         assert not stepping.memory_is_known()
     assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
 
@@ -144,8 +144,8 @@ def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypat
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
 def test_blocks_within_a_piece_of_pymunks_change_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = recorded(whole(f"pymunk: {name}"))
-    monkeypatch.setattr(stepping, "BLOCK", 7)
-    monkeypatch.setattr(dynamics, "CHUNK", 11)
+    monkeypatch.setattr(stepping, "BLOCK_STEPS", 7)
+    monkeypatch.setattr(dynamics, "CHUNK_SAMPLES", 11)
     assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
 
 
@@ -201,12 +201,12 @@ def stepped_until_warned(name: str) -> tuple[int, dict[str, int]]:
     made = build(scene, settings)
     data, steps = mujoco.MjData(made.model), 0
     data.qpos[:], data.qvel[:] = made.start_state(scene, START)
-    with recorder.warnings_kept_quiet():
+    with recorder.silence_warnings():
         while not data.warning.number.any():
             mujoco.mj_step(made.model, data)
             steps += 1
     numbers = data.warning.number
-    return steps, {name: int(numbers[kind]) for name, kind in recorder.WARNINGS.items() if numbers[kind]}
+    return steps, {name: int(numbers[kind]) for name, kind in recorder.WARNING_KINDS.items() if numbers[kind]}
 
 
 @pytest.mark.parametrize("steps", [1, 7, 10_000])
@@ -242,10 +242,10 @@ def test_a_run_whose_state_is_not_put_back_is_not_said_to_be(steps: int) -> None
 def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped() -> None:
     settings = STOCK(SAW, STEPS)
     clock = settings.timestep * (np.arange(500, 600) + 3.0)
-    assert ended_by_engine(clock, 500, clock[0] - settings.timestep, {}, settings) is None
+    assert detect_engine_stop(clock, 500, clock[0] - settings.timestep, {}, settings) is None
     stopped, reset = np.minimum(clock, clock[50]), np.where(clock > clock[50], clock - clock[50], clock)
     for changed, outcome in ((stopped, Outcome.DIVERGED), (reset, Outcome.RESET)):
-        found = ended_by_engine(changed, 500, clock[0] - settings.timestep, {}, settings)
+        found = detect_engine_stop(changed, 500, clock[0] - settings.timestep, {}, settings)
         assert found is not None
         assert found.outcome is outcome
         assert "step 551" in found.reason

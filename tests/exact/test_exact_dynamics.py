@@ -30,8 +30,8 @@ from conrod.mechanism.loads import (
     Distance,
     Elastic,
     Friction,
-    Law,
     Load,
+    LoadLaw,
     SpeedLine,
     Steady,
     StrokePulse,
@@ -56,7 +56,7 @@ def random_loads(mechanism: Mechanism, seed: int) -> Mechanism:
     """The mechanism with one load of each law between bodies by chance."""
     chance = np.random.default_rng(seed)
     names = [GROUND, *(body.name for body in mechanism.bodies)]
-    laws: list[Law] = [
+    laws: list[LoadLaw] = [
         Elastic(300.0, 0.1), Viscous(3.0), Steady(5.0), Friction(2.0, 0.1), TimePulse(4.0, 0.0, 0.5),
         SpeedLine(2.0, 30.0), StrokePulse(20.0, -0.1, 0.3, 1),
     ]  # fmt: skip

@@ -14,7 +14,7 @@ from conrod.engines import engine_named
 from conrod.engines.cam_polygon import cam_polygon
 from conrod.errors import InvalidInput
 from conrod.mechanism.cam import DWELL, HARMONIC, LAWS, Segment, symmetric_cam
-from conrod.mechanism.cam_law import LawProfile, can_roll, check_cut, concave_reason
+from conrod.mechanism.cam_law import LawProfile, can_roll, check_undercut, concave_reason
 from conrod.mechanism.units import REVOLUTION
 from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
@@ -40,7 +40,7 @@ def changed(name: str, **fields: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("law", MOVING)
-def test_a_laws_derivatives_are_those_of_its_height(law: str) -> None:
+def test_law_derivatives_match_differences_of_lift(law: str) -> None:
     x, step = np.linspace(0.02, 0.98, 193), 1e-5
     for order in range(5):
         told = LAWS[law](x, order + 1)
@@ -60,7 +60,7 @@ def worst_difference(scene: DescribedScene, law: LawProfile) -> float:
 
 
 @pytest.mark.parametrize("name", CAMS[:2])
-def test_the_generic_solver_gives_the_laws_own_derivatives_to_jerk(name: str) -> None:
+def test_generic_solver_reproduces_law_derivatives_to_jerk(name: str) -> None:
     scene = catalogue_scene(name)
     law = scene.mechanism().cam_contacts[0].profile
     assert isinstance(law, LawProfile)
@@ -71,7 +71,7 @@ def test_the_generic_solver_gives_the_laws_own_derivatives_to_jerk(name: str) ->
 
 
 @pytest.mark.parametrize("name", CAMS)
-def test_breaks_are_where_acceleration_or_jerk_jump(name: str) -> None:
+def test_break_angles_are_where_acceleration_or_jerk_jumps(name: str) -> None:
     scene = catalogue_scene(name)
     law = name.removeprefix("cam-")
     at = [] if law == "4-5-6-7" else [0.0, 120.0, 180.0, 300.0]
@@ -86,7 +86,7 @@ def test_breaks_are_where_acceleration_or_jerk_jump(name: str) -> None:
 
 
 @pytest.mark.parametrize(("offset", "sense"), [(0.012, 1), (-0.02, -1)])
-def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
+def test_offset_follower_follows_the_law(offset: float, sense: int) -> None:
     way, height = "counter-clockwise" if sense > 0 else "clockwise", math.sqrt(0.085**2 - offset**2)
     cam = changed("cam-3-4-5", offset=offset, sense=way)
     cam["ground"] = {"points": {"line": [-offset, 0.0]}}
@@ -102,7 +102,7 @@ def test_an_offset_follower_keeps_the_law(offset: float, sense: int) -> None:
 
 
 @pytest.mark.parametrize(("law", "offset"), list(zip(MOVING, (0.0, 0.012) * 2, strict=True)))
-def test_the_profile_is_the_rollers_envelope(law: str, offset: float) -> None:
+def test_profile_is_envelope_of_roller(law: str, offset: float) -> None:
     cam = profile(law, offset=offset)
     angle = np.linspace(0.0, REVOLUTION, 400, endpoint=False) + 1e-3
     rim, centres, normals = cam.points(angle), cam.pitch(angle).points, cam.pitch(angle).normals
@@ -117,7 +117,7 @@ def test_the_profile_is_the_rollers_envelope(law: str, offset: float) -> None:
 
 
 @pytest.mark.parametrize("law", MOVING[:2])
-def test_the_engines_polygon_is_as_near_to_the_profile_as_it_says(law: str) -> None:
+def test_cam_polygon_is_within_its_stated_depth(law: str) -> None:
     cam = profile(law)
     assert cam.is_convex
     for inset in (0.0, 0.9 * cam.least_radius):
@@ -136,17 +136,17 @@ def test_the_engines_polygon_is_as_near_to_the_profile_as_it_says(law: str) -> N
         assert np.all(turned > 0.0)
 
 
-def test_a_cam_that_its_roller_undercuts_is_refused_with_the_least_base_radius() -> None:
+def test_undercut_cam_is_refused_with_least_base_radius() -> None:
     small = profile("4-5-6-7", base_radius=0.001, roller_radius=0.06)
     assert not can_roll(small)
     with pytest.raises(InvalidInput, match=r"undercuts the cam.*base_radius of at least") as refused:
-        check_cut(small)
+        check_undercut(small)
     enough = float(str(refused.value).split("at least ")[1].split(" m")[0])
-    check_cut(replace(small, base_radius=enough * 1.001))
+    check_undercut(replace(small, base_radius=enough * 1.001))
     assert not can_roll(replace(small, base_radius=enough * 0.99))
 
 
-def test_engines_say_that_a_hollow_cam_has_no_convex_shape() -> None:
+def test_engines_refuse_hollow_cam_as_not_convex() -> None:
     scene = scene_from_tables(changed("cam-4-5-6-7", base_radius="30 mm"))
     reason = concave_reason(scene.mechanism().cam_contacts[0].profile)
     assert reason is not None
@@ -174,7 +174,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
+def test_invalid_cam_is_refused_in_one_line(case: str) -> None:
     segments, told = REFUSED[case]
     with pytest.raises(InvalidInput) as refused:
         scene_from_tables(changed("cam-3-4-5", segments=segments))
@@ -184,7 +184,7 @@ def test_what_is_no_cam_is_refused_in_one_line(case: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engine: str) -> None:
+def test_engine_distance_places_follower_within_shape_error(engine: str) -> None:
     result = validate_kinematic("cam", catalogue_scene("cam-cycloidal"), engine_named(engine))
     assert result.passed
     assert result.errors is not None
@@ -192,7 +192,7 @@ def test_an_engines_own_distance_finds_the_follower_within_the_shapes_error(engi
 
 
 @pytest.mark.parametrize("name", CAMS[:2])
-def test_a_dwell_is_no_dead_centre(name: str) -> None:
+def test_dwell_is_no_dead_centre(name: str) -> None:
     # Where a rise and a fall meet without a dwell, there is one.
     assert dead_angles(catalogue_scene(name)) == ()
     rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}

@@ -57,7 +57,7 @@ def loaded(**changes: Any) -> dict[str, Any]:
     return whole | changes
 
 
-def test_every_law_is_read_with_its_coordinate() -> None:
+def test_file_reads_every_load_law_with_its_coordinate() -> None:
     mechanism = scene_from_tables(loaded()).mechanism()
     assert mechanism.forces == (ConstantForce("slider", (0.0, -10.0)),)
     slider, crank = Displacement("slider", (0.0, 0.0), 0.0), Turn("ground", "crank")
@@ -76,7 +76,7 @@ def test_every_law_is_read_with_its_coordinate() -> None:
     }
 
 
-def test_a_scene_is_known_by_its_loads_and_as_before_where_it_has_none() -> None:
+def test_scene_key_contains_loads_only_if_there_are_any() -> None:
     bare, whole = scene_from_tables(tables(SLIDER_CRANK)), scene_from_tables(loaded())
     assert "loads" not in bare.identity()["mechanism"]
     assert "start_rates" not in bare.identity()
@@ -86,7 +86,7 @@ def test_a_scene_is_known_by_its_loads_and_as_before_where_it_has_none() -> None
     assert isinstance(softer.mechanism().loads, tuple)
 
 
-def test_a_motion_starts_at_the_rates_that_are_told_or_at_the_crank_speed() -> None:
+def test_free_motion_starts_at_given_rates_or_crank_speed() -> None:
     bare = scene_from_tables(tables(SLIDER_CRANK))
     assert bare.start_rates == {"crank": 30.0}
     given = loaded(start={"rod": {"turn": 0}, "crank": {"rate": "-60 rpm"}})
@@ -122,7 +122,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("place", "value", "expected"), REFUSED)
-def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expected: str) -> None:
+def test_file_error_names_the_place(place: str, value: Any, expected: str) -> None:
     whole = loaded()
     table, name = place.split(".")
     whole[table] = whole.get(table, {}) | {name: value}

@@ -34,7 +34,7 @@ def scene_of_text(text: str, file: Path) -> DescribedScene:
     return read_scene(file)
 
 
-def test_a_named_number_makes_the_same_machine_with_the_same_key(write: Path) -> None:
+def test_named_number_makes_same_machine_with_same_key(write: Path) -> None:
     named, plain = scene_of_text(EXAMPLE, write), scene_of_text(PLAIN, write)
     assert "[parameters]" not in PLAIN
     assert named.parameters_text == plain.parameters_text
@@ -47,7 +47,7 @@ def test_a_named_number_makes_the_same_machine_with_the_same_key(write: Path) ->
     assert named.parameter_facts()["crank"].unit == "m"
 
 
-def test_one_name_in_several_places_changes_all_and_may_be_negative(write: Path) -> None:
+def test_parameter_in_several_places_changes_all_of_them(write: Path) -> None:
     text = EXAMPLE.replace('["300 mm", 0]', '["base", "-lift"]').replace(
         PARAMETERS, PARAMETERS[:-1] + 'base = "frame"\nframe = "300 mm"\nlift = "10 mm"\n\n'
     )
@@ -78,7 +78,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("defect", REFUSED)
-def test_what_cannot_be_used_is_refused_by_its_place(defect: str, write: Path) -> None:
+def test_parameter_error_names_the_place(defect: str, write: Path) -> None:
     old, new, message = REFUSED[defect]
     assert EXAMPLE.count(old) == 1
     text = EXAMPLE.replace(old, new)
@@ -103,12 +103,12 @@ def test_what_cannot_be_used_is_refused_by_its_place(defect: str, write: Path) -
         ("2 N s/mm", "N*s/m", 2000.0),
     ],
 )
-def test_a_unit_is_read_however_it_is_written(text: str, unit: str, value: float) -> None:
+def test_unit_spellings_are_equal(text: str, unit: str, value: float) -> None:
     assert parse_quantity("it", text, unit) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(("text", "unit"), [("1 kg m3", "kg*m^2"), ("1 m2", "m"), ("1 m23", "m"), ("1 m-", "m")])
-def test_another_power_is_another_unit(text: str, unit: str) -> None:
+def test_unit_of_another_power_is_refused(text: str, unit: str) -> None:
     with pytest.raises(InvalidInput):
         parse_quantity("it", text, unit)
 
@@ -129,7 +129,7 @@ def test_numbers_are_parameters_by_their_place() -> None:
     assert scene.parameters.keys() == scene.parameter_facts().keys()
 
 
-def test_a_parameter_given_anew_moves_the_machine() -> None:
+def test_replaced_parameter_changes_motion() -> None:
     scene = read_scene(SLIDER_CRANK).with_parameters(**{"bodies.rod.points.B.x": 0.6})
     assert scene.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.9)
     assert scene.mechanism().body("rod").inertia == pytest.approx(5.0 * 0.6**2 / 12.0)
@@ -146,7 +146,7 @@ def test_a_parameter_given_anew_moves_the_machine() -> None:
         ("bodies.rod.points.B.x", 0.2, "cannot be assembled|cannot turn fully"),
     ],
 )
-def test_a_parameter_that_cannot_be_is_refused(name: str, value: float, expected: str) -> None:
+def test_invalid_parameter_is_refused(name: str, value: float, expected: str) -> None:
     with pytest.raises(InvalidInput, match=expected):
         read_scene(SLIDER_CRANK).with_parameters(**{name: value})
 
@@ -155,7 +155,7 @@ def key(scene: DescribedScene) -> str:
     return RunCase("any", scene, MuJoCoSettings.stock(scene, 100)).key
 
 
-def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
+def test_run_key_follows_mechanism_not_names() -> None:
     scene = read_scene(SLIDER_CRANK)
     same = [
         scene_from_tables(shuffled(tables(SLIDER_CRANK), 3)),
@@ -173,6 +173,6 @@ def test_a_ledger_knows_a_run_by_its_mechanism() -> None:
     assert len({key(other) for other in other_machines} | {key(scene)}) == 1 + len(other_machines)
 
 
-def test_braces_in_a_text_are_not_filled_in() -> None:
+def test_braces_in_a_text_stay_literal() -> None:
     scene = scene_from_tables(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
     assert scene.description.format().startswith("A {crank} of {0.__class__}.")

@@ -41,7 +41,7 @@ ANGLES: dict[str, tuple[str, Any, str]] = {
 
 
 @pytest.mark.parametrize("case", ANGLES)
-def test_an_angle_of_more_than_a_turn_without_unit_is_refused(case: str) -> None:
+def test_bare_angle_of_more_than_a_turn_is_refused(case: str) -> None:
     place, value, said = ANGLES[case]
     given = changed(SLIDER_CRANK, place, value)
     if case == "end of a pass":
@@ -49,7 +49,7 @@ def test_an_angle_of_more_than_a_turn_without_unit_is_refused(case: str) -> None
     assert said in refusal(given)
 
 
-def test_an_angle_by_a_parameter_or_an_option_is_refused_alike() -> None:
+def test_bare_angle_in_parameter_or_option_is_refused() -> None:
     given = changed(SLIDER_CRANK, "driver.start", "zero")
     given.setdefault("parameters", {})["zero"] = 60
     assert "driver.start = 60 has no unit" in refusal(given)
@@ -60,7 +60,7 @@ def test_an_angle_by_a_parameter_or_an_option_is_refused_alike() -> None:
     assert parse_quantity("--rotation", "6.28", "rad") == 6.28
 
 
-def test_an_angle_with_its_unit_or_below_a_turn_is_taken() -> None:
+def test_angle_with_unit_or_below_a_turn_is_accepted() -> None:
     for value in ("60 deg", "60deg", "-6.2", 6.28, "7 rad", 0):
         scene_from_tables(changed(SLIDER_CRANK, "driver.start", value))
 
@@ -85,7 +85,7 @@ PROPORTIONS: dict[str, tuple[str, Any, str]] = {
 
 
 @pytest.mark.parametrize("case", PROPORTIONS)
-def test_a_number_out_of_all_proportion_is_refused_with_what_is_likely(case: str) -> None:
+def test_number_out_of_proportion_is_refused_with_likely_unit(case: str) -> None:
     place, value, said = PROPORTIONS[case]
     given = changed(SLIDER_CRANK, place, value)
     rod = given["bodies"]["rod"]
@@ -96,7 +96,7 @@ def test_a_number_out_of_all_proportion_is_refused_with_what_is_likely(case: str
     assert said in refusal(given)
 
 
-def test_a_machine_all_in_mm_without_unit_is_said_to_be_in_metres() -> None:
+def test_machine_in_bare_mm_is_refused_as_metres() -> None:
     given = changed(FOUR_BAR, "name", "four-bar-in-mm")
 
     def in_mm(value: Any) -> Any:
@@ -120,11 +120,11 @@ def test_shipped_files_are_in_proportion(path: Path) -> None:
 
 
 @pytest.mark.parametrize("count", [2, 21, 40])
-def test_chains_as_long_as_their_links_laid_end_to_end_are_in_proportion(count: int) -> None:
+def test_ground_points_as_far_as_all_links_are_accepted(count: int) -> None:
     assert len(scene(f"four-bar-chain-{count}").mechanism().bodies) == 2 * count + 1
 
 
-def test_ground_farther_than_the_links_can_reach_is_refused() -> None:
+def test_ground_points_beyond_all_links_are_refused() -> None:
     written = machine_text("four-bar-chain-40")
     assert written is not None
     machine = tomllib.loads(written.decode().replace("O40 = [40, 0]", "O40 = [82, 0]"))

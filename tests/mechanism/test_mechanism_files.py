@@ -37,7 +37,7 @@ def test_numbers_with_units_become_si() -> None:
     assert (slide.a, slide.direction) == (GROUND, 0.0)
 
 
-def test_a_uniform_bar_and_a_uniform_disc_have_the_textbook_inertia() -> None:
+def test_uniform_bar_and_disc_have_textbook_inertia() -> None:
     rod = read_scene(SLIDER_CRANK).mechanism().body("rod")
     assert rod.inertia == pytest.approx(5.0 * 0.56**2 / 12.0, rel=1e-15)
     assert rod.centre_of_gravity == (0.28, 0.0)
@@ -57,7 +57,7 @@ def test_order_of_declaration_does_not_matter(path: Path) -> None:
         assert np.array_equal(other.motion(angles, usual.speed).point(name).jerk, point.jerk)
 
 
-def test_points_given_where_they_are_drawn_make_the_same_machine() -> None:
+def test_drawn_points_make_the_same_machine() -> None:
     drawn = tables(SLIDER_CRANK)
     drawn["drawn"] = True
     del drawn["start"]
@@ -71,7 +71,7 @@ def test_points_given_where_they_are_drawn_make_the_same_machine() -> None:
     assert np.abs(ours.position - theirs.position).max() < 1e-14
 
 
-def test_the_start_picks_the_branch() -> None:
+def test_start_pose_picks_the_branch() -> None:
     other = scene_from_tables(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
     assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
 
@@ -112,11 +112,11 @@ UNUSABLE = [
 
 
 @pytest.mark.parametrize(("place", "value", "expected"), UNUSABLE, ids=[f"{p}-{e[:30]}" for p, _, e in UNUSABLE])
-def test_what_cannot_be_used_is_told_by_its_place(place: str, value: Any, expected: str) -> None:
+def test_file_error_names_the_place(place: str, value: Any, expected: str) -> None:
     assert expected in refusal(changed(SLIDER_CRANK, place, value))
 
 
-def test_an_input_that_cannot_turn_is_told_how_far_it_reaches() -> None:
+def test_blocked_crank_is_refused_with_its_range() -> None:
     given = tables(FOUR_BAR)
     del given["driver"]["from"], given["driver"]["to"]
     told = refusal(given)
@@ -126,7 +126,7 @@ def test_an_input_that_cannot_turn_is_told_how_far_it_reaches() -> None:
     assert "to 149." in told
 
 
-def test_a_start_that_leads_to_another_assembly_is_refused() -> None:
+def test_start_that_leads_to_other_branch_is_refused() -> None:
     assert "leads to an assembly where it is" in refusal(changed(SLIDER_CRANK, "start.rod.turn", "89 deg"))
 
 
@@ -145,7 +145,7 @@ def test_a_start_that_leads_to_another_assembly_is_refused() -> None:
     ],
     ids=["empty", "broken", "bytes", "deep", "long name", "quoted", "digits", "large", "date"],
 )
-def test_an_error_names_the_file(tmp_path: Path, content: bytes, expected: str) -> None:
+def test_file_error_names_the_file(tmp_path: Path, content: bytes, expected: str) -> None:
     path = tmp_path / "machine.toml"
     path.write_bytes(content)
     with mutants.in_time(str(path), 2.0), pytest.raises(InvalidInput) as told:
@@ -159,7 +159,7 @@ def test_an_error_names_the_file(tmp_path: Path, content: bytes, expected: str) 
 FEW, MANY = 2, 100  # of each file
 
 
-def test_mutants_are_refused_in_one_line_or_move() -> None:
+def test_mutated_files_are_refused_in_one_line_or_move() -> None:
     ends: Counter[str] = Counter()
     for path in SHIPPED:
         ends += mutants.tried(path, range(FEW), engines=False)
@@ -168,31 +168,31 @@ def test_mutants_are_refused_in_one_line_or_move() -> None:
     assert ends["refused"] > 5
 
 
-def test_mutants_that_move_do_not_crash_an_engine() -> None:
+def test_mutated_files_that_move_do_not_crash_an_engine() -> None:
     answer = isolated(mutants.tried, SHIPPED[-1], range(5), True, timeout=300.0)
     assert isinstance(answer, Counter), answer
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_many_mutants(path: Path) -> None:
+def test_many_mutated_files_are_refused_or_move(path: Path) -> None:
     answer = isolated(mutants.tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
     assert isinstance(answer, Counter), answer
 
 
-def test_what_hangs_is_seen() -> None:
+def test_mutation_test_detects_hang() -> None:
     # Negative control of the time limit.
     with pytest.raises(TimeoutError), mutants.in_time("a loop", 0.05):
         sum(k for k in iter(int, 1))
 
 
-def test_line_ends_of_windows_change_nothing(tmp_path: Path) -> None:
+def test_windows_line_ends_change_nothing(tmp_path: Path) -> None:
     path = tmp_path / "own.toml"
     path.write_bytes(SHIPPED[-1].read_bytes().replace(b"\n", b"\r\n"))
     assert read_scene(path).parameters_text == read_scene(SHIPPED[-1]).parameters_text
 
 
-def test_paths_that_are_no_files(tmp_path: Path) -> None:
+def test_read_scene_refuses_paths_that_are_no_files(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "loop.toml").symlink_to("loop.toml")

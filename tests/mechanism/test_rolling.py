@@ -16,14 +16,14 @@ from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismati
 SPAN = (-0.4, 0.3)  # [rad], of the crank
 
 
-def test_wheel_that_rolls_along_a_track_never_comes_back_and_is_exact_all_the_way() -> None:
+def test_wheel_on_endless_track_is_exact() -> None:
     machine, angle = driven(wheel_on_a_track()), np.linspace(-10.0, 40.0, 23)
     place = poses_of(machine, "wheel", angle)
     np.testing.assert_allclose(place[:, 0], 0.2 + TOOTH * angle, atol=1e-12)
     np.testing.assert_allclose(place[:, 2], -TOOTH / WHEEL * angle, atol=1e-12)
 
 
-def test_span_beyond_the_limit_of_the_linkage_is_refused_with_the_angle() -> None:
+def test_span_beyond_linkage_limit_is_refused_with_angle() -> None:
     limit = math.radians(88.86) - 1.0540538523344571
     with pytest.raises(InvalidInput, match="swinging-four-bar cannot be assembled at crank angle") as told:
         _ = driven(swinging_four_bar((-0.1, limit + 0.01))).lengths
@@ -33,12 +33,12 @@ def test_span_beyond_the_limit_of_the_linkage_is_refused_with_the_angle() -> Non
 
 
 @pytest.mark.parametrize("span", [(0.1, 0.5), (0.3, -0.3), (0.0, 0.0), (0.0, math.nan), (-math.inf, 0.0)])
-def test_span_that_is_none_is_refused(span: tuple[float, float]) -> None:
+def test_empty_span_is_refused(span: tuple[float, float]) -> None:
     with pytest.raises(InvalidInput, match="driver shaft: "):
         Driver("shaft", span=span)
 
 
-def test_wrong_radius_is_refused_because_the_wheels_do_not_touch() -> None:
+def test_wrong_radius_is_refused_as_wheels_do_not_touch() -> None:
     pair = gear_pair().joints[-1]
     assert isinstance(pair, Rolling)
     larger = replace(pair, radius_b=WHEEL + 0.001)

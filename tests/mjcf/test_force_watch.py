@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from conrod.mjcf.force_watch import ForceWatch, gravity_across
-from conrod.runs.other_forces import OtherForce, acting_sentences, merged
+from conrod.runs.other_forces import OtherForce, acting_sentences, merge_forces
 
 # A pendulum of two links in the x-y plane, pinned to a slide.
 MACHINE = """<mujoco><compiler angle="radian"/><option timestep="0.002" {option}><flag {flag}/></option>
@@ -146,4 +146,4 @@ def test_all_is_said_in_sentences_with_the_largest_first() -> None:
         "A share of 0.001 of gravity acts across the plane of motion.",
     )
     assert acting_sentences([]) == ()
-    assert [one.largest for one in merged([found[0], OtherForce("limit", "joint j1", 9.0, "N m")])] == [9.0]
+    assert [one.largest for one in merge_forces([found[0], OtherForce("limit", "joint j1", 9.0, "N m")])] == [9.0]

@@ -57,7 +57,7 @@ def nothing_found(found: Comparison) -> bool:
 
 @pytest.mark.parametrize("stamps", [TOGETHER, (0.0, 0.5, 0.5)])
 @pytest.mark.parametrize("name", EVERY_SCENE)
-def test_the_exact_motion_has_no_errors_whenever_it_is_sampled(name: str, stamps: tuple[float, float, float]) -> None:
+def test_compare_finds_no_error_in_exact_motion(name: str, stamps: tuple[float, float, float]) -> None:
     scene = EVERY_SCENE[name]
     found = compare(synthetic_trajectory(scene, stamps=stamps), scene)
     assert nothing_found(found)
@@ -71,7 +71,7 @@ def test_the_exact_motion_has_no_errors_whenever_it_is_sampled(name: str, stamps
 
 
 @pytest.mark.parametrize("name", EVERY_SCENE)
-def test_a_shift_by_one_step_is_an_error_of_the_next_derivative_times_the_step(name: str) -> None:
+def test_compare_measures_shift_by_one_step(name: str) -> None:
     scene = EVERY_SCENE[name]
     exact = synthetic_trajectory(scene)
     found = compare(with_values(exact, "position", lambda v: np.vstack([v[1:], v[:1]])), scene)
@@ -85,7 +85,7 @@ def test_a_shift_by_one_step_is_an_error_of_the_next_derivative_times_the_step(n
 
 
 @pytest.mark.parametrize("name", WITH_A_ROD)
-def test_a_velocity_stamped_half_a_step_early_is_off_by_half_a_step_of_acceleration(name: str) -> None:
+def test_compare_measures_velocity_stamped_half_a_step_early(name: str) -> None:
     scene = EVERY_SCENE[name]
     staggered = synthetic_trajectory(scene, stamps=STAGGERED)
     early = {
@@ -104,7 +104,7 @@ def test_a_velocity_stamped_half_a_step_early_is_off_by_half_a_step_of_accelerat
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("name", EVERY_SCENE)
-def test_a_swapped_sign_is_an_error_of_twice_the_quantity(name: str, order: int) -> None:
+def test_compare_measures_swapped_sign_as_twice_the_quantity(name: str, order: int) -> None:
     scene, quantity = EVERY_SCENE[name], QUANTITIES[order]
     exact = synthetic_trajectory(scene)
     found = compare(with_values(exact, quantity, lambda v: -v), scene)
@@ -117,7 +117,7 @@ def test_a_swapped_sign_is_an_error_of_twice_the_quantity(name: str, order: int)
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_gravity_left_in_the_acceleration_is_an_error_of_just_that(name: str) -> None:
+def test_compare_measures_gravity_left_in_acceleration(name: str) -> None:
     scene = SCENES[name]
     found = compare(
         with_values(synthetic_trajectory(scene), "acceleration", lambda v: v + np.array([0.0, 9.81])), scene
@@ -130,7 +130,7 @@ def test_gravity_left_in_the_acceleration_is_an_error_of_just_that(name: str) ->
 
 
 @pytest.mark.parametrize("name", EVERY_SCENE)
-def test_a_drive_a_millionth_too_fast_shows_in_drive_phase_and_total_but_not_in_position(name: str) -> None:
+def test_fast_drive_shows_in_drive_phase_and_total_only(name: str) -> None:
     scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene, drive=1e-6)
     found = compare(trajectory, scene)
@@ -148,7 +148,7 @@ def test_a_drive_a_millionth_too_fast_shows_in_drive_phase_and_total_but_not_in_
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
-def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_says(name: str) -> None:
+def test_compare_measures_longer_rod_as_triangle_predicts(name: str) -> None:
     scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene, longer_rod(scene))
     found = compare(trajectory, scene)
@@ -164,7 +164,7 @@ def test_a_rod_a_ten_thousandth_too_long_moves_the_slider_by_what_the_triangle_s
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
-def test_the_other_branch_is_an_error_of_twice_the_rod_and_no_gap_at_all(name: str) -> None:
+def test_other_branch_is_large_error_without_gap(name: str) -> None:
     scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene, other_branch(scene))
     found = compare(trajectory, scene)
@@ -178,7 +178,7 @@ def test_the_other_branch_is_an_error_of_twice_the_rod_and_no_gap_at_all(name: s
 
 
 @pytest.mark.parametrize("name", {**DEFECTIVE_LINKAGES, **DEFECTIVE_CAMS})
-def test_a_cam_or_crank_turned_by_a_hundredth_degree_is_an_error_of_the_slope_times_that(name: str) -> None:
+def test_compare_measures_cam_or_crank_turned_by_0_01_deg(name: str) -> None:
     scene = EVERY_SCENE[name]
     turn = math.radians(0.01)
     trajectory = synthetic_trajectory(scene, turned_crank(scene))
@@ -193,7 +193,7 @@ def test_a_cam_or_crank_turned_by_a_hundredth_degree_is_an_error_of_the_slope_ti
 
 
 @pytest.mark.parametrize("name", WITH_A_ROD)
-def test_a_slider_that_drifts_off_its_pin_is_closure_of_that_level(name: str) -> None:
+def test_closure_measures_slider_that_drifts_off_its_pin(name: str) -> None:
     scene = EVERY_SCENE[name]
     trajectory = synthetic_trajectory(scene)
     assert trajectory.bodies is not None
@@ -210,7 +210,7 @@ def test_a_slider_that_drifts_off_its_pin_is_closure_of_that_level(name: str) ->
             assert getattr(closure, other) <= REFERENCES_AGREE
 
 
-def test_max_rms_and_final_are_what_they_are_called() -> None:
+def test_size_has_max_rms_and_final_value() -> None:
     scene = PRESS
     trajectory = synthetic_trajectory(scene)
     bump = np.zeros((2 * STEPS + 1, 2))
@@ -229,12 +229,12 @@ def test_max_rms_and_final_are_what_they_are_called() -> None:
         (("position", "maxx"), "unknown measure 'maxx': did you mean 'max'"),
     ],
 )
-def test_what_a_comparison_has_not_is_refused_with_its_choices(asked: tuple[str, ...], line: str) -> None:
+def test_worst_refuses_unknown_quantity_with_choices(asked: tuple[str, ...], line: str) -> None:
     with pytest.raises(InvalidInput, match=f"^{line}"):
         compare(synthetic_trajectory(SAW), SAW).worst(*asked)
 
 
-def test_a_point_that_a_comparison_has_not_and_a_name_for_a_scene_are_refused() -> None:
+def test_compare_refuses_unknown_point_and_scene_name() -> None:
     made = synthetic_trajectory(SAW)
     with pytest.raises(InvalidInput, match=r"^unknown observed point 'Z'"):
         compare(made, SAW).points["Z"]
@@ -243,7 +243,7 @@ def test_a_point_that_a_comparison_has_not_and_a_name_for_a_scene_are_refused() 
 
 
 @pytest.mark.parametrize("sample", [0, STEPS, -1], ids=["first", "middle", "last"])
-def test_no_sample_is_left_out_of_a_maximum(sample: int) -> None:
+def test_largest_error_includes_every_sample(sample: int) -> None:
     """One wrong sample is found wherever it is: in each error, closure, phase and drive."""
     right = synthetic_trajectory(PRESS)
     bump = np.zeros(2 * STEPS + 1)
@@ -274,7 +274,7 @@ def test_no_sample_is_left_out_of_a_maximum(sample: int) -> None:
 
 
 @pytest.mark.parametrize("outcome", [o for o in Outcome if o is not Outcome.COMPLETED])
-def test_a_run_that_did_not_complete_is_not_compared(outcome: Outcome) -> None:
+def test_compare_refuses_run_that_did_not_complete(outcome: Outcome) -> None:
     trajectory = replace(synthetic_trajectory(SAW), outcome=outcome, reason="planted")
     with pytest.raises(ValueError, match=f"{outcome.slug}.*has no errors: planted"):
         compare(trajectory, SAW)
@@ -311,9 +311,7 @@ def largest_difference(scene: Scene, trajectory: Any, reference: Scene) -> dict[
 
 
 @pytest.mark.parametrize(("name", "engine", "preset"), RUNS)
-def test_the_error_predicted_from_the_gaps_is_the_measured_one_to_second_order(
-    name: str, engine: str, preset: str
-) -> None:
+def test_error_predicted_from_gaps_matches_at_second_order(name: str, engine: str, preset: str) -> None:
     scene = SCENES[name]
     trajectory = run(scene, engine, preset)
     measured = compare(trajectory, scene)
@@ -328,14 +326,14 @@ def test_the_error_predicted_from_the_gaps_is_the_measured_one_to_second_order(
     [(Saw(), Saw(rod=0.3 * 1.0001)), (ShearPress(), ShearPress(rod=0.390 * 1.0001))],
     ids=["saw", "press"],
 )
-def test_a_wrong_reference_is_distinguished_from_a_wrong_engine(scene: Scene, wrong: Scene) -> None:
+def test_prediction_separates_wrong_reference_from_engine(scene: Scene, wrong: Scene) -> None:
     trajectory = run(scene, "mujoco", "hardened")
     assert largest_difference(scene, trajectory, scene)["position"] < 1e-12
     # Negative control: a rod 0.01 % too long in the reference, and the gaps do not account for what is measured.
     assert largest_difference(scene, trajectory, wrong)["position"] > 1e-5
 
 
-def test_errors_are_taken_at_the_angle_rate_and_acceleration_that_the_crank_had() -> None:
+def test_errors_are_taken_at_crank_motion_reached() -> None:
     times = np.linspace(0.0, 0.7 * SAW.period, 50)
     gain = 0.3 * SAW.speed**2
     at = Instants(times, SAW.speed * times + 0.5 * gain * times**2, SAW.speed + gain * times, np.full(50, gain))

@@ -14,7 +14,15 @@ from catalogue import CAM, DEFECTIVE_LINKAGES, LINKAGES, SAW, SCENES
 from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
 
 from conrod import Outcome, compare
-from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, STALL, Verdict, judge, prevailing
+from conrod.runs.outcome import (
+    MAX_CONTACT_GAP,
+    MAX_JOINT_GAP,
+    MAX_REACH_SIZES,
+    MAX_SPEED_ERROR,
+    RunVerdict,
+    combine_verdicts,
+    judge,
+)
 from conrod.runs.trajectory import BodyStates, BodyTracks
 from conrod.scenes import ShearPress
 from conrod.studies.frame.resolve_arguments import select_scene
@@ -27,7 +35,7 @@ def exact_states(scene: Any) -> BodyStates:
     return body_states(scene.kinematics, instants(scene.speed, 2.0))
 
 
-def verdict(scene: Any, change: Change = lambda states: states) -> Verdict:
+def verdict(scene: Any, change: Change = lambda states: states) -> RunVerdict:
     """The judgement of an exact run with a change to its body states."""
     states = change(exact_states(scene))
     return judge(scene.kinematics, BodyTracks(states, states, states), scene.speed)
@@ -56,14 +64,14 @@ def with_rate(ratio: float, first: int) -> Change:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_an_exact_run_is_completed_without_a_reason(name: str) -> None:
-    assert verdict(SCENES[name]) == Verdict(Outcome.COMPLETED)
+def test_exact_run_is_completed_without_reason(name: str) -> None:
+    assert verdict(SCENES[name]) == RunVerdict(Outcome.COMPLETED)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("field", ["poses", "rates", "accelerations"])
 @pytest.mark.parametrize("level", ["position", "velocity", "acceleration"])
-def test_a_state_that_is_not_finite_has_diverged(level: str, field: str, bad: float) -> None:
+def test_run_is_diverged_when_state_is_not_finite(level: str, field: str, bad: float) -> None:
     scene = SAW
     states = exact_states(scene)
     values = getattr(states, field).copy()
@@ -75,20 +83,20 @@ def test_a_state_that_is_not_finite_has_diverged(level: str, field: str, bad: fl
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_body_far_out_of_reach_has_exploded(name: str) -> None:
+def test_run_is_exploded_when_body_is_out_of_reach(name: str) -> None:
     scene = SCENES[name]
-    far = 1.5 * OUT_OF_REACH * scene.kinematics.size
+    far = 1.5 * MAX_REACH_SIZES * scene.kinematics.size
     found = verdict(scene, moved(1, (far, 0.0), first=31))
     assert found.outcome is Outcome.EXPLODED
     # Counted from where it starts, not from the crank's axis: the slider of a saw starts a size away from that.
-    far = 0.95 * OUT_OF_REACH * SAW.kinematics.size
+    far = 0.95 * MAX_REACH_SIZES * SAW.kinematics.size
     assert verdict(SAW, moved(SAW.mechanism().body_index["slider"], (far, 0.0))).outcome is Outcome.OPENED
     assert f"from {exact_states(scene).instants.times[31]:.6g} s on" in found.reason
 
 
 @pytest.mark.parametrize("name", LINKAGES)
 @pytest.mark.parametrize("ratio", [0.0, 0.49, -1.0, 1.6])
-def test_a_drive_that_loses_half_of_its_speed_has_stalled(name: str, ratio: float) -> None:
+def test_run_is_stalled_when_drive_loses_half_its_speed(name: str, ratio: float) -> None:
     # Away from every singular pose of the linkage: these linkages have none.
     found = verdict(LINKAGES[name], with_rate(ratio, 100))
     assert found.outcome is Outcome.STALLED
@@ -96,12 +104,12 @@ def test_a_drive_that_loses_half_of_its_speed_has_stalled(name: str, ratio: floa
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.99, 1.5])
-def test_a_drive_that_keeps_half_of_its_speed_has_not(ratio: float) -> None:
-    assert abs(ratio - 1.0) <= STALL
+def test_run_is_not_stalled_when_drive_keeps_half_its_speed(ratio: float) -> None:
+    assert abs(ratio - 1.0) <= MAX_SPEED_ERROR
     assert verdict(SAW, with_rate(ratio, 100)).outcome is Outcome.COMPLETED
 
 
-def test_a_crank_that_stops_where_the_linkage_is_singular_is_locked() -> None:
+def test_run_is_locked_when_crank_stops_at_singular_pose() -> None:
     # Crank and rod all but equally long: at a quarter of a turn the rod lies across the slide.
     scene = ShearPress(crank=0.38999)
     quarter = int(np.argmax(exact_states(scene).instants.angle >= math.pi / 2))
@@ -117,22 +125,22 @@ def test_a_crank_that_stops_where_the_linkage_is_singular_is_locked() -> None:
 
 
 @pytest.mark.parametrize("name", LINKAGES)
-def test_a_joint_that_gapes_by_a_twentieth_of_the_travel_is_open(name: str) -> None:
+def test_run_is_opened_when_gap_is_a_twentieth_of_travel(name: str) -> None:
     scene = LINKAGES[name]
     slider = scene.mechanism().body_index["slider"]
     along = (0.0, 1.0) if isinstance(scene, ShearPress) else (1.0, 0.0)
     for share, expected in ((1.05, Outcome.OPENED), (0.95, Outcome.COMPLETED)):
-        gap = share * OPEN_GAP * scene.kinematics.travel
+        gap = share * MAX_JOINT_GAP * scene.kinematics.travel
         found = verdict(scene, moved(slider, (gap * along[0], gap * along[1]), first=40))
         assert found.outcome is expected
         assert ("slider-pin" in found.reason) == (expected is Outcome.OPENED)
         assert found.reason.endswith(f"gap up to {gap:.3g} m") == (expected is Outcome.OPENED)
 
 
-def test_a_follower_off_its_cam_has_lost_contact() -> None:
+def test_run_is_lost_contact_when_follower_leaves_cam() -> None:
     cam = CAM
     for share, expected in ((1.05, Outcome.LOST_CONTACT), (0.9, Outcome.COMPLETED)):
-        lift = share * LOST_GAP * cam.kinematics.travel
+        lift = share * MAX_CONTACT_GAP * cam.kinematics.travel
         found = verdict(cam, moved(1, (0.0, lift), first=0))
         assert found.outcome is expected
     first = f"{np.degrees(exact_states(cam).instants.angle[100]):.1f}"
@@ -144,7 +152,7 @@ def test_a_follower_off_its_cam_has_lost_contact() -> None:
     )
 
 
-def test_a_roller_whose_centre_is_inside_the_cam_has_tunnelled() -> None:
+def test_run_is_tunnelled_when_roller_centre_is_inside_cam() -> None:
     cam = CAM
     found = verdict(cam, moved(1, (0.0, -2.0 * cam.roller_radius), first=50))
     assert found.outcome is Outcome.TUNNELLED
@@ -155,7 +163,7 @@ def test_a_roller_whose_centre_is_inside_the_cam_has_tunnelled() -> None:
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
-def test_a_linkage_on_its_other_branch_has_flipped(name: str) -> None:
+def test_run_is_flipped_when_linkage_is_on_other_branch(name: str) -> None:
     scene = DEFECTIVE_LINKAGES[name]
     other = body_states(other_branch(scene), instants(scene.speed, 2.0))
 
@@ -169,7 +177,7 @@ def test_a_linkage_on_its_other_branch_has_flipped(name: str) -> None:
     assert "360.0 deg" in found.reason  # half of two turns
 
 
-def test_where_branches_meet_neither_is_the_other_one() -> None:
+def test_run_is_not_flipped_near_change_point() -> None:
     scene = select_scene("parallelogram", ())[1]
     states = exact_states(scene)
     assert verdict(scene).outcome is Outcome.COMPLETED
@@ -178,24 +186,24 @@ def test_where_branches_meet_neither_is_the_other_one() -> None:
     assert verdict(scene, lambda _: later).outcome is Outcome.FLIPPED
 
 
-def test_of_a_run_in_two_parts_the_worse_counts_and_a_gap_is_that_of_both() -> None:
+def test_combine_verdicts_keeps_worse_outcome_and_larger_gap() -> None:
     slider = SAW.mechanism().body_index["slider"]
     small, large = (verdict(SAW, moved(slider, (share * SAW.kinematics.travel, 0.0))) for share in (0.1, 0.2))
-    assert prevailing(small, large) == prevailing(large, small) == large
+    assert combine_verdicts(small, large) == combine_verdicts(large, small) == large
     stalled = verdict(SAW, with_rate(0.0, 100))
-    assert prevailing(small, stalled) == prevailing(stalled, small) == stalled
+    assert combine_verdicts(small, stalled) == combine_verdicts(stalled, small) == stalled
     # A gap of another joint, or a depth, is not one of this: the earlier is told.
     other = replace(large, reason="other", largest=("other: gap up to", 1.0, " m"))
-    assert prevailing(small, other) == small
-    assert prevailing(other, small) == other
-    deep = Verdict.of_size(Outcome.LOST_CONTACT, "slider-pin: gap up to", 1.0)
-    assert prevailing(small, deep) == deep
+    assert combine_verdicts(small, other) == small
+    assert combine_verdicts(other, small) == other
+    deep = RunVerdict.of_size(Outcome.LOST_CONTACT, "slider-pin: gap up to", 1.0)
+    assert combine_verdicts(small, deep) == deep
     states = exact_states(SAW)
     assert judge(SAW.kinematics, BodyTracks(states, states, states), SAW.speed, small) == small
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
-def test_a_small_defect_is_an_error_and_not_an_outcome(name: str) -> None:
+def test_run_with_small_defect_is_completed(name: str) -> None:
     scene = DEFECTIVE_LINKAGES[name]
     states = body_states(longer_rod(scene), instants(scene.speed, 2.0))
     tracks = BodyTracks(states, states, states)

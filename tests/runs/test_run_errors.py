@@ -17,8 +17,15 @@ from conrod.engines import engine_named
 from conrod.engines.engine import Engine
 from conrod.engines.run import run_in_one_piece
 from conrod.runs.comparison import QUANTITIES, Stretch, size_of
-from conrod.runs.plain import plain
-from conrod.runs.run_errors import DrawnCurve, Parts, PointSizes, RunningSize, halves, paired
+from conrod.runs.plain_values import plain_values
+from conrod.runs.run_errors import (
+    DrawnCurve,
+    PointSizes,
+    RunningSize,
+    SeriesSplitter,
+    pairwise_block_sizes,
+    pairwise_sum,
+)
 from conrod.runs.trajectory import Piece
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
@@ -34,22 +41,22 @@ def in_pieces_of(monkeypatch: pytest.MonkeyPatch, engine: Engine[Any], steps: in
 
 @pytest.mark.parametrize("count", COUNTS)
 @pytest.mark.parametrize("piece", [1000, 4096, 70_001])
-def test_the_size_of_a_series_in_pieces_is_that_of_the_whole_to_the_last_bit(count: int, piece: int) -> None:
+def test_running_size_equals_size_of_whole_series(count: int, piece: int) -> None:
     values, running = NOISE[:count], RunningSize()
     for first in range(0, count, piece):
         running.add(values[first : first + piece], max(0, count - first - piece))
     assert running.size == size_of(values)
 
 
-def test_sums_of_parts_are_put_together_as_numpy_adds_numbers_up() -> None:
+def test_pairwise_sum_equals_numpy_sum() -> None:
     values = np.random.default_rng(5).random(17_000)
     # Halves end at a multiple of 8: near 8192 and 16384 that decides whether there are more of them.
     for count in (4096, 4097, *range(8180, 8230), *range(16_370, 16_460, 3)):
-        parts = [float(np.sum(part)) for (part,) in Parts(halves(count)).add(values[:count])]
-        assert paired(count, iter(parts)) == float(np.sum(values[:count]))
+        parts = [float(np.sum(part)) for (part,) in SeriesSplitter(pairwise_block_sizes(count)).add(values[:count])]
+        assert pairwise_sum(count, iter(parts)) == float(np.sum(values[:count]))
 
 
-def test_a_run_that_ends_early_has_the_size_of_what_there_was() -> None:
+def test_running_size_covers_run_that_ends_early() -> None:
     running, expected = RunningSize(), size_of(NOISE[:45_000])
     for k in range(5):
         running.add(NOISE[9000 * k : 9000 * (k + 1)], 90_000 - 9000 * k)
@@ -57,7 +64,7 @@ def test_a_run_that_ends_early_has_the_size_of_what_there_was() -> None:
     assert running.size.rms == pytest.approx(expected.rms, rel=1e-14)
 
 
-def test_the_worst_of_a_run_is_that_of_its_comparison() -> None:
+def test_point_sizes_worst_equals_that_of_comparison() -> None:
     sizes, whole = PointSizes(), run_in_one_piece(engine_named("pymunk"), SAW, RUNS["pymunk"].settings, 0.5)
     assert sizes.worst("position") is None
     sizes.add(Stretch(whole, SAW))
@@ -66,7 +73,7 @@ def test_the_worst_of_a_run_is_that_of_its_comparison() -> None:
 
 @pytest.mark.parametrize("piece", [7, 5000])
 @pytest.mark.parametrize("count", [100, 1800, 1801])
-def test_a_curve_has_the_largest_error_of_each_of_equal_spans(count: int, piece: int) -> None:
+def test_drawn_curve_has_largest_error_of_equal_spans(count: int, piece: int) -> None:
     curve, angles, errors = DrawnCurve(), np.arange(count) / 8.0, NOISE[:count].copy()
     errors[-1] = 2.0 * errors.max()
     for k in range(0, count, piece):
@@ -79,7 +86,7 @@ def test_a_curve_has_the_largest_error_of_each_of_equal_spans(count: int, piece:
         np.testing.assert_allclose(middles, angles.reshape(180, -1).mean(axis=1), rtol=1e-12)
 
 
-def test_what_is_no_number_is_not_passed_over() -> None:
+def test_recorders_keep_nan() -> None:
     running = RunningSize()
     for values in ([1.0, np.nan], [2.0, 3.0]):
         running.add(np.array(values), 0)
@@ -97,7 +104,7 @@ RUNS = {
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_a_measurement_does_not_depend_on_the_pieces(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_measurement_does_not_depend_on_pieces(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case, found = RUNS[name], []
     for steps in (ENDLESS, 7, 333):
         with monkeypatch.context() as patch:
@@ -114,14 +121,16 @@ def test_a_measurement_does_not_depend_on_the_pieces(name: str, monkeypatch: pyt
 @pytest.mark.parametrize(
     ("engine", "scene", "steps"), [("mujoco", SAW, 400), ("pymunk", SAW, 400), ("pymunk", CAM, 1000)]
 )
-def test_a_validation_does_not_depend_on_the_pieces(
+def test_validation_does_not_depend_on_pieces(
     engine: str, scene: Any, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = []
     for length in (ENDLESS, 97):
         with monkeypatch.context() as patch:
             in_pieces_of(patch, engine_named(engine), length)
-            found.append(plain(validate_dynamic("a machine", scene, engine_named(engine), "tuned", Plan(steps, 1.0))))
+            found.append(
+                plain_values(validate_dynamic("a machine", scene, engine_named(engine), "tuned", Plan(steps, 1.0)))
+            )
     assert found[0] == found[1]
     assert found[0]["curves"]
 
@@ -136,7 +145,7 @@ def lost(piece: Piece) -> Piece:
     return replace(piece, trajectory=replace(piece.trajectory, points=points))
 
 
-def test_a_sample_that_is_wrong_at_the_end_of_one_piece_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_sample_at_end_of_piece_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     case = RUNS["pymunk"]
     engine = engine_named("pymunk")
     right, run = measure(case), engine.run
@@ -187,7 +196,7 @@ def printed(*command: str) -> float:
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the system does not tell it")
-def test_peak_memory_is_that_of_the_child_whatever_its_parent_has() -> None:
+def test_peak_memory_is_measured_in_the_child() -> None:
     alone = printed(sys.executable, "-c", PEAK, "sweep", "pymunk", "100", "1")
     assert printed(sys.executable, "-c", HOG, sys.executable, "-c", PEAK, "sweep", "pymunk", "100", "1") < alone + 20.0
 
@@ -203,5 +212,5 @@ def test_peak_memory_is_that_of_the_child_whatever_its_parent_has() -> None:
         ("validate", "pymunk", 1000, 1000),
     ],
 )
-def test_a_run_of_a_million_steps_takes_little_memory(kind: str, engine: str, steps: int, turns: int) -> None:
+def test_run_of_a_million_steps_needs_little_memory(kind: str, engine: str, steps: int, turns: int) -> None:
     assert peak(kind, engine, steps, turns) < 150.0  # 1.4 to 1.7 GB as one piece

@@ -12,10 +12,10 @@ from cell_tasks import pursued
 from conrod import MuJoCoSettings
 from conrod.engines import engine_named
 from conrod.engines.engine import with_fields
-from conrod.engines.mujoco import HARDENING, STIFF_SOLIMP
+from conrod.engines.mujoco import HARDENING_FACTOR, STIFF_SOLIMP
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import SCENES
 from conrod.studies.ablate import CostCase, ablate_engine, change
 from conrod.studies.ablate_findings import (
@@ -95,9 +95,9 @@ def base(machine: Any, steps: int) -> MuJoCoSettings:
 # Without an ingredient fields are as the base has them.
 PLANTED = (
     field_ingredient("gravity", {"gravity": True}, {"gravity": False}),
-    field_ingredient("soft", {"hardening": 1.0}, {"hardening": HARDENING}),  # planted harm
+    field_ingredient("soft", {"hardening": 1.0}, {"hardening": HARDENING_FACTOR}),  # planted harm
     field_ingredient("more-iterations", {"iterations": 200}, {"iterations": 100}),
-    field_ingredient("hardening", {"hardening": HARDENING}, {"hardening": None}, minimal=True),
+    field_ingredient("hardening", {"hardening": HARDENING_FACTOR}, {"hardening": None}, minimal=True),
     field_ingredient("flat", {"solimp": STIFF_SOLIMP}, {"solimp": (0.9999, 0.9999, 0.002, 0.5, 2.0)}, minimal=True),
 )
 
@@ -107,7 +107,7 @@ def answer(case: RunCase) -> Measurement:
     if not isinstance(case, CostCase):
         return measure(case)
     dear = [settings.iterations > 100 for settings in (case.settings, case.against)]
-    return Measurement("completed", beside={"paired": plain(timing(1.3 ** (dear[0] - dear[1])))})
+    return Measurement("completed", beside={"paired": plain_values(timing(1.3 ** (dear[0] - dear[1])))})
 
 
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,7 +125,7 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
     models = {(one.role, one.ingredient): one for one in found.variants}
     # What does harm, or is needed anyway, is not in the full model, whose motion is the minimal one's.
     full, soft = models[Role.FULL, ""], models[Role.ADDED, "soft"]
-    assert (soft.settings["hardening"], full.settings["hardening"]) == (1.0, HARDENING)
+    assert (soft.settings["hardening"], full.settings["hardening"]) == (1.0, HARDENING_FACTOR)
     assert full.settings["iterations"] == 200
     assert {name for role, name in models if role is Role.TAKEN} == {"gravity", "more-iterations", "flat"}
     assert max((full.change or {"": 1.0}).values()) < 1e-9

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from conrod import compare, run
 from conrod.engines import engine_named
-from conrod.engines.mujoco.loads import by_program
+from conrod.engines.mujoco.loads import callback_loads
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.exact.dynamics.inverse import CrankMotion, joint_forces
@@ -113,7 +113,7 @@ def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: 
     """But for laws that MJCF has no words for, which the file's header names."""
     tables = tomllib.loads(catalogue_text(name))
     header = standalone_mjcf(name, catalogue_scene(name)).split("-->")[0]
-    for load in by_program(catalogue_scene(name).mechanism()):
+    for load in callback_loads(catalogue_scene(name).mechanism()):
         assert load.name in header[header.index("NOT IN THIS MODEL") :]
         kind, _, its_name = load.name.partition(".")
         del tables[kind][its_name]

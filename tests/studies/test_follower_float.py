@@ -14,7 +14,7 @@ from conrod import MuJoCoSettings, PymunkSettings
 from conrod.exact.motion import Array
 from conrod.report.limits.tables import onset_table
 from conrod.report.table import Toned
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import CamFollower
 from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
@@ -40,7 +40,7 @@ def found_with(force: float = 1.0) -> FollowerFloat:
     def flown(cell: LimitCase) -> Measurement:
         length = 0.1 * max(1.0 - force * cell.scene.preload, 0.0) + 6.0 / cell.settings.steps_per_revolution
         flights = (Flight(1.0, 1.0 + length),)
-        return Measurement("completed", extremes=plain(Extremes(1, True, {}, None, PENETRATION, flights, "")))
+        return Measurement("completed", extremes=plain_values(Extremes(1, True, {}, None, PENETRATION, flights, "")))
 
     return pursued(float_search(case()), flown)
 

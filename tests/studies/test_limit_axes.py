@@ -12,7 +12,7 @@ from catalogue import CAM, PRESS, SAW, SCENES
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.engines import engine_named
 from conrod.engines.engine import FIELDS_ADDED_LATER
-from conrod.engines.mujoco.dynamics import advance
+from conrod.engines.mujoco.dynamics import simulate
 from conrod.engines.mujoco.model import build
 from conrod.engines.run import run_in_one_piece
 from conrod.runs.comparison import compare
@@ -222,12 +222,12 @@ def test_a_time_constant_below_two_steps_is_two_steps_where_it_is_guarded_and_it
     def run(steps: float, refsafe: bool) -> bytes:
         settings = MuJoCoSettings.tuned(SAW, 200)
         settings = replace(settings, solref=(steps * settings.timestep, 1.0), refsafe=refsafe)
-        return advance(build(SAW, settings), SAW, settings, 150, 0.7)[1].tobytes()
+        return simulate(build(SAW, settings), SAW, settings, 150, 0.7)[1].tobytes()
 
     assert run(1.0, True) == run(2.0, True) == run(2.0, False) != run(1.0, False)
 
 
-# Of cells at their engines' versions 4.0.0 and 7.3.1, from before the settings gained the fields of `LATER_FIELDS`.
+# Keys of cases with engine versions 4.0.0 and 7.3.1, from before settings gained the fields `FIELDS_ADDED_LATER`.
 KEYS = {
     "mujoco": ("4.0.0", MuJoCoSettings, "7bceac66628836f91948ec631de5e8fa"),
     "pymunk": ("7.3.1", PymunkSettings, "13e4442645d01eaa235fa7295eafec0a"),

@@ -15,7 +15,7 @@ from conrod import InvalidInput
 from conrod.engines import engine_named
 from conrod.exact.dynamics import load_forces
 from conrod.exact.equations import inertia_forces
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import CamFollower, Saw, Scene, scene_named
 from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.axes import AXES, CONTACT_LEAST
@@ -29,7 +29,7 @@ from conrod.studies.limits.recorders import ExactTorque, Flights
 from conrod.studies.limits.records import Extremes, Level, is_undetected, level_of
 from conrod.studies.limits.results import Walk
 
-WATCHED = plain(Extremes(1, True, {}, None, None, (), ""))
+WATCHED = plain_values(Extremes(1, True, {}, None, None, (), ""))
 
 
 def setup(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened", steps: int | None = None) -> Setup:
@@ -323,7 +323,7 @@ def test_a_grade_takes_in_its_own_limit(error: float, level: Level) -> None:
 
 
 def test_a_run_without_a_sample_is_not_undetected() -> None:
-    opened = Measurement("opened", "", extremes=plain(Extremes(0, True, {}, None, None, (), "")))
+    opened = Measurement("opened", "", extremes=plain_values(Extremes(0, True, {}, None, None, (), "")))
     assert not is_undetected(opened)
     assert is_undetected(Measurement("opened", "", extremes=WATCHED))
 

@@ -9,7 +9,7 @@ import pytest
 from cell_tasks import pursued
 from synthetic import completed
 
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import scene_named
 from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.axis import Axis, Scale
@@ -19,7 +19,7 @@ from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.results import Boundary, Walk
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
-WATCHED = plain(Extremes(1, True, {}, None, None, (), ""))
+WATCHED = plain_values(Extremes(1, True, {}, None, None, (), ""))
 
 Rule = Callable[[float], float | str]  # value -> position error, or outcome
 

@@ -13,7 +13,7 @@ from conrod.engines.run import run
 from conrod.exact.motion import Array
 from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.runs.comparison import ExactMotions, compare
-from conrod.runs.trajectory import FieldByField, Trajectory
+from conrod.runs.trajectory import ArrayMapper, Trajectory
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.case import QUANTITIES, Measurement
@@ -54,7 +54,7 @@ def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
     assert found.phase == {"max": expected.phase_max, "final": expected.phase_final}
     assert found.drive == {"speed": expected.drive_speed, "acceleration": expected.drive_acceleration}
     # The prediction is made at so many samples, and holds the worst point of each quantity.
-    cut: Any = FieldByField(lambda parts: parts[0][::-1][::stride][::-1])
+    cut: Any = ArrayMapper(lambda parts: parts[0][::-1][::stride][::-1])
     points = {name: cut(tracks) for name, tracks in made.points.items()}
     predicted = predicted_errors(SAW.kinematics, points, cut(made.bodies))
     for k, quantity in enumerate(QUANTITIES):

@@ -66,7 +66,7 @@ def with_longer_steps(made: Any) -> Any:
 FAULTS: dict[str, tuple[Any, str, Callable[[Any], Any]]] = {
     "mujoco, long steps": (mujoco, "build", lambda right: lambda *given: with_longer_steps(right(*given))),
     "mujoco, late stamps": (
-        *(mujoco, "instants_of"),
+        *(mujoco, "sample_instants"),
         lambda right: lambda made, times, *rest: right(made, times + made.model.opt.timestep, *rest),
     ),
     "pymunk, long steps": (
@@ -74,11 +74,11 @@ FAULTS: dict[str, tuple[Any, str, Callable[[Any], Any]]] = {
         lambda right: lambda made, timestep, *rest: right(made, (1.0 + WRONG) * timestep, *rest),
     ),
     "pymunk, late stamps": (
-        *(pymunk, "staggered"),
+        *(pymunk, "sample_instants"),
         lambda right: lambda mechanism, h, times, *rest: right(mechanism, h, times + h, *rest),
     ),
     "pymunk, late stamps of velocities": (
-        *(pymunk, "staggered"),
+        *(pymunk, "sample_instants"),
         lambda right: lambda mechanism, h, *rest: later(right(mechanism, h, *rest), h),
     ),
 }

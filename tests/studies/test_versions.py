@@ -17,8 +17,8 @@ from synthetic import completed
 
 from conrod.cli.options import RunOptions
 from conrod.engines import engine_named
-from conrod.engines.mujoco import MuJoCoSettings, older
-from conrod.engines.mujoco.model import build, compiled
+from conrod.engines.mujoco import MuJoCoSettings, compat
+from conrod.engines.mujoco.model import build, compile_mjcf
 from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
 from conrod.scenes import SCENES, scene_named
@@ -122,7 +122,7 @@ def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeyp
     scene: Any = scene_named("six-bar")
     settings = MuJoCoSettings.tuned(scene, 100)
     usual = build(scene, settings).model
-    monkeypatch.setattr(older, "RELEASE", (3, 2, 0))
+    monkeypatch.setattr(compat, "RELEASE", (3, 2, 0))
     changed = build(scene, settings).model
     assert set(usual.eq_objtype) == {int(mujoco.mjtObj.mjOBJ_SITE)}
     assert set(changed.eq_objtype) == {int(mujoco.mjtObj.mjOBJ_BODY)}
@@ -134,9 +134,9 @@ def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeyp
         gaps.append(data.efc_pos.copy())
     assert np.abs(gaps[0]).max() > 1e-3
     np.testing.assert_allclose(*gaps, atol=1e-15)
-    text = compiled('<mujoco><option><flag autoreset="disable"/></option></mujoco>')
+    text = compile_mjcf('<mujoco><option><flag autoreset="disable"/></option></mujoco>')
     assert text.opt.disableflags == 0
-    assert older.adapt(ET.Element("mujoco"))
+    assert compat.adapt_model(ET.Element("mujoco"))
 
 
 # -- environments ------------------------------------------------------------------------------------------------------

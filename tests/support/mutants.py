@@ -18,7 +18,7 @@ from conrod.engines import ENGINES, engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run
 from conrod.errors import InvalidInput
-from conrod.mechanism.files import parse
+from conrod.mechanism.files import parse_toml
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 LONGEST = 1500  # characters of a refusal
@@ -158,7 +158,7 @@ def mutant(path: Path, seed: int) -> bytes | Tables:
     text = path.read_bytes()
     if chance.random() < 0.25:
         return broken(text, chance)
-    return chance.choice((slip, scaled, scaled, nearly, moved_about, moved_about))(parse(text), chance)
+    return chance.choice((slip, scaled, scaled, nearly, moved_about, moved_about))(parse_toml(text), chance)
 
 
 # -- what becomes of them --------------------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def mutant(path: Path, seed: int) -> bytes | Tables:
 def read(given: bytes | Tables) -> DescribedScene | str:
     """The scene that a file or its tables describe, or the one line that refuses them."""
     try:
-        return scene_from_tables(parse(given) if isinstance(given, bytes) else given)
+        return scene_from_tables(parse_toml(given) if isinstance(given, bytes) else given)
     except InvalidInput as error:
         return one_line(error)
 

@@ -15,7 +15,7 @@ from conrod.own.models.results import AS_GIVEN, OWN, JudgedRun, ModelStudy
 from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
 from conrod.report.writer import environment
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 from conrod.studies.frame import baseline
@@ -61,7 +61,7 @@ class BaselineCheck:
         file, given = Path(file), {name: value for name, value in words.items() if value not in (None, (), "", False)}
         of = {"scene": list(scenes), **given}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
-        digest = key_of(canonical_json(plain([of, [[one.kind, one.identity()] for one in scenes.values()]])))
+        digest = key_of(canonical_json(plain_values([of, [[one.kind, one.identity()] for one in scenes.values()]])))
         now = Baseline(of, digest, {"conrod": version("conrod"), **environment()}, {})
         before = baseline.read(file) if os.path.lexists(file) else None
         if before is None or accept:

@@ -14,7 +14,7 @@ from conrod.report.folder import json_text
 from conrod.report.results import scene_description
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
 
@@ -184,7 +184,7 @@ def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: Instant
         "parameters": scene.parameters,
         "mobility": scene.kinematics.mechanism.mobility,
         "looked_at": scene.kinematics.span,
-        "turn": plain(turn),
-        "instant": plain(instant),
+        "turn": plain_values(turn),
+        "instant": plain_values(instant),
     }
     return json_text(document)

@@ -19,7 +19,7 @@ from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report import numbers
 from conrod.report.table import Cell, Toned, Verbatim, table
 from conrod.report.terminal import PrintedPart, print_parts
-from conrod.runs.plain import json_document
+from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import single, write_together
 

@@ -16,7 +16,7 @@ from conrod.cli.options import controls_in, option
 from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, sarif
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report.terminal import PrintedPart, print_parts
-from conrod.runs.plain import json_document
+from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.writing import naming, real_path, single, write_together
 

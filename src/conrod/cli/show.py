@@ -65,11 +65,11 @@ def _instant(scene: Scene, text: str) -> InstantQuantities:
     """Quantities at the crank angle that is asked for."""
     from conrod.cli.console import degrees
     from conrod.exact.linkage import instant_quantities
-    from conrod.mechanism.mechanism import LARGEST_SPAN
+    from conrod.mechanism.mechanism import MAX_SPAN
     from conrod.mechanism.units import check_number, parse_quantity
 
     span, angle = scene.mechanism().driver.span, parse_quantity("--angle", text, "rad")
-    check_number("--angle", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
+    check_number("--angle", angle, -MAX_SPAN, MAX_SPAN, "rad")
     if span is not None and not span[0] <= angle <= span[1]:
         first, last = (degrees(end) for end in span)
         raise InvalidInput(

@@ -18,12 +18,12 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_number
 from conrod.runs.comparison import Stretch
-from conrod.runs.outcome import Verdict, judge
+from conrod.runs.outcome import RunVerdict, judge
 from conrod.runs.run_errors import Recorder
 from conrod.runs.trajectory import (
+    ArrayMapper,
     BodyStates,
     BodyTracks,
-    FieldByField,
     Instants,
     Outcome,
     Piece,
@@ -72,7 +72,7 @@ def run_with_recorders(
     start_angle: float,
     *recorders: Recorder,
     on_piece: Callable[[Trajectory], None] = lambda _: None,
-) -> Verdict:
+) -> RunVerdict:
     """Run a machine without checks, feed recorders piece by piece, and return how the run ended.
 
     Memory grows with the run only by what recorders keep.
@@ -92,7 +92,7 @@ def feed_recorders(
     machine: ExactReference,
     *recorders: Recorder,
     on_piece: Callable[[Trajectory], None] = lambda _: None,
-) -> Verdict:
+) -> RunVerdict:
     """Feed the pieces of a run of `samples` samples to recorders, and return how the run ended."""
     for piece in pieces:
         found = piece.trajectory
@@ -103,8 +103,8 @@ def feed_recorders(
             for recorder in recorders:
                 recorder.add(stretch)
     if found.outcome is Outcome.COMPLETED and left > 0:
-        return Verdict(Outcome.CRASHED, f"the run ended after {samples - left} of {samples} samples")
-    return Verdict(found.outcome, found.reason)
+        return RunVerdict(Outcome.CRASHED, f"the run ended after {samples - left} of {samples} samples")
+    return RunVerdict(found.outcome, found.reason)
 
 
 def check_run(machine: Machine, settings: Settings, revolutions: float, start_angle: float) -> None:
@@ -155,7 +155,7 @@ class RecordedStretch:
     clock: Array | None = None
     warnings: Mapping[str, int] = field(default_factory=dict)
     drive_torque: Array | None = None
-    finish_verdict: Callable[[Verdict], Verdict] = lambda judged: judged
+    finish_verdict: Callable[[RunVerdict], RunVerdict] = lambda judged: judged
 
 
 def record_pieces(
@@ -177,7 +177,7 @@ def record_pieces(
         preceding: number of samples of the stretch before that come first again, at most.
     """
     begun, samples = start_angle / machine.speed, round(settings.steps_per_revolution * revolutions) + 1
-    clock, judged = begun, Verdict(Outcome.COMPLETED)
+    clock, judged = begun, RunVerdict(Outcome.COMPLETED)
     for first in (0, *range(steps + 1, samples, steps)):
         last = min(max(first, 1) + steps, samples)
         # From the step index: a clock that sums its steps drifts.
@@ -204,9 +204,9 @@ def record_pieces(
         yield Piece(trajectory, first, ticks, found.warnings, found.drive_torque)
 
 
-def _keep_last(samples: int) -> FieldByField:
+def _keep_last(samples: int) -> ArrayMapper:
     """Return a mapper of dataclasses that keeps the last samples of each array."""
-    return FieldByField(lambda parts: parts[0][-samples:])
+    return ArrayMapper(lambda parts: parts[0][-samples:])
 
 
 def stamped_states(mechanism: Mechanism, times: Array, poses: Array, rates: Array, accelerations: Array) -> BodyStates:

@@ -13,7 +13,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.loads import CONSERVATIVE
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.outcome import OPEN_GAP, OUT_OF_REACH, Verdict, joint_gaps
+from conrod.runs.outcome import MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict, joint_gaps
 from conrod.runs.trajectory import Instants, Outcome
 
 DRIVE_TORQUE = "drive torque"
@@ -41,10 +41,10 @@ class ForceTracks:
     outcome: Outcome = Outcome.COMPLETED
 
 
-def unreported_forces(mechanism: Mechanism, why: str | Verdict) -> ForceTracks:
+def unreported_forces(mechanism: Mechanism, why: str | RunVerdict) -> ForceTracks:
     """The result of a run that reports no forces, with the reason, or the verdict that ended the run."""
     none, outcome = np.zeros(0), Outcome.UNSUPPORTED
-    if isinstance(why, Verdict):
+    if isinstance(why, RunVerdict):
         outcome, why = why.outcome, f"the run ended as {why.outcome.slug}: {why.reason}"
     unreported = {DRIVE_TORQUE: why} | {joint.name: why for joint in mechanism.joints}
     return ForceTracks(Instants(none, none, none, none), None, {}, unreported, outcome)
@@ -71,7 +71,7 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
         # The gradient by a pose is about the origin of the body's frame.
         x, y = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
         result[:, i, 2] -= x * result[:, i, 1] - y * result[:, i, 0]
-    for name, push in mechanism.pushes.items():
+    for name, push in mechanism.constant_forces.items():
         result[:, mechanism.body_index[name], :2] += push
     return result
 
@@ -136,7 +136,7 @@ def _mechanical_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Arra
     for body in mechanism.bodies:
         x, y = (jet.coefficients for jet in bodies[body.name].point(body.centre_of_gravity))
         spin = bodies[body.name].phi.coefficients[1]
-        px, py = mechanism.push_on(body.name)
+        px, py = mechanism.constant_force_on(body.name)
         total += 0.5 * (body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * spin**2)
         total -= (body.mass * mechanism.gravity[0] + px) * x[0] + (body.mass * mechanism.gravity[1] + py) * y[0]
     for load in mechanism.loads:
@@ -145,17 +145,17 @@ def _mechanical_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Arra
     return total
 
 
-def _judge_free_run(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> Verdict:
+def _judge_free_run(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> RunVerdict:
     """Judge a free run by its own motion (T, 3 n); a branch change needs the exact motion to be noticed."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():
-        return Verdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")
+        return RunVerdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")
     size = max(max(abs(x), abs(y)) for x, y, _ in mechanism.poses.values()) or 1.0
     away = np.abs((poses - poses[0]).reshape(len(poses), -1, 3)[:, :, :2]).max(axis=(1, 2)) / size
-    if away.max() > OUT_OF_REACH:
-        first = float(times[int(np.argmax(away > OUT_OF_REACH))])
-        return Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {first:.6g} s on")
+    if away.max() > MAX_REACH_SIZES:
+        first = float(times[int(np.argmax(away > MAX_REACH_SIZES))])
+        return RunVerdict(Outcome.EXPLODED, f"beyond {MAX_REACH_SIZES:g} sizes of the mechanism from {first:.6g} s on")
     for name, gap in joint_gaps(mechanism, [poses]).items():
-        if np.abs(gap).max() > OPEN_GAP * size:
-            return Verdict(Outcome.OPENED, f"{name}: gap up to {np.abs(gap).max():.3g} m")
-    return Verdict(Outcome.COMPLETED)
+        if np.abs(gap).max() > MAX_JOINT_GAP * size:
+            return RunVerdict(Outcome.OPENED, f"{name}: gap up to {np.abs(gap).max():.3g} m")
+    return RunVerdict(Outcome.COMPLETED)

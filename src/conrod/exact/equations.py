@@ -241,7 +241,7 @@ def inertia_forces(mechanism: Mechanism, poses: Array, rates: Array, acceleratio
     for i, body in enumerate(mechanism.bodies):
         rx, ry = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
         spin, turn = rates[:, 3 * i + 2], accelerations[:, 3 * i + 2]
-        push = mechanism.push_on(body.name)
+        push = mechanism.constant_force_on(body.name)
         ax = accelerations[:, 3 * i] - turn * ry - spin**2 * rx
         ay = accelerations[:, 3 * i + 1] + turn * rx - spin**2 * ry
         fx = body.mass * (ax - mechanism.gravity[0]) - push[0]

@@ -1,4 +1,4 @@
-"""Convex disc cams whose profile is made of tangent circular arcs, and motion laws of followers.
+"""Convex disc cams of tangent circular arcs, and motion laws of followers.
 
 The profile is given in the cam's own frame: shaft at the origin, nose on the +x axis. Every arc is stated by its
 centre, its radius and the directions of its outward normals, which together cover the full turn once.
@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-# Fans of neighbouring arcs share an edge; this much overlap keeps rounding from opening a gap between them.
-FAN_EDGE = 1e-12  # [rad]
+FAN_EDGE = 1e-12  # [rad], overlap of the normals of neighbouring arcs, against gaps by rounding
 
 
 @dataclass(frozen=True)
 class Arc:
-    """One arc: its points are centre + radius (cos n, sin n) for outward normals n from `start` to `stop`."""
+    """One arc of a profile: points centre + radius (cos n, sin n) for outward normals n from `start` to `stop`."""
 
     centre: tuple[float, float]  # [m]
     radius: float  # [m]
@@ -32,7 +31,7 @@ class Arc:
 
     @property
     def extent(self) -> float:
-        """The turn of the normal along the arc [rad]."""
+        """Rotation of the normal along the arc [rad]."""
         return self.stop - self.start
 
     def point(self, normal: float) -> tuple[float, float]:
@@ -42,7 +41,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class CamProfile:
-    """A closed convex profile; arcs in counter-clockwise order, each tangent to the next."""
+    """A closed convex profile of arcs in counter-clockwise order, each tangent to the next."""
 
     arcs: tuple[Arc, ...]
 
@@ -57,8 +56,9 @@ class CamProfile:
     def active_arc(self, x: Array, y: Array) -> NDArray[np.intp]:
         """Index of the arc nearest to outside points (x, y) [m] in the cam's frame; shape of x.
 
-        A point belongs to an arc in whose fan of normals it lies. The fan of a long flank reaches through the whole
-        cam and out at the far side, where its distance is negative: so the arc of the largest distance counts.
+        A point belongs to an arc whose normals point to it. The fan of normals of a long flank reaches through the
+        whole cam
+        and out at the far side, where the distance is negative: so the arc of the largest distance counts.
         """
         gap = np.full((len(self.arcs), *np.shape(x)), -np.inf)
         for i, arc in enumerate(self.arcs):
@@ -73,12 +73,12 @@ class CamProfile:
         return self._centres[index, 0], self._centres[index, 1], self._radii[index]
 
     def jumps(self, first: int, second: int) -> bool:
-        """True where a roller's acceleration or jerk jumps from an arc to the next: where they are two circles."""
+        """True if acceleration or jerk of a roller jumps between two arcs, because their circles differ."""
         one, other = self.arcs[first], self.arcs[second]
         return (one.centre, one.radius) != (other.centre, other.radius)
 
     def points(self, normals: Array) -> Array:
-        """Points of the profile with the given outward normals [rad]; (N, 2) [m]."""
+        """Points (N, 2) [m] of the profile with given outward normals [rad]."""
         start = self.arcs[0].start
         turned = start + np.remainder(normals - start, 2.0 * np.pi)
         stops = np.array([arc.stop for arc in self.arcs])
@@ -87,11 +87,11 @@ class CamProfile:
         return np.column_stack([cx + radius * np.cos(normals), cy + radius * np.sin(normals)])
 
     def outline(self, count: int) -> Array:
-        """Points (N, 2) [m] of the profile all the way round, counter-clockwise, the first one again at the end."""
+        """Points (N, 2) [m] around the whole profile, counter-clockwise, the first one repeated at the end."""
         return self.points(np.linspace(-np.pi, np.pi, count))
 
     def joints(self) -> tuple[Array, Array]:
-        """Points (N, 2) [m] of the profile where arcs meet, and its outward normals there (N, 2); none of one arc."""
+        """Points (N, 2) [m] where arcs meet, and outward normals there (N, 2); empty for a single arc."""
         arcs = self.arcs if len(self.arcs) > 1 else ()
         normals = np.array([(math.cos(arc.start), math.sin(arc.start)) for arc in arcs]).reshape(-1, 2)
         centres = np.array([arc.centre for arc in arcs]).reshape(-1, 2)
@@ -99,16 +99,16 @@ class CamProfile:
 
     @property
     def least_radius(self) -> float:
-        """Least radius of curvature of the profile [m]."""
+        """Smallest radius of curvature of the profile [m]."""
         return min(arc.radius for arc in self.arcs)
 
 
 def symmetric_cam(base_radius: float, flank_radius: float, nose_radius: float, centre_distance: float) -> CamProfile:
-    """The symmetric cam of document 004, Figure 5: base circle, two flanks and a nose, all tangent.
+    """Build the symmetric cam of document 004, Figure 5: base circle, two flanks and a nose, all tangent.
 
     The flank's centre lies at flank - base from the shaft and at flank - nose from the nose's centre (internal
     tangency). At the least flank radius, (base + nose + distance) / 2, the three centres are in line and the cam is
-    one circle. Lengths in m; a flank below the least one is taken for it.
+    one circle; a smaller flank radius is replaced by the least one. Lengths in m.
     """
     to_base = flank_radius - base_radius
     to_nose = flank_radius - nose_radius
@@ -136,27 +136,27 @@ def symmetric_cam(base_radius: float, flank_radius: float, nose_radius: float, c
 
 # -- motion laws -------------------------------------------------------------------------------------------------------
 
-# Each law is y(x), from y(0) = 0 to y(1) = 1 with slope 0 at both ends. A rise by h over a cam angle b lifts by
-# s = h y(theta / b), so that its k-th derivative by the cam angle is h / b^k times y's.
+# A law is a function y(x) from y(0) = 0 to y(1) = 1 with y' = 0 at both ends. A rise by h over a cam angle b is
+# s = h y(theta / b); its k-th derivative by the cam angle is h / b^k times y's.
 DWELL, HARMONIC, CYCLOIDAL = "dwell", "simple-harmonic", "cycloidal"
 
 
 def harmonic(x: Array, order: int) -> Array:
-    """(1 - cos(pi x)) / 2: document 004, equations (3) to (5); the k-th derivative of it."""
+    """Simple-harmonic law (1 - cos(pi x)) / 2, or its k-th derivative: document 004, equations (3) to (5)."""
     wave = -0.5 * math.pi**order * np.cos(math.pi * x + 0.5 * math.pi * order)
     return np.asarray(wave + 0.5 if order == 0 else wave)
 
 
 def cycloidal(x: Array, order: int) -> Array:
-    """x - sin(2 pi x) / (2 pi); the k-th derivative of it."""
+    """Cycloidal law x - sin(2 pi x) / (2 pi), or its k-th derivative."""
     wave = -((2.0 * math.pi) ** (order - 1)) * np.sin(2.0 * math.pi * x + 0.5 * math.pi * order)
     return np.asarray(wave + (x if order == 0 else 1.0 if order == 1 else 0.0))
 
 
 def polynomial(coefficients: tuple[float, ...], x: Array, order: int) -> Array:
-    """A polynomial with y(1 - x) = 1 - y(x); the k-th derivative of it.
+    """Polynomial law with y(1 - x) = 1 - y(x), or its k-th derivative.
 
-    The upper half comes from the lower one, where no digits are lost.
+    The upper half is computed from the lower one, where no digits are lost.
     """
     derived = np.polynomial.polynomial.polyder(coefficients, order)
     upper = x > 0.5
@@ -165,7 +165,7 @@ def polynomial(coefficients: tuple[float, ...], x: Array, order: int) -> Array:
     return np.where(upper, mirrored, lower)
 
 
-# Each gives the k-th derivative of y at x.
+# Motion laws by name, as functions of x and the order k that give the k-th derivative of y.
 LAWS: dict[str, Callable[[Array, int], Array]] = {
     DWELL: lambda x, order: np.zeros(np.shape(x)),
     HARMONIC: harmonic,
@@ -179,12 +179,12 @@ LAWS: dict[str, Callable[[Array, int], Array]] = {
 
 @dataclass(frozen=True)
 class Segment:
-    """A part of the cam's turn in which one law holds."""
+    """A part of a cam's rotation with one motion law."""
 
     law: str  # one of `LAWS`
     over: float  # [rad], cam angle
     lift: float  # [m], positive: away from the shaft
 
     def height(self, x: Array, order: int) -> Array:
-        """Height above the segment's start and its derivatives by the cam angle, at a part x of the segment."""
+        """Lift above the segment's start, or its derivative by the cam angle, at a share x of the segment."""
         return self.lift / self.over**order * LAWS[self.law](x, order)

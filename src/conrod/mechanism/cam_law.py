@@ -24,17 +24,15 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.cam import DWELL, Array, CamProfile, Segment
 from conrod.mechanism.units import REVOLUTION
 
-# Of the largest derivative of its order: a jump below this is rounding.
-ROUNDING = 1e-9
-SAMPLES = 3600  # of a profile, where its extremes are looked for
-PLACES = 360  # of a profile, where the roller might meet it a second time
-# Of the roller's radius: less than this between roller and profile is rounding.
-TOUCHING = 1e-9
-HALVINGS, DOUBLINGS = 50, 80
+JUMP_TOLERANCE = 1e-9  # jump of a derivative over its largest value; smaller jumps are rounding
+CURVATURE_SAMPLES = 3600  # per revolution, to find extremes of the curvature
+CONTACT_SAMPLES = 360  # per revolution, to find a second contact of the roller
+CONTACT_TOLERANCE = 1e-9  # penetration over the roller's radius; smaller ones are rounding
+MAX_HALVINGS, MAX_DOUBLINGS = 50, 80
 
 
-class Pitch(NamedTuple):
-    """Points of a pitch curve."""
+class PitchCurve(NamedTuple):
+    """Points of a pitch curve, the path of the roller's centre in the cam's frame."""
 
     points: Array  # (T, 2) [m] in the cam's frame
     normals: Array  # outward unit normals (T, 2)
@@ -44,7 +42,11 @@ class Pitch(NamedTuple):
 
 @dataclass(frozen=True)
 class LawProfile:
-    """The profile in the cam's frame: shaft at the origin; raises InvalidInput where there is no such pitch curve."""
+    """Profile of a cam with a motion law, in the cam's frame with the shaft at the origin.
+
+    Raises:
+        InvalidInput: no pitch curve exists for the offset and the lifts.
+    """
 
     base_radius: float  # least distance of the profile from the shaft, without an offset [m]
     roller_radius: float  # of the roller whose centre follows the law [m]
@@ -59,9 +61,9 @@ class LawProfile:
                 f"offset = {self.offset:g} m: the follower's line must pass the shaft by less than base_radius + "
                 f"roller_radius = {self.prime_radius:g} m"
             )
-        if min(self._starts_at) + self.least_height <= 0.0:
+        if min(self._start_lifts) + self.least_height <= 0.0:
             raise InvalidInput(
-                f"the lift goes down to {min(self._starts_at):g} m, where the roller's centre would reach the shaft: "
+                f"the lift goes down to {min(self._start_lifts):g} m, where the roller's centre would reach the shaft: "
                 f"more than {-self.least_height:g} m is possible"
             )
 
@@ -74,7 +76,7 @@ class LawProfile:
 
     @property
     def least_height(self) -> float:
-        """Way of the roller's centre along its line, from the foot of the shaft, at lift 0 [m]."""
+        """Position of the roller's centre along its line at lift 0 [m], from the point nearest the shaft."""
         return math.sqrt(self.prime_radius**2 - self.offset**2)
 
     @cached_property
@@ -83,14 +85,14 @@ class LawProfile:
         return np.concatenate([[0.0], np.cumsum([s.over for s in self.segments])[:-1]])
 
     @cached_property
-    def _starts_at(self) -> Array:
+    def _start_lifts(self) -> Array:
         """Lift [m] at which each segment begins."""
         return np.concatenate([[0.0], np.cumsum([s.lift for s in self.segments])[:-1]])
 
     @property
     def lowest_angle(self) -> float:
-        """A law angle [rad] where the lift is least: the middle of a dwell, where there is one."""
-        least = self._starts_at <= self._starts_at.min() + ROUNDING * self.prime_radius
+        """A law angle [rad] of the least lift: the middle of a dwell, if there is one."""
+        least = self._start_lifts <= self._start_lifts.min() + JUMP_TOLERANCE * self.prime_radius
         low = [i for i in range(len(self.segments)) if least[i]]
         dwells = [i for i in low if self.segments[i].law == DWELL]
         return float(self.begins[dwells[0]] + 0.5 * self.segments[dwells[0]].over if dwells else self.begins[low[0]])
@@ -103,7 +105,8 @@ class LawProfile:
         """Lift [m] at law angles [rad] and its derivatives by the angle, up to an order; each of the shape of `angle`.
 
         Args:
-            segment: the segment in force at each angle, where it does not follow from the angle: one of a side.
+            segment: segment in contact at each angle, if the angle does not determine it: at a segment's end, on one
+                side.
         """
         angle = np.asarray(angle, dtype=float)
         index = np.broadcast_to(self.segment_at(angle) if segment is None else segment, angle.shape)
@@ -111,10 +114,10 @@ class LawProfile:
         for i in np.unique(index):
             part, here = self.segments[i], index == i
             middle = self.begins[i] + 0.5 * part.over
-            # A segment that is in force may be asked a little beyond its ends; whole turns mean nothing.
+            # A segment is evaluated slightly beyond its ends too; whole turns are removed.
             x = 0.5 + (np.remainder(angle[here] - middle + math.pi, REVOLUTION) - math.pi) / part.over
             for k in range(order + 1):
-                found[k][here] = part.height(x, k) + (self._starts_at[i] if k == 0 else 0.0)
+                found[k][here] = part.height(x, k) + (self._start_lifts[i] if k == 0 else 0.0)
         return found
 
     def law_angle(self, x: Array, y: Array) -> Array:
@@ -123,35 +126,36 @@ class LawProfile:
         return np.asarray(self.sense * (self.begin + np.arctan2(self.offset, height) - np.arctan2(y, x)))
 
     def active_arc(self, x: Array, y: Array) -> NDArray[np.intp]:
-        """Index of the segment in force where the roller's centre is at (x, y) [m] in the cam's frame; shape of x."""
+        """Index of the segment in contact for a roller's centre (x, y) [m] in the cam's frame; shape of x."""
         return np.asarray(self.segment_at(self.law_angle(x, y)))
 
     def jumps(self, first: int, second: int) -> bool:
-        """True where acceleration or jerk jump between two neighbouring segments."""
+        """True if acceleration or jerk jumps between two neighbouring segments."""
         following = [(i, (i + 1) % len(self.segments)) for i in (first, second)]
-        return any(self._jumps(*pair) for pair in following if set(pair) == {first, second})
+        return any(self._jumps_between(*pair) for pair in following if set(pair) == {first, second})
 
-    def _jumps(self, first: int, second: int) -> bool:
+    def _jumps_between(self, first: int, second: int) -> bool:
+        """True if the second or third derivative jumps from a segment to the following one."""
         last, following = self.segments[first], self.segments[second]
         for order in (2, 3):
             gap = last.height(np.array(1.0), order) - following.height(np.array(0.0), order)
-            if abs(float(gap)) > ROUNDING * max(abs(s.lift) / s.over**order for s in (last, following)):
+            if abs(float(gap)) > JUMP_TOLERANCE * max(abs(s.lift) / s.over**order for s in (last, following)):
                 return True
         return False
 
     # -- geometry ------------------------------------------------------------------------------------------------
 
-    def pitch(self, angle: Array, segment: NDArray[np.intp] | None = None) -> Pitch:
-        """The pitch curve at law angles (T,) [rad]; `segment` as in `lift`."""
-        s, slope, bend = self.lift(angle, 2, segment)
-        height, e, turned = self.least_height + s, self.offset, self.sense * slope
+    def pitch(self, angle: Array, segment: NDArray[np.intp] | None = None) -> PitchCurve:
+        """Points, normals and curvature of the pitch curve at law angles (T,) [rad]; `segment` as in `lift`."""
+        s, first, second = self.lift(angle, 2, segment)
+        height, e, turned = self.least_height + s, self.offset, self.sense * first
         direction = self.begin - self.sense * np.asarray(angle)
         along = np.column_stack([np.cos(direction), np.sin(direction)])
         across = np.column_stack([-along[:, 1], along[:, 0]])
-        rate = np.hypot(slope + self.sense * e, height)
+        rate = np.hypot(first + self.sense * e, height)
         normals = (height[:, None] * along + (turned + e)[:, None] * across) / rate[:, None]
-        curvature = ((turned + e) * (2.0 * turned + e) + height * (height - bend)) / rate**3
-        return Pitch(height[:, None] * along + e * across, normals, curvature, rate)
+        curvature = ((turned + e) * (2.0 * turned + e) + height * (height - second)) / rate**3
+        return PitchCurve(height[:, None] * along + e * across, normals, curvature, rate)
 
     def points(self, angle: Array, segment: NDArray[np.intp] | None = None) -> Array:
         """Points (T, 2) [m] of the profile that touch the roller at law angles (T,) [rad]."""
@@ -159,7 +163,7 @@ class LawProfile:
         return pitch.points - self.roller_radius * pitch.normals
 
     def outline(self, count: int) -> Array:
-        """Points (N, 2) [m] of the profile all the way round, counter-clockwise, the first one again at the end."""
+        """Points (N, 2) [m] around the whole profile, counter-clockwise, the first one repeated at the end."""
         return self.points(-self.sense * np.linspace(0.0, REVOLUTION, count))
 
     def joints(self) -> tuple[Array, Array]:
@@ -168,34 +172,34 @@ class LawProfile:
 
     @cached_property
     def _curvatures(self) -> Array:
-        """Of the pitch curve, segment by segment with both ends, which is where most extremes are [1/m]."""
+        """Curvature [1/m] of the pitch curve, sampled in each segment with both ends, where most extremes lie."""
         found = []
         for i, (start, part) in enumerate(zip(self.begins, self.segments, strict=True)):
-            count = 2 + math.ceil(SAMPLES * part.over / REVOLUTION)
+            count = 2 + math.ceil(CURVATURE_SAMPLES * part.over / REVOLUTION)
             found.append(self.pitch(np.linspace(start, start + part.over, count), np.full(count, i)).curvature)
         return np.concatenate(found)
 
     @property
     def is_convex(self) -> bool:
-        """True of a profile without hollow parts."""
+        """True if the profile has no hollow parts."""
         return bool(self._curvatures.min() >= 0.0)
 
     @property
     def least_radius(self) -> float:
-        """Least radius of curvature of the profile where it is convex [m]; negative where it would be undercut."""
+        """Smallest radius of curvature of a convex profile [m]; negative if the roller undercuts it."""
         return 1.0 / float(self._curvatures.max()) - self.roller_radius
 
 
 Profile: TypeAlias = CamProfile | LawProfile
 
 
-def check_cut(profile: LawProfile) -> None:
-    """Refuse a profile that its roller cannot roll on; raises InvalidInput, which names the least base radius."""
+def check_undercut(profile: LawProfile) -> None:
+    """Refuse a profile that its roller cannot follow; InvalidInput names the least base radius."""
     if can_roll(profile):
         return
-    bend = profile.least_radius + profile.roller_radius
+    second = profile.least_radius + profile.roller_radius
     why = (
-        f"the pitch curve bends with a radius of {bend:.4g} m"
+        f"the pitch curve bends with a radius of {second:.4g} m"
         if profile.least_radius <= 0.0
         else "it meets the profile elsewhere, too"
     )
@@ -206,17 +210,17 @@ def check_cut(profile: LawProfile) -> None:
 
 
 def can_roll(profile: LawProfile) -> bool:
-    """True where the pitch curve bends less than the roller, and the roller nowhere reaches into the profile."""
+    """True if the roller follows the pitch curve without undercutting or touching the profile elsewhere."""
     if profile.least_radius <= 0.0:
         return False
-    angle = np.linspace(0.0, REVOLUTION, PLACES, endpoint=False)
+    angle = np.linspace(0.0, REVOLUTION, CONTACT_SAMPLES, endpoint=False)
     rim, centres = profile.points(angle), profile.pitch(angle).points
     nearest = np.hypot(*(rim[:, None, :] - centres[None, :, :]).transpose(2, 0, 1)).min()
-    return bool(nearest >= profile.roller_radius * (1.0 - TOUCHING))
+    return bool(nearest >= profile.roller_radius * (1.0 - CONTACT_TOLERANCE))
 
 
 def concave_reason(profile: Profile) -> str | None:
-    """None, or why a profile cannot be given to engines that collide convex shapes."""
+    """Reason why engines that collide convex shapes cannot have a profile; None if it is convex."""
     if isinstance(profile, CamProfile) or profile.is_convex:
         return None
     enough = least_base_radius(profile, lambda other: other.is_convex)
@@ -226,14 +230,19 @@ def concave_reason(profile: Profile) -> str | None:
     )
 
 
-def least_base_radius(profile: LawProfile, good: Callable[[LawProfile], bool]) -> float:
-    """The least base radius [m], rounded up, from which on a profile of the same law is good; it is not yet."""
+def least_base_radius(profile: LawProfile, accepts: Callable[[LawProfile], bool]) -> float:
+    """Least base radius [m], rounded up, from which a profile of the same law is accepted.
+
+    Args:
+        profile: one that is not accepted.
+        accepts: condition on a profile.
+    """
     low = high = profile.base_radius
-    for _ in range(DOUBLINGS):
+    for _ in range(MAX_DOUBLINGS):
         high *= 2.0
-        if good(replace(profile, base_radius=high)):
+        if accepts(replace(profile, base_radius=high)):
             break
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if good(replace(profile, base_radius=middle)) else (middle, high)
+        low, high = (low, middle) if accepts(replace(profile, base_radius=middle)) else (middle, high)
     return high * (1.0 + 1e-6)

@@ -1,9 +1,9 @@
-"""Springs, dampers, friction, forces and torques of a mechanism: each a law along one coordinate of it.
+"""Springs, dampers, friction, forces and torques of a mechanism, each as a law along one coordinate.
 
-A load acts along a coordinate xi of the configuration: the distance of two points, the turn of a body against another,
-how far a point has gone in a direction. Its law gives the force (of a turn: the torque) F(xi, xi', t) that
-its growth is pushed with; the work done is F times its growth. So a spring on a distance, a cutting force along
-a slide and a motor's torque are one thing; the generalised force on the bodies is F times the coordinate's gradient.
+A load acts along a coordinate xi of the configuration: the distance of two points, the rotation of a body against
+another, or the displacement of a point in a direction. Its law gives the force, or torque, F(xi, xi', t) in the sense
+of growing xi, so its power is F xi'. A spring on a distance, a cutting force along a slide and a motor's torque are
+cases of this; the generalised force on the bodies is F times the coordinate's gradient.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
 
 @dataclass(frozen=True)
 class Distance:
-    """Of a point of body `b` from one of body `a` [m]."""
+    """Coordinate: distance [m] of a point of body `b` from a point of body `a`."""
 
     a: str
     b: str
@@ -32,7 +32,7 @@ class Distance:
 
 @dataclass(frozen=True)
 class Turn:
-    """Of body `b` against body `a` [rad], counter-clockwise."""
+    """Coordinate: rotation [rad] of body `b` against body `a`, counter-clockwise."""
 
     a: str
     b: str
@@ -40,7 +40,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Displacement:
-    """Of a point of a body along a direction of the document's frame, from the frame's origin [m]."""
+    """Coordinate: position [m] of a body's point along a direction, from the document's origin."""
 
     body: str
     point: Point
@@ -76,7 +76,7 @@ class Viscous:
 
 @dataclass(frozen=True)
 class Steady:
-    """A force that does not change."""
+    """A constant force."""
 
     size: float  # [N] or [N m]
 
@@ -89,7 +89,7 @@ class Steady:
 
 @dataclass(frozen=True)
 class Friction:
-    """Dry friction whose sign changes smoothly: -size tanh(xi' / creep)."""
+    """Dry friction with a smooth change of sign: -size tanh(xi' / creep)."""
 
     size: float  # [N] or [N m]
     creep: float  # [m/s] or [rad/s], the rate below which it has not come up yet
@@ -100,7 +100,7 @@ class Friction:
 
 @dataclass(frozen=True)
 class SpeedLine:
-    """A motor's characteristic line: size (1 - xi' / idle)."""
+    """A motor's linear characteristic: size (1 - xi' / idle)."""
 
     size: float  # [N m], at rest
     idle: float  # [rad/s], where it gives nothing
@@ -111,10 +111,10 @@ class SpeedLine:
 
 @dataclass(frozen=True)
 class StrokePulse:
-    """A working force over a part of a way, against one sense of motion only: as a press or a saw cuts.
+    """A working force over a part of a stroke, against one direction of motion only, as of a press or a saw.
 
-    The force is -sense x peak x sin^2(pi (xi - start) / (stop - start)) between start and stop while xi' has the sense,
-    which rises and falls without a kink. Part of a stroke that ends inside it, so that xi' is not 0 where it acts.
+    The force is -sense x peak x sin^2(pi (xi - start) / (stop - start)) between start and stop while xi' has the sense.
+    It rises and falls without a kink if start and stop lie within the stroke, where xi' is not 0.
     """
 
     peak: float  # [N]
@@ -130,7 +130,7 @@ class StrokePulse:
 
 @dataclass(frozen=True)
 class TimePulse:
-    """A push of one half wave squared: peak sin^2(pi (t - start) / (stop - start)) between two times."""
+    """A pulse of one squared half wave: peak sin^2(pi (t - start) / (stop - start)) between two times."""
 
     peak: float  # [N] or [N m]
     start: float  # [s]
@@ -143,17 +143,17 @@ class TimePulse:
 
 # `force` is along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI; `energy` [J] is
 # what a conservative one stores.
-Law: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
+LoadLaw: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
 CONSERVATIVE = (Elastic, Steady)
 
 
 @dataclass(frozen=True)
 class Load:
-    """A law along a coordinate; raises InvalidInput where a pulse ends before it begins."""
+    """A law along a coordinate; raises InvalidInput if a pulse ends before it begins."""
 
     name: str
     along: Coordinate
-    law: Law
+    law: LoadLaw
 
     def __post_init__(self) -> None:
         if isinstance(self.law, StrokePulse | TimePulse) and not self.law.start < self.law.stop:
@@ -161,16 +161,16 @@ class Load:
 
     @property
     def unit(self) -> str:
-        """Of its coordinate."""
+        """Unit of the coordinate: rad or m."""
         return "rad" if isinstance(self.along, Turn) else "m"
 
     @property
     def conservative(self) -> bool:
-        """True of a force that comes from an energy of the configuration alone."""
+        """True if the force derives from a potential of the configuration."""
         return isinstance(self.law, CONSERVATIVE)
 
     def identity(self) -> dict[str, Any]:
-        """All of it as plain values, with the kinds of its coordinate and its law."""
+        """All values of the load, with the class names of its coordinate and its law."""
         parts = {"along": self.along, "law": self.law}
         return {"name": self.name} | {
             part: {"kind": type(value).__name__} | asdict(value) for part, value in parts.items()

@@ -1,6 +1,6 @@
-"""One declarative description of a planar mechanism, from which every reference and every engine model is made.
+"""The declarative description of a planar mechanism, from which every reference and every engine model is made.
 
-Coordinates: each moving body has a pose (x, y, phi), the position [m] of its frame's origin and its turn [rad],
+Coordinates: each moving body has a pose (x, y, phi), the position [m] of its frame's origin and its rotation [rad],
 counter-clockwise positive, in the document's frame. The ground's pose is (0, 0, 0).
 """
 
@@ -18,10 +18,10 @@ from conrod.mechanism.loads import Load
 from conrod.mechanism.units import check_number
 
 GROUND = "ground"
-RADII = (1e-9, 1e9)  # [m], of wheels that roll
-MASSES = (1e-9, 1e12)  # [kg]
-INERTIAS = (1e-18, 1e24)  # [kg m^2]
-LARGEST_SPAN = 1e3  # [rad]
+RADIUS_RANGE = (1e-9, 1e9)  # [m], of rolling wheels
+MASS_RANGE = (1e-9, 1e12)  # [kg]
+INERTIA_RANGE = (1e-18, 1e24)  # [kg m^2]
+MAX_SPAN = 1e3  # [rad]
 
 Point: TypeAlias = tuple[float, float]  # [m], in the frame of a body
 Pose: TypeAlias = tuple[float, float, float]  # x [m], y [m], phi [rad]
@@ -37,9 +37,9 @@ class Body:
     centre_of_gravity: Point = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        # Engines abort the interpreter, or worse do not, on masses that are no masses.
-        check_number(f"mass of {self.name}", self.mass, *MASSES, "kg")
-        check_number(f"inertia of {self.name}", self.inertia, *INERTIAS, "kg m²")
+        # Engines abort the interpreter, or compute nonsense, on invalid masses.
+        check_number(f"mass of {self.name}", self.mass, *MASS_RANGE, "kg")
+        check_number(f"inertia of {self.name}", self.inertia, *INERTIA_RANGE, "kg m²")
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Rolling:
 
     def __post_init__(self) -> None:
         for radius in (self.radius_a, self.radius_b):
-            check_number(f"radius of {self.name}", abs(radius), *RADII, "m")
+            check_number(f"radius of {self.name}", abs(radius), *RADIUS_RANGE, "m")
         largest = max((self.radius_a, self.radius_b), key=abs)
         if self.radius_a + self.radius_b == 0.0 or (min(self.radius_a, self.radius_b) < 0.0 < largest):
             raise InvalidInput(
@@ -119,15 +119,15 @@ class Rolling:
 
     @property
     def distance(self) -> float:
-        """Between the centres [m]."""
+        """Distance between the centres [m]."""
         return abs(self.radius_a + self.radius_b)
 
 
 @dataclass(frozen=True)
 class Rack:
-    """A wheel of body `a` rolls without slip on a straight line of body `b`: a rack, or a flat track.
+    """A wheel of body `a` that rolls without slip on a straight line of body `b`: a rack, or a flat track.
 
-    The wheel's centre is held by other joints on the left of the line, one radius from it. With its way s along the
+    Other joints hold the wheel's centre on the left of the line, one radius from it. With its displacement s along the
     line, what rolls off is s + radius (phi_a - phi_b) = offset.
     """
 
@@ -141,7 +141,7 @@ class Rack:
     offset: float = 0.0  # [m]
 
     def __post_init__(self) -> None:
-        check_number(f"radius of {self.name}", self.radius, *RADII, "m")
+        check_number(f"radius of {self.name}", self.radius, *RADIUS_RANGE, "m")
 
 
 LowerPair: TypeAlias = Revolute | Prismatic
@@ -152,11 +152,11 @@ Joint: TypeAlias = LowerPair | HigherPair
 
 @dataclass(frozen=True)
 class Driver:
-    """Prescribes phi_b - phi_a of a revolute joint as start + sense x crank angle.
+    """Drive of a revolute joint, with phi_b - phi_a = start + sense x crank angle.
 
     Attributes:
-        span: the crank angles [rad] from which and to which an input that cannot turn fully makes one pass; None for
-            one that turns.
+        span: first and last crank angle [rad] of the single pass of an input that cannot turn fully; None for one that
+            turns.
     """
 
     joint: str
@@ -168,7 +168,7 @@ class Driver:
         if self.span is None:
             return
         for angle in self.span:
-            check_number(f"driver {self.joint}: an end of its span", angle, -LARGEST_SPAN, LARGEST_SPAN, "rad")
+            check_number(f"driver {self.joint}: an end of its span", angle, -MAX_SPAN, MAX_SPAN, "rad")
         if not self.span[0] <= 0.0 <= self.span[1] or self.span[0] == self.span[1]:
             first, last = map(math.degrees, self.span)
             raise InvalidInput(
@@ -188,7 +188,7 @@ class ObservedPoint:
 
 @dataclass(frozen=True)
 class ConstantForce:
-    """A force that keeps its direction, at the centre of gravity of a body."""
+    """A force of constant direction at the centre of gravity of a body."""
 
     body: str
     force: tuple[float, float]  # [N]
@@ -199,8 +199,9 @@ class Mechanism:
     """A planar mechanism with one driven crank.
 
     Attributes:
-        forces: constant ones; loads: springs, dampers, friction, forces and torques that follow a law. A crank at a
-            prescribed angle moves alike with and without them.
+        forces: constant forces.
+        loads: springs, dampers, friction, forces and torques that follow a law. A crank at a prescribed angle moves
+            alike with and without them.
     """
 
     name: str
@@ -215,32 +216,32 @@ class Mechanism:
 
     @cached_property
     def body_index(self) -> dict[str, int]:
-        """Place of each moving body in a stacked pose vector."""
+        """Index of each moving body in a stacked pose vector."""
         return Named({body.name: i for i, body in enumerate(self.bodies)}, "body")
 
     def body(self, name: str) -> Body:
-        """The body of a name; UnknownName, a KeyError, for the ground or an unknown name."""
+        """Body by its name; UnknownName, a KeyError, for the ground or an unknown name."""
         return self.bodies[self.body_index[name]]
 
     @cached_property
-    def pushes(self) -> dict[str, tuple[float, float]]:
-        """Constant force [N] on each body that has any, all of its own together."""
+    def constant_forces(self) -> dict[str, tuple[float, float]]:
+        """Sum of the constant forces [N] on each body that has any."""
         found: dict[str, tuple[float, float]] = {}
         for one in self.forces:
             x, y = found.get(one.body, (0.0, 0.0))
             found[one.body] = (x + one.force[0], y + one.force[1])
         return found
 
-    def push_on(self, body: str) -> tuple[float, float]:
-        """Constant force [N] on a body."""
-        return self.pushes.get(body, (0.0, 0.0))
+    def constant_force_on(self, body: str) -> tuple[float, float]:
+        """Sum of the constant forces [N] on a body."""
+        return self.constant_forces.get(body, (0.0, 0.0))
 
     def joints_on(self, body: str) -> list[Joint]:
-        """The joints of a body."""
+        """All joints of a body."""
         return [joint for joint in self.joints if body in (joint.a, joint.b)]
 
     def guide(self, body: str) -> LowerPair | None:
-        """The pin or slide that guides a body in the ground; None where there is none."""
+        """The pin or slide that connects a body to the ground; None if it has none."""
         pairs = (joint for joint in self.joints_on(body) if isinstance(joint, LowerPair))
         return next((joint for joint in pairs if GROUND in (joint.a, joint.b)), None)
 
@@ -258,42 +259,42 @@ class Mechanism:
         return self.driven_joint.b
 
     def crank_turn(self, angle: float) -> float:
-        """Turn phi [rad] of the crank body at a crank angle [rad]."""
+        """Rotation phi [rad] of the crank's body at a crank angle [rad]."""
         return self.driver.start + self.driver.sense * angle
 
     @property
     def cam_contacts(self) -> tuple[CamContact, ...]:
-        """The joints that act by contact."""
+        """All cam contacts."""
         return tuple(joint for joint in self.joints if isinstance(joint, CamContact))
 
     @property
     def meshes(self) -> tuple[Mesh, ...]:
-        """The joints that roll."""
+        """All rolling pairs."""
         return tuple(joint for joint in self.joints if isinstance(joint, Mesh))
 
     @property
     def mobility(self) -> int:
         """Degrees of freedom by Gruebler's count, M = 3 (n - 1) - 2 f1 - f2 (document 004, equation (1)).
 
-        A pair that rolls counts as a higher one: its centres are kept apart by other joints.
+        A rolling pair counts as a higher pair, because other joints hold its centres apart.
         """
         higher_pairs = sum(isinstance(joint, HigherPair) for joint in self.joints)
         lower_pairs = len(self.joints) - higher_pairs
         return 3 * len(self.bodies) - 2 * lower_pairs - higher_pairs
 
 
-def beside(joint: LowerPair, body: str) -> tuple[str, Point, Point]:
-    """The other body of a joint, and its points [m] on that and on the body itself."""
+def joint_partner(joint: LowerPair, body: str) -> tuple[str, Point, Point]:
+    """The other body of a joint, the joint's point on that body, and its point on the given body [m]."""
     return (joint.a, joint.point_a, joint.point_b) if joint.b == body else (joint.b, joint.point_b, joint.point_a)
 
 
-def pins_of(mechanism: Mechanism, body: str) -> list[Point]:
-    """Places of the pins on a body, in its own frame [m]."""
-    return [beside(joint, body)[2] for joint in mechanism.joints_on(body) if isinstance(joint, Revolute)]
+def pin_points(mechanism: Mechanism, body: str) -> list[Point]:
+    """Points of the pins on a body, in its own frame [m]."""
+    return [joint_partner(joint, body)[2] for joint in mechanism.joints_on(body) if isinstance(joint, Revolute)]
 
 
 def to_world(pose: Pose, point: Point) -> Point:
-    """A point of a body in the document's frame [m]."""
+    """Position (x, y) [m] of a body's point in the document's frame."""
     x, y, phi = pose
     c, s = math.cos(phi), math.sin(phi)
     return (x + c * point[0] - s * point[1], y + s * point[0] + c * point[1])

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.own.models.loading import listed, name_or_number
@@ -80,7 +80,9 @@ def closure_name(model: mujoco.MjModel, index: int) -> str:
     if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not kind:
         return name
     bodies = ties_bodies(model, index)
-    ends = older.bodies_of(model, index) if bodies else (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
+    ends = (
+        compat.equality_bodies(model, index) if bodies else (int(model.eq_obj1id[index]), int(model.eq_obj2id[index]))
+    )
     named = [name_or_number(model, "body" if bodies else kind, end) for end in ends if end >= 0]
     return f"{name} ({' to '.join(named)})"
 
@@ -124,7 +126,7 @@ def mocap_of(model: mujoco.MjModel, body: int) -> int | None:
 
 def is_handle(model: mujoco.MjModel, index: int) -> bool:
     """Return True for a connect or weld to a mocap body: it drags a body by hand, and closes no loop of a machine."""
-    return ties_bodies(model, index) and any(mocap_of(model, end) for end in older.bodies_of(model, index))
+    return ties_bodies(model, index) and any(mocap_of(model, end) for end in compat.equality_bodies(model, index))
 
 
 def handles(model: mujoco.MjModel) -> tuple[int, ...]:
@@ -137,7 +139,7 @@ def handle_words(model: mujoco.MjModel, indices: Iterable[int]) -> str:
     """'hold is a handle: it drags hand after the mocap body stylus'; empty for no index."""
     words = []
     for index in indices:
-        ends = older.bodies_of(model, index)
+        ends = compat.equality_bodies(model, index)
         mocaps = [mocap for end in ends if (mocap := mocap_of(model, end)) is not None]
         dragged = next((end for end in ends if mocap_of(model, end) is None), ends[-1])
         names = (name_or_number(model, "body", body) for body in (dragged, mocaps[0]))

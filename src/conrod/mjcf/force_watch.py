@@ -9,7 +9,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import closure_name, kind_of, of_angles
 from conrod.own.models.loading import joint_kind, name_or_number
@@ -42,8 +42,8 @@ class ForceWatch:
         self._seen = dict[tuple[str, str], OtherForce]()
         self._scale = self._fastest = 0.0
         disabled = int(model.opt.disableflags)
-        self._springs = not disabled & older.flag("SPRING")
-        self._dampers = not disabled & older.flag("DAMPER")
+        self._springs = not disabled & compat.disable_bit("SPRING")
+        self._dampers = not disabled & compat.disable_bit("DAMPER")
         self._polynomials = [k for k in range(model.neq) if _bent(model, k)]
         self._aside = mujoco.MjData(model)
         self._handles = {k: body for k in range(model.neq) if (body := _handle(model, k)) is not None}
@@ -255,7 +255,7 @@ def _handle(model: mujoco.MjModel, equality: int) -> int | None:
     """The mocap body that a connect or weld ties something to."""
     if kind_of(model, equality) not in ("connect", "weld"):
         return None
-    return next((body for body in older.bodies_of(model, equality) if model.body_mocapid[body] >= 0), None)
+    return next((body for body in compat.equality_bodies(model, equality) if model.body_mocapid[body] >= 0), None)
 
 
 def _unit(model: mujoco.MjModel, kind: str, index: int) -> str:

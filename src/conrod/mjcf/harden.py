@@ -12,7 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.compiled_edits import set_step
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
@@ -23,7 +23,7 @@ from conrod.mjcf.results import HardenedModel, Variant
 from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
-from conrod.runs.other_forces import LACKING, OtherForce, acting_sentences, merged
+from conrod.runs.other_forces import LACKING, OtherForce, acting_sentences, merge_forces
 from conrod.studies.frame.paired_timing import paired_cost
 
 CLOSED = 1e-12  # of the model's size
@@ -118,7 +118,7 @@ def compared(
         "variants": (before, after),
         "travel": None if reference.broke else _apart(reference.centres, reference.centres[0]),
         "reference_known_to": known_to,
-        "acting": merged(acting),
+        "acting": merge_forces(acting),
         "cost": None if before.broke or after.broke else paired_cost(*steppers),
     }
 
@@ -197,7 +197,7 @@ def swing(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: in
 def unresetting(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy that does not begin again by itself where it breaks."""
     made = copy.copy(model)
-    made.opt.disableflags |= older.flag("AUTORESET")
+    made.opt.disableflags |= compat.disable_bit("AUTORESET")
     return made
 
 

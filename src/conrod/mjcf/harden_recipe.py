@@ -11,7 +11,7 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import LEAST_IMPEDANCE, MOST_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, older
+from conrod.engines.mujoco import MAX_IMPEDANCE, MIN_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, compat
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import handle_words, handles, is_handle, kind_of, ties_bodies
 from conrod.own.models.loading import listed, name_or_number
@@ -61,7 +61,7 @@ def hardenable(model: mujoco.MjModel) -> tuple[Closure, ...]:
 def _closure(model: mujoco.MjModel, index: int) -> Closure:
     name, kind = name_or_number(model, "equality", index), kind_of(model, index)
     if ties_bodies(model, index):
-        return Closure(index, name, kind, "body", tuple(older.bodies_of(model, index)))
+        return Closure(index, name, kind, "body", tuple(compat.equality_bodies(model, index)))
     ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
     bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
     if kind == "joint":
@@ -139,7 +139,7 @@ def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
         edits.append(Edit("eq_solref", enough, slowed, [name_or_number(model, "equality", index) for index in slowed]))
     options: dict[str, Any] = {"integrator": mujoco.mjtIntegrator.mjINT_RK4, "solver": mujoco.mjtSolver.mjSOL_NEWTON}
     # With this flag MuJoCo computes the inverse inertia at every step, and takes no weights.
-    options["enableflags"] = int(model.opt.enableflags) & ~older.enabling_flag("DIAGEXACT")
+    options["enableflags"] = int(model.opt.enableflags) & ~compat.enable_bit("DIAGEXACT")
     return (*edits, *(Edit(name, value) for name, value in options.items() if getattr(model.opt, name) != value))
 
 
@@ -171,7 +171,7 @@ def python_lines(recipe: Recipe, path: Path) -> str:
 
 def impedance(solimp: Array) -> float:
     """MuJoCo's impedance d of a closed constraint: solimp's first number, or the mean where there is no width."""
-    first, last = np.clip(solimp[:2], LEAST_IMPEDANCE, MOST_IMPEDANCE)
+    first, last = np.clip(solimp[:2], MIN_IMPEDANCE, MAX_IMPEDANCE)
     return float(first if solimp[2] > 0.0 else 0.5 * (first + last))
 
 
@@ -181,7 +181,7 @@ def compliance(solref: Array, solimp: Array, least_time: float) -> float:
     A constraint at rest under a force f is open by f R / (k d), R = (1 - d) / d x (inverse weight),
     k = 1 / (d_max^2 x time constant^2 x damping ratio^2) (MuJoCo's documentation, "Computation", solver parameters).
     """
-    d, widest = impedance(solimp), float(np.clip(solimp[1], LEAST_IMPEDANCE, MOST_IMPEDANCE))
+    d, widest = impedance(solimp), float(np.clip(solimp[1], MIN_IMPEDANCE, MAX_IMPEDANCE))
     constant = max(float(solref[0]), least_time)
     return (1.0 - d) / d**2 * (widest * constant * float(solref[1])) ** 2
 

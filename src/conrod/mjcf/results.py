@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 from conrod.runs.other_forces import OtherForce
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.studies.frame.paired_timing import PairedTiming
 
 SCHEMA = 3
@@ -56,7 +56,7 @@ class HardenedModel:
 
     def document(self) -> dict[str, Any]:
         """All but the binary model, as values that JSON has."""
-        values = plain(replace(self, content=None))
+        values = plain_values(replace(self, content=None))
         del values["content"]
         return {"schema": SCHEMA, **values}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import openings
@@ -34,7 +34,7 @@ SAMPLES = 400
 @contextmanager
 def about(path: Path) -> Iterator[None]:
     """What cannot be done with a user's model is InvalidInput that names its file; MuJoCo writes no log of it."""
-    with warnings_kept_quiet():
+    with silence_warnings():
         try:
             yield
         except mujoco.FatalError as error:
@@ -59,7 +59,7 @@ def data_at(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
 
 def broken(data: mujoco.MjData) -> str:
     """Reason why a run has broken off: MuJoCo's warning, or "not finite"; empty where it has not."""
-    return next(iter(bad_numbers(data)), "" if np.all(np.isfinite(data.qpos)) else "not finite")
+    return next(iter(bad_number_warnings(data)), "" if np.all(np.isfinite(data.qpos)) else "not finite")
 
 
 def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[[], Callable[[int], None]]:
@@ -75,7 +75,7 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
 
         def advance(steps: int) -> None:
             nonlocal done
-            with warnings_kept_quiet():
+            with silence_warnings():
                 while steps:
                     if done == most:
                         mujoco.mj_resetData(model, data)
@@ -127,7 +127,7 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
     data = data_at(model, start)
     every = every or max(1, -(-steps // SAMPLES))
     states, touched, done, watch = list[Array](), dict[tuple[int, int], int](), 0, ForceWatch(model)
-    with warnings_kept_quiet():
+    with silence_warnings():
         for step in range(steps + 1):
             if step % every == 0:
                 if broken(data):

@@ -17,7 +17,7 @@ import msgspec
 
 from conrod.errors import InvalidInput
 from conrod.report import numbers
-from conrod.runs.plain import plain, restore
+from conrod.runs.plain_values import plain_values, restore
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
 from conrod.studies.frame.files import is_folder, is_no_file
@@ -284,7 +284,7 @@ EXACT_FIELDS: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew",
 
 def plain_findings(findings: Any) -> Any:
     """The findings as what JSON can hold; raises TypeError where they cannot be restored from it."""
-    return plain(findings, DRAWN_DIGITS)
+    return plain_values(findings, DRAWN_DIGITS)
 
 
 def restore_findings(wanted: type[T], values: Any) -> T:

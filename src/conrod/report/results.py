@@ -34,7 +34,7 @@ def verdict_words(result: Result) -> str:
     """Within tolerance or not, and if not why; what ended the run, where it did not complete."""
     if not result.completed:
         failed = "" if result.passed is not False else "failed, "
-        return f"{failed}{result.outcome}: {result.reason or Outcome.of(result.outcome).meaning}"
+        return f"{failed}{result.outcome}: {result.reason or Outcome.from_slug(result.outcome).meaning}"
     if result.distrust:
         return f"CANNOT BE TRUSTED: {result.distrust}"
     if result.passed is None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from conrod.mechanism.units import in_prose
+from conrod.mechanism.units import unit_in_prose
 from conrod.own.tables.causes import Cause
 from conrod.own.tables.errors import ERRORS
 from conrod.own.tables.study import TableStudy
@@ -100,7 +100,7 @@ def _cause_line(study: TableStudy, cause: Cause) -> str:
 
 def columns_table(study: TableStudy) -> Table:
     """The columns that are used."""
-    rows = [(column.name, column.heading, in_prose(column.unit), column.unit_from) for column in study.columns]
+    rows = [(column.name, column.heading, unit_in_prose(column.unit), column.unit_from) for column in study.columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 

@@ -1,6 +1,6 @@
-"""A trajectory against the exact motion: errors as docs/design.md names them, at the angle actually reached.
+"""Comparison of a trajectory with the exact motion: errors as docs/design.md names them, at the crank angle reached.
 
-A comparison works with any `ExactReference`; it knows neither scenes nor engines.
+A comparison works with any `ExactReference`; it depends on neither scenes nor engines.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ QUANTITIES = ("position", "velocity", "acceleration", "total")
 
 @dataclass(frozen=True)
 class Size:
-    """A quantity over the sampled run: largest, root mean square and last value."""
+    """Largest value, root mean square and last value of a quantity over a sampled run."""
 
     max: float
     rms: float
@@ -39,7 +39,7 @@ class ErrorSeries:
 
     @property
     def size(self) -> Size:
-        """Max, rms and final value."""
+        """Largest, rms and last error."""
         return size_of(self.error)
 
 
@@ -54,8 +54,8 @@ class PointErrors:
 
 
 @dataclass(frozen=True)
-class Closure:
-    """Largest gap left open in any joint, its rate and its acceleration; normalised by L, omega L, omega^2 L."""
+class ClosureErrors:
+    """Largest gap in any joint, its rate and its acceleration; normalised by L, omega L, omega^2 L."""
 
     position: float
     velocity: float
@@ -64,10 +64,10 @@ class Closure:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Differences of a trajectory from the exact motion."""
+    """Errors of a trajectory against the exact motion."""
 
     points: Mapping[str, PointErrors]
-    closure: Closure
+    closure: ClosureErrors
     phase_max: float  # [rad]
     phase_final: float  # [rad]
     drive_speed: float  # largest |rate / omega - 1|
@@ -82,17 +82,17 @@ class Comparison:
         for kind, given, known in (("quantity", quantity, PointErrors), ("measure", measure, Size)):
             if given not in known.__dataclass_fields__:
                 raise unknown_choice(kind, given, known.__dataclass_fields__)
-        # `max` would pass over what is no number.
+        # Unlike `max`, `np.max` keeps nan.
         return float(np.max([getattr(getattr(e, quantity).size, measure) for e in self.points.values()]))
 
 
 def size_of(values: Array) -> Size:
-    """Max, rms and final value of a non-negative series."""
+    """Largest, rms and last value of a non-negative series (T,)."""
     return Size(float(values.max()), float(np.sqrt(np.mean(values**2))), float(values[-1]))
 
 
 def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
-    """Errors of a trajectory against the exact motion.
+    """Compute the errors of a trajectory against the exact motion.
 
     Raises:
         ValueError: the run did not complete; an outcome other than completed has no errors.
@@ -105,7 +105,7 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
     drive = {name: float(values.max()) for name, values in run.drive.items()}
     return Comparison(
         points=Named(run.points, "observed point"),
-        closure=Closure(**{name: float(gaps.max()) for name, gaps in run.closure.items()}),
+        closure=ClosureErrors(**{name: float(gaps.max()) for name, gaps in run.closure.items()}),
         phase_max=max(float(one.max()) for one in run.phase),
         phase_final=float(run.phase[0][-1]),
         drive_speed=drive["speed"],
@@ -115,19 +115,19 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A run, or a stretch of it, beside the exact motion: its errors at every sample, each computed once and if needed.
+    """A run, or a part of it, with its exact motion; errors at every sample are computed once, when they are needed.
 
     Attributes:
-        left: samples of the run that come after its last one.
+        samples_remaining: samples of the run after the last one of this stretch.
     """
 
     trajectory: Trajectory
     reference: ExactReference
-    left: int = 0
+    samples_remaining: int = 0
 
     @property
     def bodies(self) -> BodyTracks:
-        """States of the bodies, which a run that is compared has."""
+        """States of the bodies, which every run that is compared has."""
         assert self.trajectory.bodies is not None
         return self.trajectory.bodies
 
@@ -138,12 +138,12 @@ class Stretch:
 
     @cached_property
     def points(self) -> dict[str, PointErrors]:
-        """Errors of the observed points, whatever became of the run."""
+        """Errors of the observed points, also of a run that did not complete."""
         return track_errors(self.trajectory.points, self.trajectory.speed, self.exact)
 
     @cached_property
     def closure(self) -> dict[str, Array]:
-        """Largest gap of a joint, its rate and its acceleration at their samples (T,), normalised as in `Closure`."""
+        """Largest joint gap, its rate and its acceleration at their samples (T,), normalised as in `ClosureErrors`."""
         length, speed, bodies = max(self.reference.lengths.values()), abs(self.trajectory.speed), self.bodies
         derivatives = {
             "position": [bodies.position.poses],
@@ -158,7 +158,7 @@ class Stretch:
 
     @cached_property
     def phase(self) -> list[Array]:
-        """Deviation of the crank angle from the nominal one [rad] at all instants, the bodies' positions' first."""
+        """Deviation of the crank angle from speed x time [rad] at all instants; body positions come first."""
         held: list[BodyTracks | PointTracks] = [self.bodies, *self.trajectory.points.values()]
         found = [part.instants for tracks in held for part in (tracks.position, tracks.velocity, tracks.acceleration)]
         every = {id(instants): instants for instants in found}.values()  # most are one object
@@ -166,19 +166,19 @@ class Stretch:
 
     @property
     def drive(self) -> dict[str, Array]:
-        """|rate / omega - 1| and |angular acceleration| / omega^2 at their samples (T,)."""
+        """Relative speed error |rate / omega - 1| and |angular acceleration| / omega^2 at their samples (T,)."""
         rate, acceleration = self.bodies.velocity.instants.rate, self.bodies.acceleration.instants.acceleration
         speed = self.trajectory.speed
         return {"speed": np.abs(rate / speed - 1.0), "acceleration": np.abs(acceleration) / speed**2}
 
 
 def track_errors(points: Mapping[str, PointTracks], speed: float, exact: ExactMotions) -> dict[str, PointErrors]:
-    """Errors of points, however they were come by; the nominal speed is in rad/s."""
+    """Errors of points from tracks of any origin; the nominal speed is in rad/s."""
     return {name: _point_errors(name, tracks, exact, speed) for name, tracks in points.items()}
 
 
 class ExactMotions:
-    """Motions of a reference of all points; what several tracks are compared with is computed once."""
+    """Exact motions of all points at given instants, computed once for all tracks that share them."""
 
     def __init__(self, reference: ExactReference) -> None:
         self.lengths = reference.lengths
@@ -186,19 +186,20 @@ class ExactMotions:
         self._known: dict[tuple[int, str], tuple[Instants, Motion]] = {}  # by identity of instants, kept for it
 
     def error(self, track: Track, name: str, quantity: str) -> Array:
-        """Measured minus exact (T, 2) [m, m/s or m/s^2], at the angle, rate and angular acceleration reached."""
-        exact: Array = getattr(self.at(track.instants).point(name), quantity)
+        """Measured minus exact values (T, 2) [m, m/s or m/s^2], at the angle, rate and acceleration reached."""
+        exact: Array = getattr(self.at_reached_angle(track.instants).point(name), quantity)
         return track.values - exact
 
-    def at(self, instants: Instants) -> Motion:
-        """The motion at the angle, rate and acceleration that the crank had."""
-        return self._once("at", instants, instants.angle, instants.rate, instants.acceleration)
+    def at_reached_angle(self, instants: Instants) -> Motion:
+        """The motion at the angle, rate and acceleration that the crank actually had."""
+        return self._cached_motion("at", instants, instants.angle, instants.rate, instants.acceleration)
 
-    def nominal(self, instants: Instants, speed: float) -> Motion:
-        """The motion where the crank was to be."""
-        return self._once("nominal", instants, speed * instants.times, speed)
+    def at_nominal_angle(self, instants: Instants, speed: float) -> Motion:
+        """The motion at the nominal crank angle, speed x time."""
+        return self._cached_motion("nominal", instants, speed * instants.times, speed)
 
-    def _once(self, which: str, instants: Instants, *at: Any) -> Motion:
+    def _cached_motion(self, which: str, instants: Instants, *at: Any) -> Motion:
+        """The reference's motion for these instants, computed at the first call."""
         key = id(instants), which
         if key not in self._known:
             self._known[key] = instants, self._reference.motion(*at)
@@ -206,6 +207,7 @@ class ExactMotions:
 
 
 def _point_errors(name: str, tracks: PointTracks, exact: ExactMotions, speed: float) -> PointErrors:
+    """Errors of one observed point."""
     length = exact.lengths[name]
 
     def series(track: Track, off: Array, norm: float) -> ErrorSeries:
@@ -216,7 +218,7 @@ def _point_errors(name: str, tracks: PointTracks, exact: ExactMotions, speed: fl
         return series(track, exact.error(track, name, quantity), norm)
 
     position = tracks.position
-    late = position.values - exact.nominal(position.instants, speed).point(name).position
+    late = position.values - exact.at_nominal_angle(position.instants, speed).point(name).position
     return PointErrors(
         position=error("position", length),
         velocity=error("velocity", length * abs(speed)),

@@ -10,12 +10,12 @@ import numpy as np
 
 from conrod.exact.motion import Array
 
-# An order is claimed where consecutive pairs agree this well and the error stands clear of the floor.
-PAIRS_AGREE = 0.1
-CLEAR_OF_FLOOR = 20.0
-ORDERS = np.linspace(0.05, 6.0, 1191)
-# Factors of safety of a numerical uncertainty: where three runs show an order, of a half at least, and where not.
-SHOWN, NOT_SHOWN, LEAST_ORDER = 1.25, 3.0, 0.5
+# An order is claimed if orders of consecutive pairs of runs differ by less, and errors exceed the floor by this factor.
+PAIR_TOLERANCE = 0.1
+MIN_FLOOR_RATIO = 20.0
+ORDER_GRID = np.linspace(0.05, 6.0, 1191)
+# Factors of safety of a numerical uncertainty if three runs show an order of at least `MIN_ORDER`, and if not.
+SAFETY_FACTOR, SAFETY_FACTOR_WITHOUT_ORDER, MIN_ORDER = 1.25, 3.0, 0.5
 
 
 @dataclass(frozen=True)
@@ -33,43 +33,44 @@ class ObservedOrder:
 
 
 def observed_order(steps: Sequence[int], errors: Sequence[float]) -> ObservedOrder:
-    """Order from errors at increasing numbers of steps per revolution."""
-    pairs = [_pair(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1)]
-    still = len(pairs) > 1 and all(order is not None and abs(order) <= PAIRS_AGREE for order in pairs[-2:])
+    """Estimate the order of convergence from errors at increasing numbers of steps per revolution."""
+    pairs = [_pair_order(steps[i : i + 2], errors[i : i + 2]) for i in range(len(steps) - 1)]
+    still = len(pairs) > 1 and all(order is not None and abs(order) <= PAIR_TOLERANCE for order in pairs[-2:])
     plateau, known = errors[-1] if still else None, [p for p in pairs if p is not None]
     if len(known) < 2 or len(known) < len(pairs):
         return ObservedOrder(None, plateau)
-    floor = fitted_floor(np.asarray(steps), np.asarray(errors))
-    clear = [i for i, e in enumerate(errors) if e > CLEAR_OF_FLOOR * floor]
+    floor = fit_floor(np.asarray(steps), np.asarray(errors))
+    clear = [i for i, e in enumerate(errors) if e > MIN_FLOOR_RATIO * floor]
     # The points clear of the floor are the coarse ones: a leading run.
     count = next((k for k, i in enumerate(clear) if i != k), len(clear))
     run = known[: max(count - 1, 0)]
     first = len(run) - 1
-    while first > 0 and abs(run[first] - run[first - 1]) <= PAIRS_AGREE:
+    while first > 0 and abs(run[first] - run[first - 1]) <= PAIR_TOLERANCE:
         first -= 1
     if len(run) - first < 2:
         return ObservedOrder(None, plateau)
     points = slice(first, count)
     slope = -float(np.polyfit(np.log(steps[points]), np.log(errors[points]), 1)[0])
     # An error that does not fall with the step is a plateau, and a plateau is a floor.
-    return ObservedOrder(slope if slope > PAIRS_AGREE else None, plateau)
+    return ObservedOrder(slope if slope > PAIR_TOLERANCE else None, plateau)
 
 
 def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:
-    """The order that is claimed from errors at increasing numbers of steps; runs that have none are left out."""
+    """Order claimed from errors at increasing numbers of steps; runs without an error are left out."""
     known = [(steps, error) for steps, error in errors if error is not None]
     return observed_order([n for n, _ in known], [e for _, e in known]).claimed
 
 
-def _pair(steps: Sequence[int], errors: Sequence[float]) -> float | None:
+def _pair_order(steps: Sequence[int], errors: Sequence[float]) -> float | None:
+    """Order between two errors; None if one is zero or not finite."""
     if not all(0.0 < e < math.inf for e in errors):
         return None
     return math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0])
 
 
-def fitted_floor(steps: Array, errors: Array) -> float:
-    """Floor >= 0 of the best fit in relative least squares, over a fine grid of orders."""
-    shapes = (steps / steps[0]) ** -ORDERS[:, None]
+def fit_floor(steps: Array, errors: Array) -> float:
+    """Floor >= 0 of the best fit e = c h^p + floor in relative least squares, over a fine grid of orders p."""
+    shapes = (steps / steps[0]) ** -ORDER_GRID[:, None]
     columns = np.stack([shapes, np.ones_like(shapes)], axis=2) / errors[:, None]
     c, f = np.linalg.pinv(columns).sum(axis=2).T
     without = columns[:, :, 0].sum(axis=1) / (columns[:, :, 0] ** 2).sum(axis=1)
@@ -82,16 +83,16 @@ def fitted_floor(steps: Array, errors: Array) -> float:
 def numerical_uncertainty(
     path: Iterable[tuple[int, float | None]], steps: int, formal: int | None = None
 ) -> tuple[float | None, float, float] | None:
-    """Order, extrapolated size at a step of zero, and uncertainty of a size, from the three finest runs.
+    """Order, limit at a step of zero, and uncertainty of an error's size, from the three finest runs.
 
     Roache's grid convergence index, as ASME V&V 20 has it: a factor of safety times the distance from that limit. An
-    order counts up to the formal one (2 where none is stated), and as 1 where none is shown (None).
+    order counts up to the formal one (2 if none is stated), and as 1 if no order is observed (None).
 
     Args:
-        steps: per revolution of the run that is estimated.
+        steps: per revolution of the run whose uncertainty is estimated.
 
     Returns:
-        None where fewer than three runs completed.
+        None if fewer than three runs completed.
     """
     known = [(n, size) for n, size in path if size is not None]
     if len(known) < 3:
@@ -99,7 +100,7 @@ def numerical_uncertainty(
     (_, first), (n2, second), (n3, third) = known[-3:]
     coarse, fine, ratio = first - second, second - third, n3 / n2
     order = math.log(coarse / fine) / math.log(ratio) if fine and coarse / fine > 0.0 else 0.0
-    shown = order >= LEAST_ORDER
+    shown = order >= MIN_ORDER
     limit = max(0.0, third - fine / (ratio ** (min(order, formal or 2) if shown else 1.0) - 1.0))
     own = next((size for n, size in known if n >= steps), third)
-    return order if shown else None, limit, (SHOWN if shown else NOT_SHOWN) * abs(own - limit)
+    return order if shown else None, limit, (SAFETY_FACTOR if shown else SAFETY_FACTOR_WITHOUT_ORDER) * abs(own - limit)

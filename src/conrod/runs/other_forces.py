@@ -1,28 +1,28 @@
-"""What acts in a run besides weight, inertia and the loops, as it was seen to act, as plain values and in words."""
+"""Forces that act in a run besides weight, inertia and the loops, as plain values and in sentences."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-# Kinds of forces, and of what else makes a run another one than the exact motion; see `OtherForce`.
+# Kinds of forces, and of other deviations from the exact motion; see `OtherForce`.
 LIMIT, CONTACT, FRICTION, SPRING, DAMPER = "limit", "contact", "dry friction", "spring", "damper"
 ACTUATOR, FLUID, COMPENSATION, ADHESION, HANDLE = "actuator", "fluid", "gravity compensation", "adhesion", "handle"
 ACROSS, LACKING = "gravity across the plane", "lacking acceleration"
-NAMED = 3  # of one kind, in a sentence
-WHOLE = 0.9999  # share of gravity that is all of it
+MAX_NAMED = 3  # forces of one kind named in a sentence
+FULL_GRAVITY = 0.9999  # share of gravity above which it counts as all of it
 
 
 @dataclass(frozen=True)
 class OtherForce:
-    """One thing that acts in a run besides weight, inertia and the loops.
+    """A force, or another deviation from the exact motion, that acted in a run.
 
     Attributes:
-        kind: of it, a constant of this module.
-        name: of the joint, tendon, pair of geoms, actuator or closure, with what it is: "joint slide".
-        largest: size that was seen; of gravity its share.
-        unit: of the size; empty where there is none to give.
-        exact: whether the exact forces of a machine have it too, so that forces can be compared all the same.
+        kind: a constant of this module.
+        name: of the joint, tendon, pair of geoms, actuator or closure, with its type: "joint slide".
+        largest: largest size; of gravity its share.
+        unit: of the size; empty if the size is not given.
+        exact: whether the exact forces of a machine include it, so that forces can be compared all the same.
     """
 
     kind: str
@@ -33,24 +33,24 @@ class OtherForce:
 
     @property
     def title(self) -> str:
-        """'the limit of tendon t'."""
-        return f"{WORDS.get(self.kind, self.kind)}{' of ' if self.name else ''}{self.name}"
+        """Phrase without the size: 'the limit of tendon t'."""
+        return f"{KIND_WORDS.get(self.kind, self.kind)}{' of ' if self.name else ''}{self.name}"
 
     @property
     def words(self) -> str:
-        """'the limit of tendon t (up to 1.6e+03 N)'."""
+        """Phrase with the size: 'the limit of tendon t (up to 1.6e+03 N)'."""
         size = f" (up to {self.largest:.2g} {self.unit})" if self.unit else ""
         return f"{self.title}{size}"
 
 
-WORDS = {
+KIND_WORDS = {
     LIMIT: "the limit", SPRING: "the spring", DAMPER: "the damper", ACTUATOR: "the force", FLUID: "a fluid",
     HANDLE: "the pull",
 }  # fmt: skip
 
 
-def merged(found: Iterable[OtherForce]) -> tuple[OtherForce, ...]:
-    """Things of several runs, each once with its largest size."""
+def merge_forces(found: Iterable[OtherForce]) -> tuple[OtherForce, ...]:
+    """Merge the forces of several runs, each with its largest size."""
     seen = dict[tuple[str, str, str], OtherForce]()
     for one in found:
         key = one.kind, one.name, one.unit
@@ -58,20 +58,20 @@ def merged(found: Iterable[OtherForce]) -> tuple[OtherForce, ...]:
     return tuple(seen.values())
 
 
-def with_obstacles(reason: str, found: Iterable[OtherForce]) -> str:
-    """The reason of a run's end, with limits and contacts that stood in its way; empty where there is none."""
+def add_obstacles(reason: str, found: Iterable[OtherForce]) -> str:
+    """Append to the reason of a run's end the limits and contacts that obstructed it; empty reasons stay empty."""
     obstacles = [one for one in found if one.kind in (LIMIT, CONTACT)]
-    return f"{reason}; in its way: {_listed(obstacles)}" if reason and obstacles else reason
+    return f"{reason}; in its way: {_enumerate_forces(obstacles)}" if reason and obstacles else reason
 
 
 def acting_sentences(
     found: Iterable[OtherForce], engine: str = "MuJoCo", run: str = "", *, judged: bool = True
 ) -> tuple[str, ...]:
-    """All that acts in a run, in sentences, to stand in its verdict.
+    """Sentences for a verdict on all forces that acted in a run.
 
     Args:
         engine: with its release, which lacks a part of an acceleration.
-        run: in which it acts, where a reader cannot know: "run as the file has it".
+        run: name of the run, if a reader cannot know it: "run as the file has it".
         judged: whether the run is compared with an exact motion.
     """
     every = tuple(found)
@@ -81,7 +81,7 @@ def acting_sentences(
         begin = f"{run[0].upper()}{run[1:]}, what acts besides its loops" if run else "What acts besides its loops"
         obstructed = judged and any(one.kind in (LIMIT, CONTACT) for one in acting)
         end = "; the exact motion has no limits or contacts, so errors are not the engine's alone" if obstructed else ""
-        said.append(f"{begin}: {_listed(acting)}{end}.")
+        said.append(f"{begin}: {_enumerate_forces(acting)}{end}.")
     said += [
         f"{engine} lacks the part of the velocity in the acceleration of {one.name}: up to "
         f"{one.largest:.2g} {one.unit}, which no setting mends."
@@ -90,16 +90,16 @@ def acting_sentences(
     ]
     for one in every:
         if one.kind == ACROSS:
-            share = "Gravity" if one.largest > WHOLE else f"A share of {one.largest:.2g} of gravity"
+            share = "Gravity" if one.largest > FULL_GRAVITY else f"A share of {one.largest:.2g} of gravity"
             said.append(f"{share} acts across the plane of motion.")
     return tuple(said)
 
 
-def _listed(found: list[OtherForce]) -> str:
-    """All in a list, of each kind the largest and how many more."""
+def _enumerate_forces(found: list[OtherForce]) -> str:
+    """Enumerate forces, of each kind the largest ones and the number of others."""
     parts = list[str]()
     for kind in dict.fromkeys(one.kind for one in found):
         same = sorted((one for one in found if one.kind == kind), key=lambda one: -one.largest)
-        more = f" and {len(same) - NAMED} more" if len(same) > NAMED else ""
-        parts.append(", ".join(one.words for one in same[:NAMED]) + more)
+        more = f" and {len(same) - MAX_NAMED} more" if len(same) > MAX_NAMED else ""
+        parts.append(", ".join(one.words for one in same[:MAX_NAMED]) + more)
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])}, and {parts[-1]}"

@@ -1,4 +1,4 @@
-"""A run of an engine: sampled motion, each quantity with the instants it belongs to, and how the run ended."""
+"""The trajectory of a run: sampled motion, each quantity with its instants, and the outcome."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from conrod.exact.motion import Array
 
 
 class Outcome(Enum):
-    """The end of a run, by its slug; the members' meanings are for people."""
+    """The outcome of a run: a slug for data, and a meaning for people."""
 
     COMPLETED = ("completed", "ran to its end")
     DIVERGED = ("diverged", "a state is not finite")
@@ -41,14 +41,14 @@ class Outcome(Enum):
         return made
 
     @classmethod
-    def of(cls, slug: str) -> Outcome:
-        """The member of a slug; KeyError if there is none."""
+    def from_slug(cls, slug: str) -> Outcome:
+        """The outcome with a slug; raises KeyError for an unknown slug."""
         return {member.slug: member for member in cls}[slug]
 
 
 @dataclass(frozen=True)
 class Instants:
-    """Times of samples and the crank's motion at these times, as the engine reports them; each (T,)."""
+    """Sample times and the crank's motion at these times, as the engine reports them; each (T,)."""
 
     times: Array  # [s]
     angle: Array  # [rad], the crank angle in the document's sense
@@ -61,7 +61,7 @@ class Instants:
 
 @dataclass(frozen=True)
 class Track:
-    """One quantity of one point, with the instants that its values belong to."""
+    """Samples of one quantity of one point, with the instants that they belong to."""
 
     instants: Instants
     values: Array  # (T, 2), SI
@@ -100,7 +100,7 @@ class BodyTracks:
 
 
 class Settings(Protocol):
-    """The settings of an engine, as the rest of conrod sees them."""
+    """The settings of an engine, as conrod uses them outside the engine."""
 
     @property
     def engine(self) -> str: ...  # name in the table of engines
@@ -140,16 +140,16 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch of a run, recorded whole; the run itself may be of any length.
+    """A part of a run with all its samples; the run itself may be of any length.
 
     Attributes:
-        trajectory: of this stretch; its outcome and reason are those of the run so far.
-        first_step: index of its first new sample; samples before it, which derivatives need, are in no other piece.
+        trajectory: of this part; its outcome and reason are those of the run so far.
+        first_step: index of its first new sample; earlier samples, which derivatives need, are new in no other piece.
         clock: of the engine, or of a user of an engine that has none: the sum of its steps so far, at the instants of
             the positions (T,) [s].
-        warnings: what the engine itself has warned of so far, and how often.
-        drive_torque: by the engine's account, at the instants of the accelerations (T,) [N m], about the crank in the
-            sense of the crank angle; None where it does not report it.
+        warnings: the engine's own warnings so far, with their numbers.
+        drive_torque: as the engine reports it, at the instants of the accelerations (T,) [N m], about the crank in the
+            sense of the crank angle; None if it reports none.
     """
 
     trajectory: Trajectory
@@ -163,10 +163,10 @@ Part = TypeVar("Part", Instants, Track, PointTracks, BodyStates, BodyTracks)
 
 
 def concatenate_pieces(pieces: Sequence[Piece]) -> Piece:
-    """One piece of all their samples; outcome and warnings are those of the last one."""
+    """Concatenate the samples of several pieces; outcome and warnings are those of the last one."""
     if len(pieces) == 1:
         return pieces[0]
-    first, last, join = pieces[0], pieces[-1], FieldByField(np.concatenate)
+    first, last, join = pieces[0], pieces[-1], ArrayMapper(np.concatenate)
     bodies = [piece.trajectory.bodies for piece in pieces]
     points = {name: join(*(piece.trajectory.points[name] for piece in pieces)) for name in last.trajectory.points}
     torques = [piece.drive_torque for piece in pieces]
@@ -179,11 +179,11 @@ def concatenate_pieces(pieces: Sequence[Piece]) -> Piece:
     )
 
 
-class FieldByField:
-    """Makes tracks and states of others, array by array; what several of them share they share afterwards.
+class ArrayMapper:
+    """Map a function over the arrays of tracks and states; parts that share arrays share them afterwards.
 
     Args:
-        change: makes one array of those of all parts.
+        change: makes one array from the corresponding arrays of all parts.
     """
 
     def __init__(self, change: Callable[[Sequence[Array]], Array]) -> None:

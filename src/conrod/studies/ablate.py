@@ -13,7 +13,7 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import ModelIngredients, require_capability
 from conrod.engines.engine import default_steps
 from conrod.engines.variants import Ingredient
-from conrod.runs.plain import plain, restore
+from conrod.runs.plain_values import plain_values, restore
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
 from conrod.studies.ablate_findings import (
@@ -55,7 +55,7 @@ class CostCase(RunCase):
         timing = time_pair(
             engine_named(self.settings.engine), self.scene, self.settings, self.against, rounds=self.rounds
         )
-        return Measurement(Outcome.COMPLETED.slug, beside={"paired": plain(timing)})
+        return Measurement(Outcome.COMPLETED.slug, beside={"paired": plain_values(timing)})
 
     def _read(self, measurement: Measurement) -> None:
         if measurement.beside is not None:

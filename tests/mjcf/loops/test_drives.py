@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from conrod import harden
-from conrod.engines.mujoco import HARDENING
+from conrod.engines.mujoco import HARDENING_FACTOR
 from conrod.engines.mujoco.compiled_edits import INVERSE_WEIGHTS, set_armature, set_step
 from conrod.exact.motion import Array
 from conrod.mjcf.loops.driving import Drives, driven_run
@@ -212,7 +212,7 @@ def test_hardening_survives_a_flywheel_and_so_do_weights_that_a_file_scales() ->
     for model in (plain, hard):
         set_armature(model, [0], 1e9)
     for name in INVERSE_WEIGHTS:
-        assert getattr(hard, name) == pytest.approx(HARDENING * getattr(plain, name), rel=1e-12)
+        assert getattr(hard, name) == pytest.approx(HARDENING_FACTOR * getattr(plain, name), rel=1e-12)
     assert plain.dof_invweight0[0] == pytest.approx(1e-9, rel=1e-6)
     assert plain.stat.meaninertia < 10.0  # the scale of the solver's tolerance is the machine's
 

@@ -1,4 +1,4 @@
-"""Exudyn, an extra of conrod: settings of a run, and the presets. Imports no engine, which `engine` does."""
+"""Exudyn, an optional engine: settings of a run, and the presets. Does not import the engine."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from conrod.mechanism.units import check_number
 # Exudyn's own names: constraints on positions (index 3), or on velocities (index 2).
 GENERALIZED_ALPHA, TRAPEZOIDAL = "GeneralizedAlpha", "TrapezoidalIndex2"
 SOLVERS = (GENERALIZED_ALPHA, TRAPEZOIDAL)
-# Exudyn ends a run within 1e-10 s of its end (CSolverBase::SolveSteps): steps no longer than that would be left out.
-SHORTEST_STEP = 1e-9  # [s]
+# Exudyn ends a run within 1e-10 s of its end (CSolverBase::SolveSteps): shorter steps would be left out.
+MIN_STEP = 1e-9  # [s]
 
 
 @dataclass(frozen=True)
 class ExudynSettings(EngineSettings):
-    """Settings of an Exudyn run; the names are Exudyn's own. SI."""
+    """Settings of an Exudyn run, in SI, named as in Exudyn."""
 
     engine: ClassVar[str] = "exudyn"
 
     solver: str = GENERALIZED_ALPHA
-    spectral_radius: float = 0.9  # at infinite frequency; the trapezoidal rule has no use of it
+    spectral_radius: float = 0.9  # at infinite frequency; unused by the trapezoidal rule
     relative_tolerance: float = 1e-8  # of Newton's iteration, on the residual
     absolute_tolerance: float = 1e-10
 
@@ -33,18 +33,18 @@ class ExudynSettings(EngineSettings):
         super().__post_init__()
         if self.solver not in SOLVERS:
             raise unknown_choice("solver", self.solver, SOLVERS)
-        check_number("timestep", self.timestep, SHORTEST_STEP, 1e8, "s")
+        check_number("timestep", self.timestep, MIN_STEP, 1e8, "s")
         check_number("spectral_radius", self.spectral_radius, 0.0, 1.0)
         check_number("relative_tolerance", self.relative_tolerance, 1e-15, 1.0)
         check_number("absolute_tolerance", self.absolute_tolerance, 1e-15, 1.0)
 
     def time_constant(self, contact: bool) -> float:
-        # Constraints on velocities never mend a gap that is there; those on positions do so at every step.
+        # Constraints on velocities never correct a gap; those on positions do so at every step.
         return math.inf if self.solver == TRAPEZOIDAL else 0.0
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> ExudynSettings:
-        """The other implicit solver, the trapezoidal rule on constraints of index 2, without numerical damping."""
+        """The trapezoidal rule with velocity constraints (index 2), without numerical damping."""
         return cls("tuned", steps_per_revolution, step_length(machine, steps_per_revolution), TRAPEZOIDAL)
 
 

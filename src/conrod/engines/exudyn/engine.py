@@ -1,6 +1,7 @@
-"""Exudyn, as one of conrod's engines: a mechanism becomes a `MainSystem`, its solvers take it on by so many steps.
+"""The Exudyn engine: translates a mechanism to a `MainSystem`, steps it by Exudyn's solvers and records.
 
-Nothing is written into the engine after the start; a constraint holds the crank's rate."""
+Nothing is written into the engine after the start; a constraint holds the crank's rate.
+"""
 
 from __future__ import annotations
 
@@ -33,19 +34,20 @@ from conrod.engines.numerics import place_at_angles
 from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.runs.outcome import Verdict
+from conrod.runs.outcome import RunVerdict
 from conrod.runs.trajectory import BodyTracks, Outcome, Piece
 
-GIVEN = (Revolute, Prismatic)
+SUPPORTED_JOINTS = (Revolute, Prismatic)
 
 
 @dataclass(frozen=True)
-class Build:
-    """A system of planar bodies, whose coordinates are the poses (3 n,) of `Mechanism.bodies`.
+class ExudynSystem:
+    """A system of planar bodies, whose coordinates are the poses (3 n,) of the mechanism's bodies.
 
     Attributes:
-        container: of the system, which must outlive it.
-        drive: number of the constraint on the crank's turn.
+        container: the system's container, which must outlive it.
+        system: the `MainSystem`.
+        drive: object number of the constraint on the crank's angle.
     """
 
     container: Any
@@ -54,18 +56,18 @@ class Build:
 
 
 def refusal(machine: Machine, settings: ExudynSettings) -> str | None:
-    """None, or the reason why these settings cannot be used on this machine."""
+    """Return the reason why these settings cannot be used on this machine, or None."""
     mechanism = machine.kinematics.mechanism
     if mechanism.loads:
         return "exudyn is given gravity and constant forces, no loads that follow a law"
-    if not all(isinstance(joint, GIVEN) for joint in mechanism.joints):
+    if not all(isinstance(joint, SUPPORTED_JOINTS) for joint in mechanism.joints):
         return "exudyn is given pins and slides, no cams that act by contact and no wheels that roll"
     return None
 
 
 @contextmanager
-def silent() -> Iterator[None]:
-    """Nothing is printed by Exudyn, which explains at length why a solver has failed."""
+def silence_output() -> Iterator[None]:
+    """Keep Exudyn from printing why a solver has failed."""
     printing = exudyn.config.printToConsole
     exudyn.config.printToConsole = False
     try:
@@ -74,18 +76,18 @@ def silent() -> Iterator[None]:
         exudyn.config.printToConsole = printing
 
 
-def build(mechanism: Mechanism, poses: Array, rates: Array, rate: float | None) -> Build:
-    """Translate, with the bodies in poses (3 n,) at rates (3 n,).
+def build(mechanism: Mechanism, poses: Array, rates: Array, rate: float | None) -> ExudynSystem:
+    """Build the system with the bodies in poses (3 n,) at rates (3 n,).
 
     Args:
-        rate: that a constraint holds the crank's turn at [rad/s]. Exudyn needs no user function for it, of which its
-            initial accelerations would take no account. None for a constraint on the turn itself, which is set later.
+        rate: crank rate [rad/s] that a constraint holds; None for a constraint on the crank's angle, which is set
+            later. This takes no user function, which Exudyn ignores in its initial accelerations.
     """
     container = exudyn.SystemContainer()
     system = container.AddSystem()
     numbers, nodes = {GROUND: system.AddObject(ObjectGround())}, {}
     for body, pose, start in zip(mechanism.bodies, poses.reshape(-1, 3), rates.reshape(-1, 3), strict=True):
-        # Reference coordinates are left at 0: displacements from them, which are what is integrated, are the pose.
+        # Reference coordinates stay 0, so the displacements from them, which Exudyn integrates, are the pose.
         node = NodeRigidBody2D(initialCoordinates=pose.tolist(), initialVelocities=start.tolist())
         nodes[body.name] = system.AddNode(node)
         numbers[body.name] = _add_body(system, mechanism, body, nodes[body.name])
@@ -101,28 +103,31 @@ def build(mechanism: Mechanism, poses: Array, rates: Array, rate: float | None) 
         held = {"offset": rate, "velocityLevel": True}
     drive = system.AddObject(ObjectConnectorCoordinate(markerNumbers=turns, **held))
     system.Assemble()
-    return Build(container, system, drive)
+    return ExudynSystem(container, system, drive)
 
 
 def _add_body(system: Any, mechanism: Mechanism, body: Body, node: int) -> int:
+    """Add a body with its weight and constant force; return its object number."""
     x, y = body.centre_of_gravity
     inertia = body.inertia + body.mass * (x * x + y * y)  # about the reference point
     rigid = ObjectRigidBody2D(nodeNumber=node, mass=body.mass, inertia=inertia, centerOfMass=[x, y])
     number: int = system.AddObject(rigid)
-    push, (along, up) = mechanism.push_on(body.name), mechanism.gravity
+    push, (along, up) = mechanism.constant_force_on(body.name), mechanism.gravity
     force = [push[0] + body.mass * along, push[1] + body.mass * up, 0.0]
-    system.AddLoad(LoadForceVector(markerNumber=_marker(system, number, (x, y)), loadVector=force))
+    system.AddLoad(LoadForceVector(markerNumber=_add_marker(system, number, (x, y)), loadVector=force))
     return number
 
 
-def _marker(system: Any, number: int, point: Point) -> Any:
+def _add_marker(system: Any, number: int, point: Point) -> Any:
+    """Add a marker at a point of a body."""
     return system.AddMarker(MarkerBodyRigid(bodyNumber=number, localPosition=[*point, 0.0]))
 
 
 def _add_joint(system: Any, numbers: Mapping[str, int], joint: Joint) -> None:
-    assert isinstance(joint, GIVEN)  # or the machine is refused
+    """Add a pin or a slide."""
+    assert isinstance(joint, SUPPORTED_JOINTS)  # or the machine is refused
     ends = ((joint.a, joint.point_a), (joint.b, joint.point_b))
-    markers = [_marker(system, numbers[name], point) for name, point in ends]
+    markers = [_add_marker(system, numbers[name], point) for name, point in ends]
     if isinstance(joint, Revolute):
         system.AddObject(ObjectJointRevolute2D(markerNumbers=markers))
         return
@@ -138,20 +143,20 @@ def _add_joint(system: Any, numbers: Mapping[str, int], joint: Joint) -> None:
 # -- runs --------------------------------------------------------------------------------------------------------------
 
 
-# The solver begins again after so many steps, with a new Jacobian: always the same ones, however a run is cut. A power
-# of two, by which a step's length is divided without rounding.
-BLOCK = 1024
-TOLERANCE = 1e-13  # of Newton's iteration; where it stalls on rounding before, the pose is that of its last step
+# The solver restarts with a new Jacobian after this number of steps, however a run is cut into pieces. A power of two,
+# by which the length of a step is divided without rounding.
+BLOCK_STEPS = 1024
+KINEMATIC_TOLERANCE = 1e-13  # of Newton's iteration; if rounding stalls it before, its last pose is taken
 
 
-class Stepper:
-    """A machine in the exact state of its start, or a crank angle [rad]; calling it advances it by so many steps.
+class ExudynStepper:
+    """A machine in the exact state of its start, or of a crank angle [rad]; a call advances it by steps.
 
-    What is left of a call of the solver, accelerations included, begins the next one. Its time begins at 0 each time:
-    with the crank's rate held constant, nothing depends on it.
+    Each call of the solver starts from the state that the last one left, accelerations included. Its time starts at 0
+    each time: with the crank's rate held constant, nothing depends on time.
 
     Attributes:
-        failure: why the solver goes no further; empty while it does.
+        failure: reason why the solver failed; empty while it works.
     """
 
     def __init__(self, machine: Machine, settings: ExudynSettings, angle: float | None = None) -> None:
@@ -159,30 +164,30 @@ class Stepper:
         poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
         mechanism, speed = machine.kinematics.mechanism, machine.speed
         self.failure, self._step = "", settings.timestep
-        self._settings = _simulation(settings)
+        self._settings = _simulation_settings(settings)
         self._solver = exudyn.MainSolverImplicitSecondOrder()
-        with silent():
+        with silence_output():
             self._made = build(mechanism, poses[0], slopes[0] * speed, mechanism.driver.sense * speed)
-            self._try("the initial accelerations", self._solver.InitializeSolver)
+            self._call_solver("the initial accelerations", self._solver.InitializeSolver)
 
     def __call__(self, steps: int) -> None:
         self._solver.it.endTime = steps * self._step
         if not self.failure:
-            with silent():
-                self._try("a step", self._solver.SolveSteps)
+            with silence_output():
+                self._call_solver("a step", self._solver.SolveSteps)
 
     def states(self, steps: int) -> Iterator[Array]:
-        """Poses, rates and accelerations (3, 3 n) of one instant each, at the start and after each of so many steps.
+        """Yield poses, rates and accelerations (3, 3 n) of one instant each, at the start and after each step.
 
         Both solvers fulfil constraints and equations of motion at the end of a step, so all that is read there belongs
-        to it: the accelerations are not those, at other instants, that generalised alpha carries along beside them.
+        to it: the accelerations read are not the algorithmic ones of generalised alpha, which belong to other instants.
         """
         steps = max(steps, 1)
-        for done in range(0, steps, BLOCK):
-            yield from self._recorded(min(BLOCK, steps - done))[1 if done else 0 :]
+        for done in range(0, steps, BLOCK_STEPS):
+            yield from self._record_block(min(BLOCK_STEPS, steps - done))[1 if done else 0 :]
 
-    def _recorded(self, steps: int) -> Array:
-        """States (steps + 1, 3, 3 n) before so many steps and after each; no numbers where it does not get to."""
+    def _record_block(self, steps: int) -> Array:
+        """States (steps + 1, 3, 3 n) before and after each step; NaN after the solver has failed."""
         data, found = self._made.system.systemData, list[list[Array]]()
 
         def record(*_: object) -> bool:
@@ -196,7 +201,8 @@ class Stepper:
             states[: len(found)] = found
         return states
 
-    def _try(self, what: str, call: Callable[[Any, Any], bool]) -> None:
+    def _call_solver(self, what: str, call: Callable[[Any, Any], bool]) -> None:
+        """Call the solver, and keep the reason if it fails."""
         try:
             done = call(self._made.system, self._settings)
         except (RuntimeError, ValueError):  # a singular Jacobian, and the like
@@ -207,13 +213,13 @@ class Stepper:
             self.failure = f"Exudyn could not solve for {what}: {why}"
 
 
-def _simulation(settings: ExudynSettings) -> Any:
-    """Exudyn's settings: its defaults but for ours, in steps of one length, with no files written."""
+def _simulation_settings(settings: ExudynSettings) -> Any:
+    """Exudyn's simulation settings: its defaults with ours, steps of constant length, no files."""
     made = exudyn.SimulationSettings()
     made.solution.file.write = False
     integration = made.timeIntegration
     integration.adaptiveStep = False
-    integration.numberOfSteps, integration.endTime = BLOCK, BLOCK * settings.timestep
+    integration.numberOfSteps, integration.endTime = BLOCK_STEPS, BLOCK_STEPS * settings.timestep
     integration.newton.relativeTolerance = settings.relative_tolerance
     integration.newton.absoluteTolerance = settings.absolute_tolerance
     alpha = integration.generalizedAlpha
@@ -224,21 +230,21 @@ def _simulation(settings: ExudynSettings) -> Any:
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
-    """The crank held at each angle, the rest placed by the joints."""
+    """Hold the crank at each angle (T,) [rad], and place the others by Exudyn's static solver."""
     mechanism = machine.kinematics.mechanism
     start = machine.kinematics.start[0]
     made = build(mechanism, start, np.zeros_like(start), rate=None)
     data, solver, settings = made.system.systemData, exudyn.MainSolverStatic(), exudyn.SimulationSettings()
     settings.solution.file.write, settings.staticSolver.verboseMode = False, 0
     newton = settings.staticSolver.newton
-    newton.relativeTolerance = newton.absoluteTolerance = TOLERANCE
+    newton.relativeTolerance = newton.absoluteTolerance = KINEMATIC_TOLERANCE
     poses, rates = list[Array](), list[Array]()
 
     def place(theta: float, ahead: Array | None) -> Array:
         if ahead is not None:
             data.SetODE2Coordinates(ahead, exudyn.ConfigurationType.Initial)
         made.system.SetObjectParameter(made.drive, "offset", mechanism.crank_turn(theta))
-        with silent():
+        with silence_output():
             solver.SolveSystem(made.system, settings)
         found: Array = data.GetODE2Coordinates()
         return found
@@ -252,42 +258,44 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
 
 
 def closing_rates(jacobian: Array, mechanism: Mechanism, speed: float) -> Array:
-    """Rates (3 n,) that fit the engine's own constraints at the crank's speed [rad/s]: the static solver has none.
+    """Rates (3 n,) that fulfil the engine's own constraints at a crank speed [rad/s].
+
+    They solve C q' = (0, .., 0, c omega), with the constraints' Jacobian C, as the static solver has no rates.
 
     Args:
-        jacobian: [[K, C'], [C, 0]] of the static equations (6 n, 6 n), with the constraint on the crank's turn last.
+        jacobian: [[K, C'], [C, 0]] of the static equations (6 n, 6 n), with the constraint on the crank's angle last.
     """
     count = 3 * len(mechanism.bodies)
     constraints, asked = jacobian[count:, :count], np.zeros(count)
     asked[-1] = constraints[-1, 3 * mechanism.body_index[mechanism.crank] + 2] * mechanism.driver.sense * speed
-    # At a pose where the constraints depend on each other there are many, of which this takes the least.
+    # At a pose with dependent constraints there are many solutions, of which this takes the smallest.
     return np.asarray(np.linalg.lstsq(constraints, asked)[0])
 
 
 def run(
     machine: Machine, settings: ExudynSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
-    """A run at constant crank speed in pieces of so many steps."""
-    kinematics, stepper = machine.kinematics, Stepper(machine, settings, start_angle)
+    """Run a machine at constant crank speed, and yield its pieces of `steps` steps."""
+    kinematics, stepper = machine.kinematics, ExudynStepper(machine, settings, start_angle)
     states = stepper.states(round(settings.steps_per_revolution * revolutions))
 
-    def ended(judged: Verdict) -> Verdict:
+    def explain_failure(judged: RunVerdict) -> RunVerdict:
         failed = judged.outcome is Outcome.DIVERGED and stepper.failure
         return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
 
     def record(first: int, times: Array) -> RecordedStretch:
         read = np.array(list(islice(states, len(times)))).swapaxes(0, 1)
         bodies = stamped_states(kinematics.mechanism, times, *read)
-        # Exudyn too has it from the step index.
+        # As in Exudyn, the clock is step index times step.
         clock = settings.timestep * np.arange(first, first + len(times), dtype=float)
         tracks = BodyTracks(bodies, bodies, bodies)
-        return RecordedStretch(tracks, observed_tracks(kinematics, bodies), clock, finish_verdict=ended)
+        return RecordedStretch(tracks, observed_tracks(kinematics, bodies), clock, finish_verdict=explain_failure)
 
     return record_pieces(machine, settings, exudyn.__version__, revolutions, start_angle, steps, record)
 
 
 class Exudyn(Engine[ExudynSettings]):
-    """Exudyn by way of its `MainSystem` of planar bodies, with hard constraints and implicit integrators."""
+    """Exudyn through its `MainSystem` of planar bodies, with hard constraints and implicit integrators."""
 
     name = "exudyn"
     version = exudyn.__version__
@@ -295,11 +303,11 @@ class Exudyn(Engine[ExudynSettings]):
     refusal = staticmethod(refusal)
     solve_kinematics = staticmethod(solve_kinematics)
     run = staticmethod(run)
-    stepper = Stepper
+    stepper = ExudynStepper
 
-    def reference_loop(self) -> Stepper:
-        """The slider-crank at its start, 1000 steps a turn."""
-        return Stepper(TIMED_REFERENCE, ExudynSettings.stock(TIMED_REFERENCE, 1000))
+    def reference_loop(self) -> ExudynStepper:
+        """The slider-crank to which timings are ratios, at 1000 steps per revolution."""
+        return ExudynStepper(TIMED_REFERENCE, ExudynSettings.stock(TIMED_REFERENCE, 1000))
 
 
 EXUDYN_ENGINE = Exudyn()

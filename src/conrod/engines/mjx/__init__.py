@@ -1,4 +1,4 @@
-"""MuJoCo XLA (MJX), an extra of conrod: settings of a run, and the presets. Imports no engine, which `engine` does."""
+"""MuJoCo XLA (MJX), an optional engine: settings of a run, and the presets. Does not import the engine."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from conrod.engines.mujoco import STIFF_SOLIMP, MuJoCoSettings
 from conrod.errors import unknown_choice
 
 PRECISIONS = ("single", "double")
-# At the tolerance of 0 that the drive forces MJX makes all of its iterations in each step. Newton's method solves
-# equalities in the first; more change nothing but rounding.
-ITERATIONS = 1
+# At the tolerance of 0 that the drive requires MJX makes all of its iterations in each step. Newton's method solves
+# equalities in the first; more change only rounding.
+NEWTON_ITERATIONS = 1
 LOOSELY_DOTTED = LineStyle((0, (1, 4)), "v", 4.0, False, 4)
 
 
 @dataclass(frozen=True)
 class MJXSettings(MuJoCoSettings):
-    """Settings of an MJX run: those of MuJoCo, with the precision of JAX's arrays (`jax_enable_x64`)."""
+    """Settings of an MJX run: MuJoCo's, and the precision of JAX's arrays (`jax_enable_x64`)."""
 
     engine: ClassVar[str] = "mjx"
 
@@ -32,15 +32,15 @@ class MJXSettings(MuJoCoSettings):
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
-        """MuJoCo's defaults plus the drive, in JAX's own single precision."""
-        return replace(super().stock(machine, steps_per_revolution), iterations=ITERATIONS)
+        """MuJoCo's defaults plus the drive, in JAX's default single precision."""
+        return replace(super().stock(machine, steps_per_revolution), iterations=NEWTON_ITERATIONS)
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> Self:
         """The stiffest closure that MuJoCo admits, in double precision.
 
-        A closure of MJX knows nothing of how its points curve (the term dJ/dt v): its spring has to do all of that, and
-        leaves a gap of that acceleration times the square of its time constant. So that is the least, of two steps.
+        An MJX closure lacks the term dJ/dt v: its spring has to supply that acceleration, with a gap of the
+        acceleration times the square of the time constant. So the time constant is the least possible, two steps.
         """
         stock = cls.stock(machine, steps_per_revolution)
         shortest = (2.0 * stock.timestep, 1.0)
@@ -53,7 +53,7 @@ class MJXSettings(MuJoCoSettings):
         return replace(tuned, preset="tuned-single", precision="single")
 
 
-# What is rounded to single precision at every step is measured, and not judged.
+# Runs in single precision are measured, and not judged.
 MJX_PRESETS: Mapping[str, Preset[MJXSettings]] = {
     STOCK: Preset(MJXSettings.stock, "MuJoCo's defaults, in single precision", judged=False, style=DOTTED),
     "tuned": Preset(MJXSettings.tuned, "stiffest closures, in double precision", style=DASHED),

@@ -1,12 +1,16 @@
-"""MJX, as one of conrod's engines, and bounds on its errors before any run.
+"""The MJX engine, and bounds on its errors before any run.
 
-Its closures lack dJ/dt v: MJX sets J a = aref, where MuJoCo sets J a + dJ/dt v = aref. So each gap g follows g'' =
--2/c g' - g/c^2 + dJ/dt v, with c the time constant: it opens to c^2 dJ/dt v, after a first step in which nothing has
-opened yet and all of dJ/dt v is an error of the acceleration. Steps h along tangents take h/c of that away: each
-leaves h^2/2 dJ/dt v less of a gap than the rate h dJ/dt v at its end says. Time is the way of the crank [rad].
+MJX's closures lack dJ/dt v: MJX sets J a = aref, where MuJoCo sets J a + dJ/dt v = aref. So each gap g obeys
 
-What is compiled serves all machines of one layout, whatever their sizes. As in MuJoCo, the sensors that a step leaves
-belong to the state before it; but under RK4 to the last of its stages."""
+    g'' + (2/c) g' + g/c^2 = dJ/dt v,    c = solref[0] |omega|
+
+with the crank's travel [rad] as independent variable (`mujoco.error_bound`): it opens to c^2 dJ/dt v, after a first
+step in which nothing has opened yet and all of dJ/dt v is an error of the acceleration. Steps h along tangents reduce
+that by the share h/c: each leaves a gap that is h^2/2 dJ/dt v smaller than its end rate h dJ/dt v implies.
+
+Compiled functions serve all machines of one layout, whatever their sizes. As in MuJoCo, the sensors after a step belong
+to the state before it; but under RK4 to the last of its stages.
+"""
 
 from __future__ import annotations
 
@@ -25,10 +29,18 @@ import numpy as np
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.mjx import MJX_PRESETS, MJXSettings
-from conrod.engines.mujoco import LEAST_STEPS, dynamics
+from conrod.engines.mujoco import MIN_TIME_CONSTANT_STEPS, dynamics
 from conrod.engines.mujoco.engine import MUJOCO_ENGINE as MUJOCO
-from conrod.engines.mujoco.law import LEFT_OUT, SECOND_ORDER, Course, followed, largest_point_errors, ripple, yielding
-from conrod.engines.mujoco.model import Build, build
+from conrod.engines.mujoco.error_bound import (
+    PREDICTION_MARGIN,
+    SECOND_ORDER_MARGIN,
+    ExactCourse,
+    compliance_acceleration,
+    integrate_gaps,
+    largest_point_errors,
+    speed_ripple_bound,
+)
+from conrod.engines.mujoco.model import MuJoCoModel, build
 from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT, largest_derivatives
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Piece
@@ -36,46 +48,46 @@ from conrod.runs.trajectory import Piece
 with redirect_stdout(io.StringIO()):  # it prints that it has no Warp
     from mujoco import mjx
 
-BLOCK = 512  # samples that are kept at a time: the length of an array of what is compiled
+BLOCK_SAMPLES = 512  # recorded at a time: length of the arrays of the compiled functions
 
 
-def stepped(model: Any, data: Any) -> Any:
-    """Data after a step, of the same types: in double precision MJX also makes some of its integers longer."""
+def take_step(model: Any, data: Any) -> Any:
+    """Data after a step, with their types kept: in double precision MJX also widens some of its integers."""
     return jax.tree.map(lambda after, before: after.astype(before.dtype), mjx.step(model, data), data)
 
 
-def _record(model: Any, data: Any, samples: Any) -> tuple[Any, Any, Any]:
-    """Data after so many steps, with states (BLOCK, nq + nv) and sensors (BLOCK, ..) before each."""
+def _record_block(model: Any, data: Any, samples: Any) -> tuple[Any, Any, Any]:
+    """Data after some steps, with states (BLOCK_SAMPLES, nq + nv) and sensors (BLOCK_SAMPLES, ..) before each."""
 
     def step(k: Any, carried: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
         now, states, sensors = carried
         states = states.at[k].set(jnp.concatenate([now.qpos, now.qvel]))
-        after = stepped(model, now)
+        after = take_step(model, now)
         read = mjx.forward(model, now) if model.opt.integrator == mjx.IntegratorType.RK4 else after
         return after, states, sensors.at[k].set(read.sensordata)
 
-    kept = (jnp.zeros((BLOCK, model.nq + model.nv)), jnp.zeros((BLOCK, model.nsensordata)))
+    kept = (jnp.zeros((BLOCK_SAMPLES, model.nq + model.nv)), jnp.zeros((BLOCK_SAMPLES, model.nsensordata)))
     found: tuple[Any, Any, Any] = jax.lax.fori_loop(0, samples, step, (data, *kept))
     return found
 
 
-def _advance(model: Any, data: Any, steps: Any) -> Any:
-    """Data after so many steps, with nothing kept."""
-    return jax.lax.fori_loop(0, steps, lambda _, now: stepped(model, now), data)
+def _advance_data(model: Any, data: Any, steps: Any) -> Any:
+    """Data after some steps, with nothing recorded."""
+    return jax.lax.fori_loop(0, steps, lambda _, now: take_step(model, now), data)
 
 
-record, advance = jax.jit(_record), jax.jit(_advance)
+record_block, advance = jax.jit(_record_block), jax.jit(_advance_data)
 
 
-def kept(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[Any, Array, Array]:
-    """Data after so many samples, with states (.., T, nq + nv) and sensor data (.., T, ..) of each, as doubles.
+def record_samples(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[Any, Array, Array]:
+    """Data after T samples, with states (.., T, nq + nv) and sensor data (.., T, ..) of each, in double precision.
 
     Args:
-        of: `record`, of one machine, or what is mapped from it over several.
+        of: `record_block` for one machine, or its `vmap` over several.
     """
     found = []
-    for done in range(0, samples, BLOCK):
-        count = min(BLOCK, samples - done)
+    for done in range(0, samples, BLOCK_SAMPLES):
+        count = min(BLOCK_SAMPLES, samples - done)
         with jax.enable_x64(double):
             data, *values = of(model, data, count)
         found.append([np.asarray(value[..., :count, :], dtype=float) for value in values])
@@ -83,26 +95,26 @@ def kept(of: Any, model: Any, data: Any, samples: int, double: bool) -> tuple[An
     return data, states, sensors
 
 
-class Recorder(dynamics.Recorder):
-    """A machine that is stepped from a state of its model; the engine has no warnings."""
+class MJXRecorder(dynamics.MuJoCoRecorder):
+    """Steps a machine from a state of its model and returns its samples; the engine has no warnings."""
 
     warnings: Mapping[str, int] = {}
 
-    def __init__(self, made: Build, settings: MJXSettings, coordinates: Array, rates: Array) -> None:
+    def __init__(self, made: MuJoCoModel, settings: MJXSettings, coordinates: Array, rates: Array) -> None:
         self._timestep, self._double, self._steps = settings.timestep, settings.precision == "double", 0
-        self._model, self._data = put(made, coordinates, rates, self._double)
+        self._model, self._data = put_on_device(made, coordinates, rates, self._double)
 
-    def next(self, samples: int) -> tuple[Array, Array]:
-        """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), all doubles."""
-        self._data, states, sensors = kept(record, self._model, self._data, samples, self._double)
+    def next_samples(self, samples: int) -> tuple[Array, Array]:
+        """The next T samples: states (T, 1 + nq + nv), clock first, and sensor data (T, ..), in double precision."""
+        self._data, states, sensors = record_samples(record_block, self._model, self._data, samples, self._double)
         # From the step index: a sum of steps in single precision stands still.
         clock = self._timestep * np.arange(self._steps, self._steps + samples)
         self._steps += samples
         return np.column_stack([clock, states]), sensors
 
 
-def put(made: Build, coordinates: Array, rates: Array, double: bool) -> tuple[Any, Any]:
-    """Model and data of MJX, in a state.
+def put_on_device(made: MuJoCoModel, coordinates: Array, rates: Array, double: bool) -> tuple[Any, Any]:
+    """Model and data as MJX's objects, in a state (nq,), (nv,).
 
     Raises:
         NotImplementedError: MJX says what it lacks of the model.
@@ -114,20 +126,22 @@ def put(made: Build, coordinates: Array, rates: Array, double: bool) -> tuple[An
 
 
 def stepper(machine: Machine, settings: MJXSettings) -> Callable[[int], None]:
-    """A machine in the exact state of its start, with nothing recorded."""
+    """A machine in the exact state of its start; a call advances it by a number of steps."""
     made = build(machine, settings, sensors=False)
     double = settings.precision == "double"
-    return _compiled(*put(made, *made.start_state(machine, run_extent(machine, 1, 1.0)[0]), double), double)
+    return _compiled_stepper(
+        *put_on_device(made, *made.start_state(machine, run_extent(machine, 1, 1.0)[0]), double), double
+    )
 
 
 def reference_loop() -> Callable[[int], None]:
-    """MuJoCo's slider-crank, in single precision."""
+    """MuJoCo's slider-crank to which timings are ratios, in single precision."""
     loop = MUJOCO.reference_loop()
-    return _compiled(mjx.put_model(loop.model), mjx.put_data(loop.model, loop.data), double=False)
+    return _compiled_stepper(mjx.put_model(loop.model), mjx.put_data(loop.model, loop.data), double=False)
 
 
-def _compiled(model: Any, data: Any, double: bool) -> Callable[[int], None]:
-    """Advance the data by so many steps at each call; compiled before the first."""
+def _compiled_stepper(model: Any, data: Any, double: bool) -> Callable[[int], None]:
+    """Return a compiled function that advances the data by a number of steps at each call."""
 
     def call(steps: int) -> None:
         nonlocal data
@@ -141,9 +155,9 @@ def _compiled(model: Any, data: Any, double: bool) -> Callable[[int], None]:
 # -- the engine, and its law -------------------------------------------------------------------------------------------
 
 
-DIFFERENCE = 1e-5  # [rad], over which rates are differenced: of order two, so to 1e-10
-# The largest rate of a gap that opens: h dJ/dt v after a step of two to a time constant, 2/e of that without steps.
-STEPPED = math.e / 2.0
+DIFFERENCE_STEP = 1e-5  # [rad], of the central difference of rates: order two, so exact to 1e-10
+# Largest rate of an opening gap with two steps per time constant, h dJ/dt v, over that of the equation, 2/e of it.
+STEPPED_RATE_RATIO = math.e / 2.0
 LAW = (
     "predicted: gaps of closures that lack dJ/dt v, and Euler's velocity, half a step old; "
     "5 % and ten times the error itself more"
@@ -151,37 +165,43 @@ LAW = (
 
 
 def expected_error(machine: Machine, settings: MJXSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for Euler in double precision with a constant impedance, for links as bodies that have their weight."""
+    """Bounds for Euler in double precision with constant impedance, on machines with weight and no model edits."""
     if machine.kinematics.change_angles.size:
         return ExpectedError(law=NO_BOUND_AT_CHANGE_POINT)
     if settings.dressing or not settings.gravity or settings.precision == "single":
         return ExpectedError()
-    if settings.integrator not in ("Euler", "implicitfast") or settings.solref[0] < LEAST_STEPS * settings.timestep:
+    if (
+        settings.integrator not in ("Euler", "implicitfast")
+        or settings.solref[0] < MIN_TIME_CONSTANT_STEPS * settings.timestep
+    ):
         return ExpectedError()
     if settings.solimp[0] != settings.solimp[1] or settings.solref[1] != 1.0:
         return ExpectedError()
     made, step = build(machine, settings), 2.0 * math.pi / settings.steps_per_revolution
     constant = abs(machine.speed) * settings.solref[0]
-    course = Course.from_machine(machine, start_angle, step, constant)
-    lacking, giving = missing(made, course), yielding(machine, settings, made, course)
+    course = ExactCourse.sample_course(machine, start_angle, step, constant)
+    lacking, giving = missing_acceleration(made, course), compliance_acceleration(machine, settings, made, course)
     still = np.zeros_like(giving)
     (position, *_), (_, velocity, acceleration) = (
-        largest_point_errors(course, followed(course.steps, (still, still), share * lacking + giving, constant))
+        largest_point_errors(course, integrate_gaps(course.steps, (still, still), share * lacking + giving, constant))
         for share in (1.0 - step / constant, 1.0)
     )
     stale = 0.5 * step * np.array(largest_derivatives(machine.kinematics, 3)[2:])
-    errors = np.array([position, STEPPED * velocity + stale[0], acceleration + stale[1]])
-    position, velocity, acceleration = (errors * (1.0 + LEFT_OUT + SECOND_ORDER * errors[0])).tolist()
-    varying = ripple(machine, settings.armature)
+    errors = np.array([position, STEPPED_RATE_RATIO * velocity + stale[0], acceleration + stale[1]])
+    position, velocity, acceleration = (errors * (1.0 + PREDICTION_MARGIN + SECOND_ORDER_MARGIN * errors[0])).tolist()
+    varying = speed_ripple_bound(machine, settings.armature)
     return ExpectedError(position, velocity, acceleration, law=LAW, ripple=varying)
 
 
-def missing(made: Build, course: Course) -> Array:
-    """dJ/dt v of all joints (T, 3 n), by the way: how their gaps would accelerate if no joint coordinate did."""
+def missing_acceleration(made: MuJoCoModel, course: ExactCourse) -> Array:
+    """The term dJ/dt v of all joints (T, 3 n) per unit of travel squared, by central difference.
+
+    It is how the joints' gaps would accelerate with constant joint rates.
+    """
     poses, speeds, _ = course.states
     q, v = made.tree.coordinates(poses), made.tree.rates(poses, speeds)
-    before, after = (made.tree.forward_kinematics(q + side * DIFFERENCE * v, v)[1] for side in (-1.0, 1.0))
-    return course.opening([poses, speeds, (after - before) / (2.0 * DIFFERENCE)])
+    before, after = (made.tree.forward_kinematics(q + side * DIFFERENCE_STEP * v, v)[1] for side in (-1.0, 1.0))
+    return course.joint_gaps([poses, speeds, (after - before) / (2.0 * DIFFERENCE_STEP)])
 
 
 class MJX(Engine[MJXSettings]):
@@ -203,7 +223,7 @@ class MJX(Engine[MJXSettings]):
             return reason
         made = build(machine, settings)
         try:
-            put(made, *made.start_state(machine, 0.0), settings.precision == "double")
+            put_on_device(made, *made.start_state(machine, 0.0), settings.precision == "double")
         except NotImplementedError as lacking:
             return f"mjx lacks what the model has: {lacking}"
         return None
@@ -217,8 +237,8 @@ class MJX(Engine[MJXSettings]):
         steps: int = PIECE_STEPS,
     ) -> Iterator[Piece]:
         made = build(machine, settings)
-        recorder = Recorder(made, settings, *made.start_state(machine, start_angle))
-        yield from dynamics.recorded(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
+        recorder = MJXRecorder(made, settings, *made.start_state(machine, start_angle))
+        yield from dynamics.record_run(made, recorder, machine, settings, revolutions, start_angle, steps, self.version)
 
 
 MJX_ENGINE = MJX()

@@ -1,4 +1,4 @@
-"""MuJoCo: settings of a run and the presets. Imports no engine, which `engine` does."""
+"""MuJoCo: settings of a run, and the presets. Does not import the engine."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from conrod.engines.tracks import load_work
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
 
-# Less hardening leaves regularisation (1e-8: 4e-12 of the stroke in the press), more costs digits of the reaction
-# forces by cancellation, about tenfold for each factor of ten.
-HARDENING = 1e-9
+# A larger factor leaves regularisation (1e-8: 4e-12 of the stroke in the press), a smaller one costs digits of the
+# reaction forces by cancellation, about tenfold for each factor of ten.
+HARDENING_FACTOR = 1e-9
 
 
-# MuJoCo keeps impedances within these (mjMINIMP, mjMAXIMP).
-LEAST_IMPEDANCE, MOST_IMPEDANCE = 1e-4, 0.9999
-LEAST_STEPS = 2.0  # a time constant is raised to this many steps
+# MuJoCo clips impedances to this range (mjMINIMP, mjMAXIMP).
+MIN_IMPEDANCE, MAX_IMPEDANCE = 1e-4, 0.9999
+MIN_TIME_CONSTANT_STEPS = 2.0  # MuJoCo raises a shorter time constant to this many steps (refsafe)
 
 INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast", "discrete")
 SOLVERS = ("PGS", "CG", "Newton")
@@ -34,7 +34,7 @@ CONTACT_SOLIMP = (0.9, 0.9, 0.001, 0.5, 2.0)
 
 @dataclass(frozen=True)
 class MuJoCoSettings(EngineSettings):
-    """Settings of a MuJoCo run; the names are MuJoCo's own where it has one. SI."""
+    """Settings of a MuJoCo run, in SI, named as in MuJoCo where MuJoCo has them."""
 
     engine: ClassVar[str] = "mujoco"
     former_fields: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
@@ -48,18 +48,18 @@ class MuJoCoSettings(EngineSettings):
     solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP  # of the loop closures
     hardening: float | None = None  # factor on the inverse weights that regularisation is scaled by
     gravity: bool = True
-    armature: float = 1e13  # flywheel of the drive [kg m^2]; see `flywheel`
+    armature: float = 1e13  # flywheel of the drive [kg m^2]; see `flywheel_inertia`
     autoreset: bool = False
     contact_solref: tuple[float, float] = STOCK_SOLREF
     contact_solimp: tuple[float, float, float, float, float] = STOCK_SOLIMP
     cam_vertices: int = 4000
     refsafe: bool = True  # a time constant below two steps is raised to them
     rounded_state: bool = False  # of runs: coordinates and rates to single precision, after each step
-    dressing: tuple[str, ...] = ()  # names of what else is changed of the model, see `dressing`; kept sorted
+    dressing: tuple[str, ...] = ()  # names of model edits, see `model_edits.MODEL_EDITS`; kept sorted
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        # Equal models are equal settings, and have one key, however their dressing was put together.
+        # Equal models have equal settings, and one key, in whatever order their edits were named.
         object.__setattr__(self, "dressing", tuple(sorted(set(self.dressing))))
         for kind, value, choices in (
             ("integrator", self.integrator, INTEGRATORS),
@@ -85,21 +85,24 @@ class MuJoCoSettings(EngineSettings):
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
-        """MuJoCo's defaults plus the drive (and the solver tolerance of 0 that the drive forces)."""
-        return replace(super().stock(machine, steps_per_revolution), armature=flywheel(machine))
+        """MuJoCo's defaults plus the drive, and the solver tolerance of 0 that the drive requires."""
+        return replace(super().stock(machine, steps_per_revolution), armature=flywheel_inertia(machine))
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> Self:
-        """The best that MJCF can express, see `as_tuned`."""
-        return cls.stock(machine, steps_per_revolution).as_tuned(bool(machine.kinematics.mechanism.cam_contacts))
+        """The best settings that MJCF can express; see `with_tuned_solver`."""
+        return cls.stock(machine, steps_per_revolution).with_tuned_solver(
+            bool(machine.kinematics.mechanism.cam_contacts)
+        )
 
-    def as_tuned(self, contact: bool) -> Self:
-        """The same with integrator, softness and contact of the preset `tuned`.
+    def with_tuned_solver(self, contact: bool) -> Self:
+        """Return the settings with integrator, closures and contact of the preset `tuned`.
 
-        Loops: RK4, stiffest impedance, time constant of eight steps: fewer close tighter (the gap follows its square),
-        but the stiffer closure takes order from RK4, seen as an acceleration error that no step removes.
+        Loops: RK4, the stiffest impedance, and a time constant of eight steps. Fewer steps close loops tighter (the gap
+        goes with the square of the time constant), but the stiffer closure takes order from RK4, seen as an
+        acceleration error that no shorter step removes.
 
-        Contact is not smooth, so it gains nothing from RK4: Euler, time constant of two steps (the least that MuJoCo
+        Contact is not smooth and gains nothing from RK4: Euler, a time constant of two steps (the least that MuJoCo
         admits) and an impedance of 0.9, because a stiffer contact (0.99) chatters.
         """
         return replace(
@@ -114,18 +117,18 @@ class MuJoCoSettings(EngineSettings):
 
     @classmethod
     def hardened(cls, machine: Machine, steps_per_revolution: int) -> Self:
-        """Regularisation removed after compiling; stabilisation slow, a tenth of the period, whatever the step."""
+        """Regularisation removed after compiling; time constant of a tenth of the period at any step."""
         slow = 0.1 * step_length(machine, 1)
         tuned = cls.tuned(machine, steps_per_revolution)
-        return replace(tuned, preset="hardened", solref=(slow, 1.0), hardening=HARDENING)
+        return replace(tuned, preset="hardened", solref=(slow, 1.0), hardening=HARDENING_FACTOR)
 
 
-def flywheel(machine: Machine) -> float:
-    """Armature [kg m^2] that keeps the crank at its speed, a power of ten.
+def flywheel_inertia(machine: Machine) -> float:
+    """Armature [kg m^2], a power of ten, that keeps the crank at its speed.
 
-    The ripple of the rate is (energy exchanged in a turn) / (armature x speed^2). The armature makes it 1e-13 where all
-    links move with the largest velocity of an observed point and fall through its whole travel. What turns faster than
-    that exchanges more, see `law.ripple`.
+    The ripple of the rate is (energy exchanged per revolution) / (armature x speed^2). The armature makes it 1e-13 for
+    links that all move with the largest velocity of an observed point and fall through its whole travel. Links that
+    rotate faster exchange more; see `error_bound.speed_ripple_bound`.
     """
     exchanged = exchanged_inertia(machine)
     if not math.isfinite(exchanged):
@@ -136,11 +139,11 @@ def flywheel(machine: Machine) -> float:
 
 
 def exchanged_inertia(machine: Machine) -> float:
-    """Energy exchanged in a turn over the square of the speed [kg m^2], by the observed points; see `flywheel`."""
+    """Energy exchanged per revolution over speed^2 [kg m^2], estimated from the observed points."""
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
-    weight += sum(math.hypot(*push) for push in kinematics.mechanism.pushes.values())
+    weight += sum(math.hypot(*push) for push in kinematics.mechanism.constant_forces.values())
     kinetic = mass * kinematics.travel**2
     work = load_work(kinematics, machine.speed) if kinematics.mechanism.loads else 0.0
     return kinetic + (weight * kinematics.travel + work) / machine.speed**2

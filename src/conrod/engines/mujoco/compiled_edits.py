@@ -1,4 +1,4 @@
-"""Edits of compiled models that take along what MuJoCo derives from the edited field; docs/design.md has the table."""
+"""Edits of compiled models, with all that MuJoCo derives from an edited field; docs/design.md has the table."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Iterable
 
 import mujoco
 
-from conrod.engines.mujoco import HARDENING, older
+from conrod.engines.mujoco import HARDENING_FACTOR, compat
 from conrod.exact.motion import Array
 
 # What MuJoCo's compiler estimates at the reference pose from the inverse of the mass matrix.
 INVERSE_WEIGHTS = ("body_invweight0", "dof_invweight0", "tendon_invweight0")
 
 
-def harden(model: mujoco.MjModel, factor: float = HARDENING) -> None:
+def harden(model: mujoco.MjModel, factor: float = HARDENING_FACTOR) -> None:
     """Make the constraints of a compiled model hard, in place.
 
     MuJoCo adds to every constraint a regularisation R = (1 - d) / d x (an estimate of its inverse inertia), which
@@ -37,7 +37,7 @@ def harden(model: mujoco.MjModel, factor: float = HARDENING) -> None:
     model.body_invweight0[:] *= factor
     model.dof_invweight0[:] *= factor
     model.tendon_invweight0[:] *= factor
-    model.opt.enableflags &= ~older.enabling_flag("DIAGEXACT")
+    model.opt.enableflags &= ~compat.enable_bit("DIAGEXACT")
 
 
 def set_armature(model: mujoco.MjModel, dofs: Iterable[int], armature: float) -> None:
@@ -67,13 +67,13 @@ def set_armature(model: mujoco.MjModel, dofs: Iterable[int], armature: float) ->
 
 
 def _rescale(values: Array, before: Array, after: Array) -> None:
-    """Put new estimates in place of old ones, each times the factor that its value had been scaled by."""
+    """Replace estimates by new ones, each with the factor by which its value had been scaled."""
     there = before > 0.0
     values[there] = after[there] * (values[there] / before[there])
 
 
 def set_step(model: mujoco.MjModel, step: float) -> None:
-    """Set the time step [s], and the factor of the bending stiffness of a flex that it is in, in place.
+    """Set the time step [s] of a compiled model, in place, and the flex factorisation that depends on it.
 
     MuJoCo factorises M + (h^2 + h damping) K of thin flexes when it compiles (setEfm0Factor). Nothing else of a
     compiled model depends on the step.

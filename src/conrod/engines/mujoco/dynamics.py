@@ -1,4 +1,4 @@
-"""Dynamic mode: MuJoCo steps, its states are kept, with its warnings. Nothing is written into it after the start."""
+"""Dynamic mode: step MuJoCo, and record states, sensors and warnings. Nothing is written after the start."""
 
 from __future__ import annotations
 
@@ -11,106 +11,108 @@ import mujoco
 import numpy as np
 
 from conrod.engines.engine import PIECE_STEPS, Machine
-from conrod.engines.mujoco import MuJoCoSettings, older
-from conrod.engines.mujoco.model import Build, build, laws_acting
+from conrod.engines.mujoco import MuJoCoSettings, compat
+from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build
 from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.exact.motion import Array
-from conrod.runs.outcome import Verdict
+from conrod.runs.outcome import RunVerdict
 from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
 
-# What MuJoCo warns of where it resets the state, if it may.
-BAD_NUMBERS = ("BADQPOS", "BADQVEL", "BADQACC")
+# Warnings at which MuJoCo resets the state, unless `autoreset` is off.
+BAD_NUMBER_WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
 
 
-def ended_by_engine(
+def detect_engine_stop(
     clock: Array, first: int, before: float, warnings: Mapping[str, int], settings: MuJoCoSettings
-) -> Verdict | None:
-    """The end that MuJoCo made after a warning, by its clock: its own reset starts it again, a stop lets it stand.
+) -> RunVerdict | None:
+    """Return the verdict if MuJoCo reset or stopped the run after a warning, else None.
+
+    A reset sets the engine's clock back to 0; a stop leaves the clock standing.
 
     Args:
-        clock: of the engine at consecutive samples (T,) [s].
-        first: index in the run of the first of them.
-        before: the clock at the sample before that.
-        warnings: of the engine, by name, up to the last sample.
+        clock: the engine's clock at consecutive samples (T,) [s].
+        first: index in the run of the first of these samples.
+        before: the engine's clock at the sample before them [s].
+        warnings: number of the engine's warnings up to the last sample, by name.
     """
     if not np.all(np.isfinite(clock)):
         return None
-    # The clock sums its steps, so over a long run it is off by many of them: each is judged by itself.
+    # The clock sums its steps, so over a long run it is off by many of them: each step is judged by itself.
     steps = np.diff(clock, prepend=before)
     off = np.abs(steps - settings.timestep) > 0.5 * settings.timestep
     if not off.any():
         return None
     at = int(np.argmax(off))
     if steps[at] < 0.0:
-        return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
-    if older.resets_by_itself(settings) and any(name in warnings for name in BAD_NUMBERS):
+        return RunVerdict(Outcome.RESET, f"the engine reset its state at step {first + at}")
+    if compat.resets_by_itself(settings) and any(name in warnings for name in BAD_NUMBER_WARNINGS):
         # In the first step there is nothing yet that a clock could fall back from.
-        return Verdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
-    return Verdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
+        return RunVerdict(Outcome.RESET, f"the engine reset its state at step {first + at - 1}")
+    return RunVerdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
 
 
-STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
-WARNINGS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
-del WARNINGS["mjNWARNING"]
+FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
+WARNING_KINDS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
+del WARNING_KINDS["mjNWARNING"]
 
 
-def warnings_of(data: mujoco.MjData) -> dict[str, int]:
-    """Warnings of the engine, by name, and how often each came."""
-    counted = {name: int(data.warning[kind].number) for name, kind in WARNINGS.items()}
+def warning_counts(data: mujoco.MjData) -> dict[str, int]:
+    """Number of the engine's warnings since the start, by name, without those that did not occur."""
+    counted = {name: int(data.warning[kind].number) for name, kind in WARNING_KINDS.items()}
     return {name: number for name, number in counted.items() if number}
 
 
-def bad_numbers(data: mujoco.MjData) -> list[str]:
-    """Warnings after which the numbers of a run mean nothing, that there were."""
-    return [name for name in BAD_NUMBERS if data.warning[WARNINGS[name]].number]
+def bad_number_warnings(data: mujoco.MjData) -> list[str]:
+    """Names of the warnings that have occurred after which a run's numbers are meaningless."""
+    return [name for name in BAD_NUMBER_WARNINGS if data.warning[WARNING_KINDS[name]].number]
 
 
-class Recording(Protocol):
-    """A machine that is stepped and recorded, as `Recorder` does it."""
+class SampleSource(Protocol):
+    """Steps a machine and returns its samples, as `MuJoCoRecorder` does."""
 
     @property
     def warnings(self) -> Mapping[str, int]: ...
 
-    def next(self, samples: int) -> tuple[Array, Array]: ...
+    def next_samples(self, samples: int) -> tuple[Array, Array]: ...
 
 
-class Recorder:
-    """A machine that is stepped from a state of its model, by as many samples at a time as one likes.
+class MuJoCoRecorder:
+    """Steps a machine from a state of its model and returns its samples, any number at a time.
 
-    At the engine's first warning it stands still, as MuJoCo's own rollouts do.
+    After the engine's first warning the state stays as it is, as in MuJoCo's own rollouts.
 
     Args:
-        begin: the time [s] of the start, at which the engine's clock is 0.
-        rounded: coordinates and rates go to single precision after each step.
+        begin: the machine's time [s] at the start, where the engine's clock is 0.
+        rounded: whether coordinates and rates are rounded to single precision after each step.
     """
 
     def __init__(
-        self, made: Build, coordinates: Array, rates: Array, begin: float = 0.0, *, rounded: bool = False
+        self, made: MuJoCoModel, coordinates: Array, rates: Array, begin: float = 0.0, *, rounded: bool = False
     ) -> None:
         self._made, self._begin, self._rounded = made, begin, rounded
         self._model, self._data = made.model, mujoco.MjData(made.model)
         self._data.qpos[:], self._data.qvel[:] = coordinates, rates
-        self._state = np.empty(mujoco.mj_stateSize(self._model, STATE))  # that the next step starts from
-        mujoco.mj_getState(self._model, self._data, self._state, STATE)
+        self._state = np.empty(mujoco.mj_stateSize(self._model, FULL_STATE))  # from which the next step starts
+        mujoco.mj_getState(self._model, self._data, self._state, FULL_STATE)
 
     @property
     def warnings(self) -> Mapping[str, int]:
-        """Warnings of the engine since the start, and how often each came."""
-        return warnings_of(self._data)
+        """Number of warnings since the start, by name."""
+        return warning_counts(self._data)
 
-    def next(self, samples: int) -> tuple[Array, Array]:
-        """The next T samples, at least one: states (T, nstate), the first of which is that of now, sensor data (T, ..).
+    def next_samples(self, samples: int) -> tuple[Array, Array]:
+        """The next T samples: states (T, nstate), from the present one on, and sensor data (T, nsensordata).
 
-        After a step, sensor data belongs to the instant before it: the step that leaves a sample gives its sensors, so
-        that the engine is one step ahead of the reported samples.
+        Sensor data after a step belong to the instant before it. So a sample's sensors come from the step that follows,
+        and the engine is one step ahead of the samples returned.
         """
         if self._rounded and samples > 1:
-            steps = [self.next(1) for _ in range(samples)]
+            steps = [self.next_samples(1) for _ in range(samples)]
             return np.vstack([states for states, _ in steps]), np.vstack([sensors for _, sensors in steps])
         states = np.empty((1, samples + 1, len(self._state)))
         sensors = np.empty((1, samples, self._model.nsensordata))
         states[0, 0] = self._state
-        with warnings_kept_quiet(), laws_acting(self._model, self._made.tree, self._begin):
+        with silence_warnings(), apply_load_laws(self._model, self._made.tree, self._begin):
             if self.warnings:
                 # Another rollout would clear the counters and go on.
                 states[0, 1:], sensors[0] = states[0, 0], self._data.sensordata
@@ -118,17 +120,17 @@ class Recorder:
                 # The accelerations of the last step are the solver's first guess in the next: without them a run made
                 # in pieces would not be the same to the last bit.
                 guess = self._data.qacc_warmstart[None].copy()
-                older.roll_out(self._model, self._data, states[:, 0], guess, states[:, 1:], sensors)
+                compat.roll_out(self._model, self._data, states[:, 0], guess, states[:, 1:], sensors)
         self._state = states[0, -1].copy()
         if self._rounded:
-            with np.errstate(over="ignore"):  # what is too large becomes infinite, which the run's outcome tells
+            with np.errstate(over="ignore"):  # too large a value becomes infinite, which the run's outcome reports
                 self._state[1:] = self._state[1:].astype(np.float32)
         return states[0, :-1], sensors[0]
 
 
 @contextmanager
-def warnings_kept_quiet() -> Iterator[None]:
-    """MuJoCo writes a log file into the working folder at a warning; a run's outcome says more, and litters nothing."""
+def silence_warnings() -> Iterator[None]:
+    """Keep MuJoCo from writing a log file into the working folder at a warning."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
     try:
@@ -143,16 +145,16 @@ def warnings_kept_quiet() -> Iterator[None]:
 def run(
     machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
-    """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
+    """Run a machine at constant crank speed, and yield its pieces of `steps` steps."""
     made = build(machine, settings)
     begin, rounded = start_angle / machine.speed, settings.rounded_state
-    recorder = Recorder(made, *made.start_state(machine, start_angle), begin, rounded=rounded)
-    return recorded(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
+    recorder = MuJoCoRecorder(made, *made.start_state(machine, start_angle), begin, rounded=rounded)
+    return record_run(made, recorder, machine, settings, revolutions, start_angle, steps, mujoco.__version__)
 
 
-def recorded(
-    made: Build,
-    recorder: Recording,
+def record_run(
+    made: MuJoCoModel,
+    recorder: SampleSource,
     machine: Machine,
     settings: MuJoCoSettings,
     revolutions: float,
@@ -160,36 +162,36 @@ def recorded(
     steps: int,
     version: str,
 ) -> Iterator[Piece]:
-    """The run of a recorder that has just been started; it may be another engine's, of some version."""
-    clock, end = -settings.timestep, None  # up to the sample before
+    """Yield the pieces of a run whose samples come from a recorder at its start, MuJoCo's or MJX's."""
+    clock, end = -settings.timestep, None  # of the sample before
 
     def record(first: int, times: Array) -> RecordedStretch:
         nonlocal clock, end
-        states, sensors = recorder.next(len(times))
-        instants = instants_of(made, times, states, sensors)
+        states, sensors = recorder.next_samples(len(times))
+        instants = sample_instants(made, times, states, sensors)
         bodies = body_states(made, instants, states, sensors)
         points = point_tracks(made, instants, sensors)
-        end = end or ended_by_engine(states[:, 0], first, clock, recorder.warnings, settings)
+        end = end or detect_engine_stop(states[:, 0], first, clock, recorder.warnings, settings)
         clock = float(states[-1, 0])
         return RecordedStretch(
             BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings,
-            drive_torque(settings, instants), partial(verdict_of, ended=end),
+            drive_torque(settings, instants), partial(combine_verdicts, ended=end),
         )  # fmt: skip
 
     return record_pieces(machine, settings, version, revolutions, start_angle, steps, record)
 
 
-def advance(
-    made: Build, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
+def simulate(
+    made: MuJoCoModel, machine: Machine, settings: MuJoCoSettings, steps: int, start_angle: float
 ) -> tuple[Array, Array, Array]:
-    """Nominal times (T,), full states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
+    """Simulate a run: times (T,), states (T, nstate) and sensor data (T, nsensordata), T = steps + 1."""
     begin = start_angle / machine.speed
-    states, sensors = Recorder(made, *made.start_state(machine, start_angle), begin).next(steps + 1)
+    states, sensors = MuJoCoRecorder(made, *made.start_state(machine, start_angle), begin).next_samples(steps + 1)
     return begin + settings.timestep * np.arange(steps + 1, dtype=float), states, sensors
 
 
-def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
-    """The verdict on the motion, unless the engine's own end says more."""
+def combine_verdicts(judged: RunVerdict, ended: RunVerdict | None) -> RunVerdict:
+    """Return the engine's own verdict if it has one that outranks the verdict on the motion, else the latter."""
     if ended is None or (judged.outcome is not Outcome.COMPLETED and ended.outcome is not Outcome.RESET):
         return judged
     return ended
@@ -198,41 +200,41 @@ def verdict_of(judged: Verdict, ended: Verdict | None) -> Verdict:
 def drive_torque(settings: MuJoCoSettings, instants: Instants) -> Array | None:
     """Torque of the drive on the machine (T,) [N m], in the sense of the crank angle; None without a drive.
 
-    The drive is a flywheel: what it gives is what it loses.
+    The drive is a flywheel, so the torque is -armature x crank acceleration.
     """
     return -settings.armature * instants.acceleration if settings.armature > 0.0 else None
 
 
-def instants_of(made: Build, times: Array, states: Array, sensors: Array) -> Instants:
-    """Times of the samples and crank angles at these times."""
+def sample_instants(made: MuJoCoModel, times: Array, states: Array, sensors: Array) -> Instants:
+    """Times (T,) [s] of the samples, with the crank angle, rate and acceleration that the engine reached."""
     angle, rate, mechanism = 1 + made.crank_coordinate, 1 + made.model.nq + made.crank_dof, made.tree.mechanism
-    turn = made.sensor(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
+    turn = made.sensor_values(sensors, f"{mechanism.crank}.angular_acceleration")[:, 2]
     return Instants(times, states[:, angle], states[:, rate], mechanism.driver.sense * turn)
 
 
-def point_tracks(made: Build, instants: Instants, sensors: Array) -> dict[str, PointTracks]:
-    """Motion of the observed points, read by their sensors."""
+def point_tracks(made: MuJoCoModel, instants: Instants, sensors: Array) -> dict[str, PointTracks]:
+    """Motion of the observed points, from their sensors."""
     return {
         p.name: PointTracks(
-            Track(instants, made.sensor(sensors, f"{p.name}.position")[:, :2]),
-            Track(instants, made.sensor(sensors, f"{p.name}.velocity")[:, :2]),
+            Track(instants, made.sensor_values(sensors, f"{p.name}.position")[:, :2]),
+            Track(instants, made.sensor_values(sensors, f"{p.name}.velocity")[:, :2]),
             Track(instants, _acceleration(made, sensors, p.name)),
         )
         for p in made.tree.mechanism.observed
     }
 
 
-def _acceleration(made: Build, sensors: Array, name: str) -> Array:
-    """Acceleration (T, 2) of a point or a body.
+def _acceleration(made: MuJoCoModel, sensors: Array, name: str) -> Array:
+    """Acceleration (T, 2) of a point or a body, from its sensor.
 
     The sensor is an accelerometer: a body at rest reads the reaction to its weight, so gravity is put back.
     """
     fall: Array = made.model.opt.gravity[:2]
-    return made.sensor(sensors, f"{name}.acceleration")[:, :2] + fall
+    return made.sensor_values(sensors, f"{name}.acceleration")[:, :2] + fall
 
 
-def body_states(made: Build, instants: Instants, states: Array, sensors: Array) -> BodyStates:
-    """States of all links."""
+def body_states(made: MuJoCoModel, instants: Instants, states: Array, sensors: Array) -> BodyStates:
+    """Poses, rates and accelerations (T, 3 n) of all bodies."""
     nq, nv = made.model.nq, made.model.nv
     poses, speeds = made.forward_kinematics(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
     read = [
@@ -240,7 +242,7 @@ def body_states(made: Build, instants: Instants, states: Array, sensors: Array) 
         for body in made.tree.mechanism.bodies
         for column in (
             _acceleration(made, sensors, body.name),
-            made.sensor(sensors, f"{body.name}.angular_acceleration")[:, 2:],
+            made.sensor_values(sensors, f"{body.name}.angular_acceleration")[:, 2:],
         )
     ]
     return BodyStates(instants, poses, speeds, np.hstack(read))

@@ -1,4 +1,4 @@
-"""MuJoCo, as one of conrod's engines, with its kinematic mode and its timed steps."""
+"""The MuJoCo engine: its table of capabilities, kinematic mode, and steppers for timings."""
 
 from __future__ import annotations
 
@@ -12,12 +12,20 @@ from numpy.typing import NDArray
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, Engine, Machine, Preset, run_extent, with_fields
-from conrod.engines.mujoco import MUJOCO_PRESETS, STOCK_TOLERANCE, MuJoCoSettings, dynamics, law, older, standalone
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.engines.mujoco import (
+    MUJOCO_PRESETS,
+    STOCK_TOLERANCE,
+    MuJoCoSettings,
+    compat,
+    dynamics,
+    error_bound,
+    standalone,
+)
+from conrod.engines.mujoco.dynamics import silence_warnings
+from conrod.engines.mujoco.error_bound import shape_error
 from conrod.engines.mujoco.forces import expected_forces, forces
 from conrod.engines.mujoco.free_run import free_run
-from conrod.engines.mujoco.law import shape_error
-from conrod.engines.mujoco.model import Build, build, constraint_jacobian, laws_acting
+from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build, constraint_jacobian
 from conrod.engines.mujoco.model_edits import edit_refusal
 from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal_settings, rules, with_regularisation, with_time_constant
@@ -31,11 +39,11 @@ from conrod.mechanism.mechanism import CamContact
 # -- kinematic mode: its own constraints as a solver at prescribed crank angles ----------------------------------------
 
 
-NEWTON_STEPS = 20
+MAX_NEWTON_STEPS = 20
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
-    """The crank held at each angle, the rest placed by the engine's own equations."""
+    """Hold the crank at each angle (T,) [rad], and place the other bodies by the engine's own constraints."""
     settings = MuJoCoSettings.tuned(machine, 1000)
     made = build(machine, settings)
     data = mujoco.MjData(made.model)
@@ -56,7 +64,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed
         if not contacts:
-            free, jacobian = _free(made), constraint_jacobian(made.model, data)
+            free, jacobian = _passive_dofs(made), constraint_jacobian(made.model, data)
             turning = -jacobian[:, made.crank_dof] * machine.speed
             data.qvel[free] = np.linalg.lstsq(jacobian[:, free], turning, rcond=None)[0]
             mujoco.mj_forward(made.model, data)
@@ -65,8 +73,8 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     poses, _ = made.forward_kinematics(coordinates, rates)
     points = {
         p.name: (
-            made.sensor(sensors, f"{p.name}.position")[:, :2],
-            None if contacts else made.sensor(sensors, f"{p.name}.velocity")[:, :2],
+            made.sensor_values(sensors, f"{p.name}.position")[:, :2],
+            None if contacts else made.sensor_values(sensors, f"{p.name}.velocity")[:, :2],
         )
         for p in made.tree.mechanism.observed
     }
@@ -74,15 +82,15 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     return KinematicResult(angle, poses, points, error)
 
 
-def _free(made: Build) -> NDArray[np.int_]:
-    """Indices of the coordinates that are not the crank's."""
+def _passive_dofs(made: MuJoCoModel) -> NDArray[np.int_]:
+    """Indices of all degrees of freedom except the crank's."""
     return np.array([i for i in range(made.model.nv) if i != made.crank_dof], dtype=int)
 
 
-def _close_loops(made: Build, data: mujoco.MjData) -> None:
-    """Newton iteration on the engine's own constraint violation and Jacobian."""
-    free = _free(made)
-    for _ in range(NEWTON_STEPS):
+def _close_loops(made: MuJoCoModel, data: mujoco.MjData) -> None:
+    """Close the loops by Newton iteration on the engine's own constraint violation and Jacobian."""
+    free = _passive_dofs(made)
+    for _ in range(MAX_NEWTON_STEPS):
         mujoco.mj_fwdPosition(made.model, data)
         step = np.linalg.lstsq(constraint_jacobian(made.model, data)[:, free], data.efc_pos[: data.nefc], rcond=None)[0]
         data.qpos[free] -= step
@@ -90,9 +98,9 @@ def _close_loops(made: Build, data: mujoco.MjData) -> None:
             break
 
 
-def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> None:
-    """The follower where the engine's own distance of cam and roller is zero (secant iteration)."""
-    (cam, roller), slide = made.geoms(contact), int(_free(made)[0])
+def _place_follower(made: MuJoCoModel, data: mujoco.MjData, contact: CamContact) -> None:
+    """Place the follower where the engine's own distance of cam and roller is zero, by secant iteration."""
+    (cam, roller), slide = made.cam_and_roller_geoms(contact), int(_passive_dofs(made)[0])
 
     def gap(position: float) -> float:
         data.qpos[slide] = position
@@ -106,8 +114,8 @@ def _place_follower(made: Build, data: mujoco.MjData, contact: CamContact) -> No
 # -- steps with nothing recorded, which is what MuJoCo itself costs ----------------------------------------------------
 
 
-class BareRun:
-    """A machine in the exact state of its start, compiled without sensors; calling it advances it by so many steps."""
+class MuJoCoStepper:
+    """A machine without sensors in the exact state of its start; a call advances it by a number of steps."""
 
     def __init__(self, machine: Machine, settings: MuJoCoSettings) -> None:
         self._made = build(machine, settings, sensors=False)
@@ -115,38 +123,38 @@ class BareRun:
         self.data.qpos[:], self.data.qvel[:] = self._made.start_state(machine, run_extent(machine, 1, 1.0)[0])
 
     def __call__(self, steps: int) -> None:
-        with warnings_kept_quiet(), laws_acting(self.model, self._made.tree):
+        with silence_warnings(), apply_load_laws(self.model, self._made.tree):
             mujoco.mj_step(self.model, self.data, nstep=steps)
 
 
-def reference_loop() -> BareRun:
-    """The slider-crank that timings are ratios to, with a flywheel of 10 kg m^2 and MuJoCo's own solver tolerance."""
-    return BareRun(TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
+def reference_loop() -> MuJoCoStepper:
+    """The slider-crank to which timings are ratios, with a flywheel of 10 kg m^2 and MuJoCo's solver tolerance."""
+    return MuJoCoStepper(TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
 
 
-def unjudged(preset: Preset[MuJoCoSettings]) -> Preset[MuJoCoSettings]:
-    """The preset without what it requires of loops, for a release whose loops have no bound."""
+def without_loop_judgement(preset: Preset[MuJoCoSettings]) -> Preset[MuJoCoSettings]:
+    """Return the preset without force tolerances for loops, for releases whose loops have no error bound."""
     return replace(preset, judged_free=False, forces={q: bar for q, bar in preset.forces.items() if q == "contact"})
 
 
 class MuJoCo(Engine[MuJoCoSettings]):
-    """MuJoCo by way of MJCF, with all capabilities."""
+    """MuJoCo through MJCF, with all capabilities."""
 
     name = "mujoco"
     version = str(mujoco.__version__)
     presets = (
         MUJOCO_PRESETS
-        if older.closures_are_bounded()
-        else {name: unjudged(one) for name, one in MUJOCO_PRESETS.items()}
+        if compat.closures_are_bounded()
+        else {name: without_loop_judgement(one) for name, one in MUJOCO_PRESETS.items()}
     )
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
-    expected_error = staticmethod(law.expected_error)
+    expected_error = staticmethod(error_bound.expected_error)
     expected_forces = staticmethod(expected_forces)
-    stepper = BareRun
+    stepper = MuJoCoStepper
     reference_loop = staticmethod(reference_loop)
     grid = staticmethod(rules)
     free_run = staticmethod(free_run)
@@ -164,7 +172,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
         return standalone_mjcf(name, machine, settings=settings)
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, MuJoCoSettings]:
-        """The presets that apply to a machine, and parts of the solver that they do not use."""
+        """Settings that show differences between releases: the presets, and solver parts that they do not use."""
         found = {name: preset(machine, steps_per_revolution) for name, preset in MUJOCO_PRESETS.items()}
         if machine.kinematics.mechanism.cam_contacts:
             del found["hardened"]
@@ -182,7 +190,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
             return reason
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        reason = older.lacking(settings) or edit_refusal(mechanism, settings)
+        reason = compat.missing_feature(settings) or edit_refusal(mechanism, settings)
         return reason or tree_refusal(machine_tree(machine))
 
     def forces(

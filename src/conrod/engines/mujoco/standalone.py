@@ -1,4 +1,4 @@
-"""The MJCF files that people reuse: dressed to be looked at, complete to be run on their own. Imports no engine."""
+"""MJCF files for people to reuse: with geoms and keyframe, complete to run alone. Does not import the engine."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 
 from conrod.engines.engine import CUSTOM, Machine, default_steps, run_extent
 from conrod.engines.mujoco import MuJoCoSettings
-from conrod.engines.mujoco.loads import by_program, moves_nothing
-from conrod.engines.mujoco.mjcf import Dress, mjcf
+from conrod.engines.mujoco.loads import callback_loads, does_no_work
+from conrod.engines.mujoco.mjcf import Presentation, mjcf_text
 from conrod.engines.spanning_tree import SpanningTree, grow_spanning_tree, machine_tree
 
 
 class DescribedMachine(Machine, Protocol):
-    """A machine that can say what it is: a scene.
+    """A machine with title, source and frame to write into a file: a scene.
 
     Attributes:
         title, source: of the machine, and of its dimensions.
@@ -36,7 +36,7 @@ class DescribedMachine(Machine, Protocol):
 
     @property
     def start_rates(self) -> Mapping[str, float]:
-        """Turn rates [rad/s] of bodies, counter-clockwise, that a motion without a drive starts with."""
+        """Angular rates [rad/s] of bodies, counter-clockwise, at the start of motion without a drive."""
 
 
 def standalone_mjcf(
@@ -45,7 +45,7 @@ def standalone_mjcf(
     steps_per_revolution: int | None = None,
     settings: MuJoCoSettings | None = None,
 ) -> str:
-    """MJCF text of a scene with geoms to look at and a keyframe to start from, tuned unless settings are given."""
+    """MJCF text of a scene with geoms to look at and a keyframe to start from; tuned by default."""
     if settings is None:
         settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     kinematics = machine.kinematics
@@ -54,11 +54,12 @@ def standalone_mjcf(
     turns = kinematics.mechanism.driver.span is None
     tree = grow_spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
     rates = tree.rates(poses, slopes * machine.speed)[0]
-    dress = Dress(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
-    return mjcf(tree, settings, f"conrod-{name}", dress)
+    dress = Presentation(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
+    return mjcf_text(tree, settings, f"conrod-{name}", dress)
 
 
 def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: SpanningTree) -> str:
+    """Comment at the head of the file: source, parameters, frame, use."""
     points = " and ".join(point.name for point in tree.mechanism.observed)
     values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
     paragraphs = [
@@ -70,21 +71,21 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree
         "reaction to gravity is in it, where there is gravity). Sensor values after mj_step belong to the instant "
         "before the step.",
         "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)). "
-        f"Without it the machine stands still.{_pass(machine)}",
-        *_loads(tree),
-        *_free(machine),
-        *_settings(settings),
+        f"Without it the machine stands still.{_pass_sentence(machine)}",
+        *_load_paragraphs(tree),
+        *_free_motion_paragraphs(machine),
+        *_settings_paragraphs(settings),
     ]
     text = "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
     # Two hyphens would end the comment, and what a machine's file says after them would be part of the model.
     return re.sub("-(?=-)", "- ", text)
 
 
-def _settings(settings: MuJoCoSettings) -> list[str]:
-    """Paragraphs on the settings, and who wrote them."""
+def _settings_paragraphs(settings: MuJoCoSettings) -> list[str]:
+    """Paragraphs on the settings, and on the command that wrote them."""
     at = f"at {settings.steps_per_revolution} steps a revolution"
     if settings.preset == CUSTOM:
-        lines = after_compiling(settings)
+        lines = hardening_statements(settings)
         after = [f"AFTER COMPILING, IN PYTHON, because MJCF has no words for it: {'; '.join(lines)}"] if lines else []
         return [f"Settings: {settings.integrator}, {at}, of the recommend command of conrod.", *after]
     return [
@@ -95,10 +96,10 @@ def _settings(settings: MuJoCoSettings) -> list[str]:
     ]
 
 
-def _loads(tree: SpanningTree) -> list[str]:
-    """Paragraphs on the loads that the model has and has not; none of a machine without them."""
+def _load_paragraphs(tree: SpanningTree) -> list[str]:
+    """Paragraphs on the loads that are in the model, and on those that are not."""
     loads = tree.mechanism.loads
-    left_out = [load for load in loads if load in by_program(tree.mechanism) or moves_nothing(load, tree)]
+    left_out = [load for load in loads if load in callback_loads(tree.mechanism) or does_no_work(load, tree)]
     kept = ", ".join(load.name for load in loads if load not in left_out)
     found = [f"Loads in this model, as tendons or as actuators without an input: {kept}."] if kept else []
     if left_out:
@@ -107,8 +108,8 @@ def _loads(tree: SpanningTree) -> list[str]:
     return found
 
 
-def _free(machine: DescribedMachine) -> list[str]:
-    """Paragraph on free motion; none of a machine that has neither loads nor rates of its own to start with."""
+def _free_motion_paragraphs(machine: DescribedMachine) -> list[str]:
+    """Paragraph on free motion; none for a machine without loads and start rates of its own."""
     mechanism = machine.kinematics.mechanism
     driven = {mechanism.crank: mechanism.driver.sense * machine.speed}
     if not mechanism.loads and dict(machine.start_rates) == driven:
@@ -121,8 +122,8 @@ def _free(machine: DescribedMachine) -> list[str]:
     ]
 
 
-def _pass(machine: Machine) -> str:
-    """Sentence on the ends of the pass that an input makes; empty where it turns."""
+def _pass_sentence(machine: Machine) -> str:
+    """Sentence on where an input stops that cannot turn fully; empty if it can."""
     span = machine.kinematics.mechanism.driver.span
     if span is None:
         return ""
@@ -136,29 +137,32 @@ def _pass(machine: Machine) -> str:
 # -- settings to paste -------------------------------------------------------------------------------------------------
 
 # What settings say in MJCF: the rest of a model is the machine itself.
-PARTS = ("option", "tendon", "equality", "contact")
+PASTED_SECTIONS = ("option", "tendon", "equality", "contact")
 
 
 def paste(machine: Machine, settings: MuJoCoSettings) -> str:
-    """Options, closures or contacts and the drive as MJCF; what MJCF cannot say (hardening, rounding) as Python."""
-    model = ET.fromstring(mjcf(machine_tree(machine), settings, "model"))
+    """Options, closures or contacts and drive as MJCF lines; hardening, which MJCF lacks, as Python lines."""
+    model = ET.fromstring(mjcf_text(machine_tree(machine), settings, "model"))
     parts = [
-        element for name in PARTS if (element := model.find(name)) is not None and len(element.attrib) + len(element)
+        element
+        for name in PASTED_SECTIONS
+        if (element := model.find(name)) is not None and len(element.attrib) + len(element)
     ]
     crank = model.find(".//joint[@name='crank']")
-    lines = [_text(element) for element in [*parts, *([] if crank is None else [crank])]]
-    if after := after_compiling(settings):
+    lines = [_element_text(element) for element in [*parts, *([] if crank is None else [crank])]]
+    if after := hardening_statements(settings):
         lines += [f"# after compiling, in Python; or conrod.harden(model, {settings.hardening:g})", *after]
     return "\n".join(lines)
 
 
-def after_compiling(settings: MuJoCoSettings) -> list[str]:
-    """Statements on a compiled model, of what MJCF cannot say: hardening."""
+def hardening_statements(settings: MuJoCoSettings) -> list[str]:
+    """Python statements that harden a compiled model; none without hardening."""
     factor = settings.hardening
     return [] if factor is None else [f"model.{part}_invweight0[:] *= {factor:g}" for part in ("body", "dof")]
 
 
-def _text(element: ET.Element) -> str:
+def _element_text(element: ET.Element) -> str:
+    """An XML element as indented text."""
     element.tail = None
     ET.indent(element)
     return ET.tostring(element, encoding="unicode")

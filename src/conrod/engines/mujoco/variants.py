@@ -1,4 +1,4 @@
-"""Settings of MuJoCo that studies vary: a sweep's grid, one thing at a time, and ingredients. Imports no engine."""
+"""MuJoCo settings that studies vary: a sweep's grid, single parameters, ingredients. Does not import the engine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 from conrod.engines.engine import Machine, recognise_preset, step_length, with_fields
 from conrod.engines.mujoco import (
     CONTACT_SOLIMP,
-    LEAST_STEPS,
+    MIN_TIME_CONSTANT_STEPS,
     MUJOCO_PRESETS,
     STIFF_SOLIMP,
     STOCK_ITERATIONS,
@@ -19,7 +19,7 @@ from conrod.engines.mujoco import (
     MuJoCoSettings,
 )
 from conrod.engines.mujoco.model_edits import (
-    LINE_SEARCH,
+    LINE_SEARCH_EVALUATIONS,
     NOSLIP_ITERATIONS,
     PASSIVE_ARMATURE,
     PASSIVE_DAMPING,
@@ -37,36 +37,42 @@ from conrod.engines.variants import (
     model_edit_ingredient,
 )
 
-# Where a time constant stands: in seconds, in steps, or in shares of the period.
+# Names of time constants: in seconds, in steps, or in fractions of the period.
 STOCK_CONSTANT = "0.02 s"
 STEP_CONSTANTS = {"2 h": 2.0, "4 h": 4.0, "8 h": 8.0}
 PERIOD_CONSTANTS = {"T/1000": 1e-3, "T/100": 1e-2, "T/10": 0.1}
-# Impedances at no violation and at a large one, and the width in between.
+# Impedance without violation and at a large one, width and shape of the transition between them.
 CONTACT_IMPEDANCES = {
     "0.9 to 0.95": STOCK_SOLIMP,
     "0.9": CONTACT_SOLIMP,
     "0.99": (0.99, 0.99, 0.001, 0.5, 2.0),
 }
 
-SOLVER: Knobs = {"solver": "Newton", "iterations": 100, "tolerance": 0.0}
-# Knobs of a machine whose loops are closed by joints, and of one with a cam, where they usually stand. Stabilisation is
-# the time constant of what holds, regularisation the impedance: stock, stiff; or hardened by a factor.
-LOOP: Knobs = {"integrator": "Euler", "stabilisation": STOCK_CONSTANT, "regularisation": "stock", **SOLVER}
-CONTACT: Knobs = {"integrator": "Euler", "stabilisation": "2 h", "impedance": "0.9", "vertices": 4000, **SOLVER}
+SOLVER_KNOBS: Knobs = {"solver": "Newton", "iterations": 100, "tolerance": 0.0}
+# Usual values of the knobs of a machine whose loops are closed by joints, and of one with a cam. Stabilisation is the
+# time constant of closures or contact; regularisation is the impedance, stock or stiff, or a hardening factor.
+LOOP_KNOBS: Knobs = {"integrator": "Euler", "stabilisation": STOCK_CONSTANT, "regularisation": "stock", **SOLVER_KNOBS}
+CONTACT_KNOBS: Knobs = {
+    "integrator": "Euler",
+    "stabilisation": "2 h",
+    "impedance": "0.9",
+    "vertices": 4000,
+    **SOLVER_KNOBS,
+}
 
-# What is turned away from there: the presets, with what is as good as one, first.
-IMPLICIT_FAST: Knobs = {"integrator": "implicitfast", "stabilisation": "2 h", "regularisation": "stiff"}
-HARDENED: Knobs = {"integrator": "RK4", "stabilisation": "T/10", "regularisation": "hardened 1e-9"}
+# Values that differ from the usual ones in the presets, and in settings as good as a preset.
+IMPLICIT_FAST_KNOBS: Knobs = {"integrator": "implicitfast", "stabilisation": "2 h", "regularisation": "stiff"}
+HARDENED_KNOBS: Knobs = {"integrator": "RK4", "stabilisation": "T/10", "regularisation": "hardened 1e-9"}
 LOOP_BASES: tuple[Knobs, ...] = (
     {},
-    IMPLICIT_FAST,
+    IMPLICIT_FAST_KNOBS,
     {"integrator": "RK4", "stabilisation": "8 h", "regularisation": "stiff"},
-    HARDENED,
+    HARDENED_KNOBS,
 )
 
 
 def loop_grid() -> Iterator[Knobs]:
-    """What else is swept of a machine whose loops are closed by joints."""
+    """Knobs of a sweep besides the presets, for a machine whose loops are closed by joints."""
     yield from knob_combinations(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"),
@@ -76,12 +82,14 @@ def loop_grid() -> Iterator[Knobs]:
     solvers += [{"solver": "Newton", "iterations": k} for k in (1, 3)]
     yield from ({**base, **one} for base in LOOP_BASES for one in (*solvers, {"tolerance": STOCK_TOLERANCE}))
     yield from (
-        {**base, "integrator": other} for base in (IMPLICIT_FAST, HARDENED) for other in ("implicit", "discrete")
+        {**base, "integrator": other}
+        for base in (IMPLICIT_FAST_KNOBS, HARDENED_KNOBS)
+        for other in ("implicit", "discrete")
     )
-    yield from ({**HARDENED, "regularisation": f"hardened {factor}"} for factor in ("1e-3", "1e-6", "1e-12"))
+    yield from ({**HARDENED_KNOBS, "regularisation": f"hardened {factor}"} for factor in ("1e-3", "1e-6", "1e-12"))
 
 
-# A contact costs by the vertices of its cam, a step of few of them a third.
+# The cost of contact grows with the vertices of its cam: with few of them a step takes a third of the time.
 CONTACT_BASES: tuple[Knobs, ...] = (
     {"stabilisation": STOCK_CONSTANT, "impedance": "0.9 to 0.95"},
     {},
@@ -91,7 +99,7 @@ CONTACT_BASES: tuple[Knobs, ...] = (
 
 
 def contact_grid() -> Iterator[Knobs]:
-    """What else is swept of a machine with a cam."""
+    """Knobs of a sweep besides the presets, for a machine with a cam."""
     yield from knob_combinations(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "4 h", "T/1000"),
@@ -102,21 +110,23 @@ def contact_grid() -> Iterator[Knobs]:
 
 
 def rules(machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]:
-    """All rules of a grid, without repetition."""
+    """All rules of a grid for a machine, without duplicates."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
-    usual, bases, others = (CONTACT, CONTACT_BASES, contact_grid) if contact else (LOOP, LOOP_BASES, loop_grid)
-    return knob_rules(usual, bases if grid == "coarse" else (*bases, *others()), _name, _settings)
+    usual, bases, others = (
+        (CONTACT_KNOBS, CONTACT_BASES, contact_grid) if contact else (LOOP_KNOBS, LOOP_BASES, loop_grid)
+    )
+    return knob_rules(usual, bases if grid == "coarse" else (*bases, *others()), _rule_name, _settings_from_knobs)
 
 
-def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
-    """Settings whose armature and all that is not a knob are those of the stock preset."""
+def _settings_from_knobs(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
+    """Settings of given knobs, with the armature and all other fields of the stock preset."""
     stock, text = MuJoCoSettings.stock(machine, steps_per_revolution), knobs["stabilisation"]
     constant = STOCK_SOLREF[0]
     if text in STEP_CONSTANTS:
         constant = STEP_CONSTANTS[text] * step_length(machine, steps_per_revolution)
     elif text in PERIOD_CONSTANTS:
         constant = PERIOD_CONSTANTS[text] * step_length(machine, 1)
-    own = {name: knobs[name] for name in ("integrator", *SOLVER)}
+    own = {name: knobs[name] for name in ("integrator", *SOLVER_KNOBS)}
     if "impedance" in knobs:
         unused = "solref", "solimp"
         own |= {"contact_solref": (constant, 1.0), "contact_solimp": CONTACT_IMPEDANCES[knobs["impedance"]]}
@@ -129,14 +139,16 @@ def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> MuJo
     return recognise_preset(with_fields(stock, **own), MUJOCO_PRESETS, machine, unused)
 
 
-WORDS = {"vertices": "{} vertices", "solver": "{}", "iterations": "{} iterations", "tolerance": "tolerance {:g}"}
+KNOB_TEXTS = {"vertices": "{} vertices", "solver": "{}", "iterations": "{} iterations", "tolerance": "tolerance {:g}"}
 
 
-def _name(knobs: Knobs, usual: Knobs) -> str:
-    """Name of the first three knobs, and of those others that are not at their usual values."""
+def _rule_name(knobs: Knobs, usual: Knobs) -> str:
+    """Name a rule by its first three knobs, and by others that are not at their usual values."""
     regularisation: str = knobs.get("regularisation", "")
     soft = {"stock": "solimp stock", "stiff": "solimp 0.9999", "": f"impedance {knobs.get('impedance')}"}
-    said = [WORDS[name].format(value) for name, value in knobs.items() if name in WORDS and value != usual[name]]
+    said = [
+        KNOB_TEXTS[name].format(value) for name, value in knobs.items() if name in KNOB_TEXTS and value != usual[name]
+    ]
     first = (knobs["integrator"], f"solref {knobs['stabilisation']}", soft.get(regularisation, regularisation))
     return ", ".join([*first, *said])
 
@@ -145,14 +157,17 @@ def _name(knobs: Knobs, usual: Knobs) -> str:
 
 
 def with_time_constant(machine: Machine, settings: MuJoCoSettings, steps: float) -> MuJoCoSettings:
-    """The damping ratio stays. Below two steps MuJoCo's guard (refsafe) would raise the time constant."""
+    """Set the time constant of loops or contact to a number of steps; the damping ratio stays.
+
+    Below two steps MuJoCo's guard `refsafe`, which would raise the time constant, is switched off.
+    """
     field = "contact_solref" if machine.kinematics.mechanism.cam_contacts else "solref"
     solref = (steps * settings.timestep, getattr(settings, field)[1])
-    return with_fields(settings, refsafe=settings.refsafe and steps >= LEAST_STEPS, **{field: solref})
+    return with_fields(settings, refsafe=settings.refsafe and steps >= MIN_TIME_CONSTANT_STEPS, **{field: solref})
 
 
 def with_regularisation(machine: Machine, settings: MuJoCoSettings, share: float) -> MuJoCoSettings:
-    """Loops by hardening; contacts, which it is not for, by an impedance that does not change with the overlap."""
+    """Set the share of regularisation that is left: loops by hardening, contacts by a constant impedance."""
     if machine.kinematics.mechanism.cam_contacts:
         impedance = (1.0 - share, 1.0 - share, *settings.contact_solimp[2:])
         return with_fields(settings, contact_solimp=impedance)
@@ -163,17 +178,17 @@ def with_regularisation(machine: Machine, settings: MuJoCoSettings, share: float
 
 
 TORQUE, REACTIONS, IMPACT, WEAR = Quantity.DRIVE_TORQUE, Quantity.REACTIONS, Quantity.IMPACT, Quantity.WEAR
-FINER = 4  # times the vertices of the minimal model's cam
+FINE_CAM_FACTOR = 4  # on the vertices of the minimal model's cam
 
-Found: TypeAlias = tuple[Ingredient[MuJoCoSettings], ...]
+Ingredients: TypeAlias = tuple[Ingredient[MuJoCoSettings], ...]
 
 
 def minimal_settings(machine: Machine, steps_per_revolution: int) -> MuJoCoSettings:
-    """The cheapest settings that have the observed motion right.
+    """The cheapest settings with the right observed motion.
 
-    Those of the best preset without what the motion does not need: no gravity, a single iteration of Newton's method
-    and a short line search, which are exact as long as the set of acting constraints stays, and none of what MuJoCo
-    does unasked for models of many bodies and shapes.
+    The best preset without what the motion does not need: no gravity, one iteration of Newton's method and a short line
+    search, which are exact as long as the set of active constraints stays, and none of MuJoCo's defaults for models of
+    many bodies and shapes.
     """
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     preset = MuJoCoSettings.tuned if contact else MuJoCoSettings.hardened
@@ -186,19 +201,19 @@ def minimal_settings(machine: Machine, steps_per_revolution: int) -> MuJoCoSetti
     )
 
 
-def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Found:
-    """Ingredients of the minimal model, optional ones first; only those that apply to the machine."""
+def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Ingredients:
+    """Ingredients that apply to the machine: optional ones first, then those of the minimal model."""
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
-    found = (*_optional(minimal, contact, any(mechanism.gravity)), *_required(minimal, contact))
-    # What is added is what must apply; of what the model consists of, it is what is missing then.
+    found = (*_optional_ingredients(minimal, contact, any(mechanism.gravity)), *_minimal_ingredients(minimal, contact))
+    # An optional ingredient must apply when added; one of the minimal model, when removed.
     return tuple(
         one for one in found if not edit_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal))
     )
 
 
-def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
-    """Optional ingredients: what the machine could carry, what could be read of it, what the solver could do."""
+def _optional_ingredients(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
+    """Optional ingredients: what the model can contain, what can be measured on it, what the solver can do."""
     yield model_edit_ingredient("visual-geoms", "bars, pins and blocks to be seen, which cannot collide")
     overlap = "bars, pins and blocks able to collide, all in the plane of motion: links overlap where pins join them"
     yield model_edit_ingredient("touching-geoms", overlap, IMPACT)
@@ -220,8 +235,8 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
     iterations = "iterations of the solver, MuJoCo's default, of which it takes what it likes"
     yield field_ingredient(minimal, "iterations-100", iterations, iterations=STOCK_ITERATIONS)
     search = (
-        f"MuJoCo's default: up to 50 evaluations along a direction of the solver instead of {LINE_SEARCH}; a tolerance "
-        "of 0 takes them all"
+        "MuJoCo's default: up to 50 evaluations along a direction of the solver instead of "
+        f"{LINE_SEARCH_EVALUATIONS}; a tolerance of 0 takes them all"
     )
     yield model_edit_ingredient("line-search", search, absence="short-line-search")
     yield model_edit_ingredient("sparse-jacobian", "constraints kept for large models")
@@ -236,13 +251,13 @@ def _optional(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[I
     yield model_edit_ingredient("multiccd", several, absence="no-multiccd")
     if contact:
         yield field_ingredient(minimal, "rk4", "four evaluations a step instead of one", integrator="RK4")
-        vertices = FINER * minimal.cam_vertices
+        vertices = FINE_CAM_FACTOR * minimal.cam_vertices
         meaning = f"a cam of {vertices} vertices instead of {minimal.cam_vertices}"
         yield field_ingredient(minimal, "fine-cam", meaning, IMPACT, WEAR, cam_vertices=vertices)
 
 
-def _required(minimal: MuJoCoSettings, contact: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
-    """Ingredients of the minimal model: the closure first, then what makes it exact, the drive, the solver."""
+def _minimal_ingredients(minimal: MuJoCoSettings, contact: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
+    """Ingredients of the minimal model: closure, what makes it exact, drive, solver."""
     if contact:
         pair = "the pair of cam and roller; without it the roller falls through"
         yield model_edit_ingredient("contact", pair, TORQUE, REACTIONS, minimal=True, absence="no-contact")

@@ -1,18 +1,18 @@
-"""pymunk: settings of a run and the presets, with how many iterations its solver takes. Imports no engine.
+"""pymunk: settings of a run, the presets, and the solver iterations they take. Does not import the engine.
 
-Chipmunk goes through the joints in their order and gives each the impulse that brings it to the rate asked for, all
-others left alone: Gauss-Seidel on J M^-1 J' p = b. Of the velocities, what is left of the impulses' error e is
-y = M^-1 J' e, and a joint projects it: y -> (1 - M^-1 J_i' (J_i M^-1 J_i')^-1 J_i) y. The product T of all
-projections is one iteration; N of them leave T^N y.
+Chipmunk's solver goes through the joints in order and gives each the impulse that brings its velocity error to zero,
+the others unchanged: Gauss-Seidel iteration on J M^-1 J' p = b. With the error e of the impulses, the velocity error is
+y = M^-1 J' e, and a joint projects it: y -> (1 - M^-1 J_i' (J_i M^-1 J_i')^-1 J_i) y. The product of all projections is
+the matrix T of one iteration (`numerics.iteration_matrix`); N iterations leave T^N y.
 
-A step begins with the impulses of the last one. Where positions are mended whole at every step, what it leaves, the
-next step has to undo twice, in the rates and in the gaps: with p the impulses that a settled iteration gives,
+A step starts with the impulses of the one before. With full correction of positions, the next step has to undo twice
+what a step leaves, in the rates and in the gaps: with p the impulses of a converged iteration,
 
     e_n = T^N (3 e_(n-1) - 3 e_(n-2) + e_(n-3) - (p_n - p_(n-1))).
 
-That decays where T^N is below 1/7, and is largest at the start, which knows no impulses: p_0 = 0, and p_1 are 3/2 h
-times the exact motion's forces, as the first velocity belongs to 3/2 h. Rates are off by y_n - y_(n-1), and
-accelerations, their difference over h, by 3/2 T^N M^-1 J' f: of order 0, where the step's own error is 5/12 h^2 x''''.
+This decays if T^N is below 1/7, and is largest at the start, which has no impulses: p_0 = 0, and p_1 is 3/2 h times the
+forces of the exact motion, as the first velocity belongs to 3/2 h. Rates are off by y_n - y_(n-1), and accelerations,
+their difference over h, by 3/2 T^N M^-1 J' f: of order 0, where the scheme's own error is 5/12 h^2 x''''.
 """
 
 from __future__ import annotations
@@ -36,20 +36,22 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic
 from conrod.mechanism.units import check_count, check_number
 
-SHARE = 0.01  # of the step's own error, that the iteration may leave
-FINEST = 5000  # steps a turn; with more of them rounding, which grows with their square, is the larger error
-SAMPLES = 36  # positions of the turn that a run may begin at
-LEAST, MOST = 10, 100_000  # pymunk's default; what a step can be waited for
-KEPT = 128
+ITERATION_ERROR_SHARE = 0.01  # of the scheme's own error, which the solver's iteration may add
+FINEST_STEPS = 5000  # per revolution; with more, rounding, which grows with their square, is the larger error
+START_POSITIONS = 36  # crank angles over a revolution at which a run may start
+MIN_ITERATIONS, MAX_ITERATIONS = 10, 100_000  # pymunk's default, and the longest acceptable step
+CACHED_COUNTS = 128  # machines whose number of iterations is kept
 
 
-@lru_cache(KEPT)
+@lru_cache(CACHED_COUNTS)
 def iterations_needed(kinematics: Kinematics, speed: float) -> int:
-    """So many that they leave nothing beside the step's own error, wherever a run begins and whatever its step.
+    """Iterations after which the solver's error in acceleration is 1 % of the scheme's own, at any step and start.
 
-    Change points are left out: the closer to one, the more it takes, without end.
+    That is the least N with |3/2 T^N M^-1 f| <= 0.01 x 5/12 h^2 |x''''| (module docstring), for 5000 steps per
+    revolution; with more steps rounding is the larger error. Positions next to change points are left out, where N has
+    no bound.
     """
-    mechanism, angle = kinematics.mechanism, kinematics.angles(SAMPLES)
+    mechanism, angle = kinematics.mechanism, kinematics.angles(START_POSITIONS)
     clear = ~kinematics.near_change(angle, NEAR_CHANGE_POINT)
     angle = angle[clear] if clear.any() else angle
     derivatives = kinematics.derivatives(angle, 4)
@@ -57,53 +59,54 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     forces = inertia_forces(mechanism, poses, rates, derivatives[2] * speed**2)
     if mechanism.loads:
         forces -= load_forces(mechanism, poses, rates, angle / speed)
-    inverse = inverse_masses(mechanism, straight(mechanism))
+    inverse = inverse_masses(mechanism, translating_bodies(mechanism))
     free = np.flatnonzero(inverse)
     of_centres = poses_by_centres(mechanism, poses)[:, :, free]
-    begun = 1.5 * inverse[free] * (np.swapaxes(of_centres, 1, 2) @ forces[:, :, None])[:, :, 0]
+    start = 1.5 * inverse[free] * (np.swapaxes(of_centres, 1, 2) @ forces[:, :, None])[:, :, 0]
 
-    def size(of: list[Array], order: int) -> float:
+    def largest_derivative(of: list[Array], order: int) -> float:
         points = kinematics.point_derivatives(of)
         return max(
             float(np.linalg.norm(values[order], axis=1).max()) / kinematics.lengths[name]
             for name, values in points.items()
         )
 
-    def left(changes: Array) -> float:
-        return size([poses, (of_centres @ changes[:, :, None])[:, :, 0]], 1)
+    def velocity_error(changes: Array) -> float:
+        return largest_derivative([poses, (of_centres @ changes[:, :, None])[:, :, 0]], 1)
 
-    step = 2.0 * np.pi / FINEST
-    allowed = SHARE * 5.0 / 12.0 * step**2 * size(derivatives, 4) * speed**2
+    step = 2.0 * np.pi / FINEST_STEPS
+    allowed = ITERATION_ERROR_SHARE * 5.0 / 12.0 * step**2 * largest_derivative(derivatives, 4) * speed**2
     jacobian = kinematics.jacobian(poses) @ of_centres
-    return _iterations(iteration_matrix(jacobian, inverse[free], _constraints(kinematics)), begun, left, allowed)
+    once = iteration_matrix(jacobian, inverse[free], _constraint_rows(kinematics))
+    return _smallest_count(once, start, velocity_error, allowed)
 
 
-def _iterations(once: Array, begun: Array, left: Callable[[Array], float], allowed: float) -> int:
-    """The least number of iterations (S, n, n) that leave so much of what they begin with (S, n)."""
-    powers, before, count = [once], begun[:, :, None], 1
-    while left((powers[-1] @ before)[:, :, 0]) > allowed and 2 ** (len(powers) - 1) < MOST:
+def _smallest_count(once: Array, start: Array, size: Callable[[Array], float], allowed: float) -> int:
+    """Smallest number of iterations whose matrix power reduces velocities (S, n) to the allowed size."""
+    powers, before, count = [once], start[:, :, None], 1
+    while size((powers[-1] @ before)[:, :, 0]) > allowed and 2 ** (len(powers) - 1) < MAX_ITERATIONS:
         powers.append(powers[-1] @ powers[-1])
     for k in reversed(range(len(powers) - 1)):
         after = powers[k] @ before
-        if left(after[:, :, 0]) > allowed:
+        if size(after[:, :, 0]) > allowed:
             before, count = after, count + 2**k
-    return min(max(LEAST, count), MOST)
+    return min(max(MIN_ITERATIONS, count), MAX_ITERATIONS)
 
 
-def straight(mechanism: Mechanism) -> set[str]:
-    """Bodies that cannot turn: those on a slide of the ground."""
+def translating_bodies(mechanism: Mechanism) -> set[str]:
+    """Names of the bodies that cannot rotate: those on a slide of the ground."""
     return {body.name for body in mechanism.bodies if isinstance(mechanism.guide(body.name), Prismatic)}
 
 
-def _constraints(kinematics: Kinematics) -> Iterator[slice]:
-    """Equations that pymunk solves together, in its order: pins and slides, then gears."""
+def _constraint_rows(kinematics: Kinematics) -> Iterator[slice]:
+    """Yield the rows of equations that pymunk solves together, in its order: pins and slides, then gears."""
     last: list[slice] = []
     for joint, rows in joint_rows(kinematics):
         if isinstance(joint, Mesh):
             last.append(rows)
         elif isinstance(joint, Prismatic):
             yield slice(rows.start, rows.start + 1)
-            if GROUND not in (joint.a, joint.b):  # else the body cannot turn
+            if GROUND not in (joint.a, joint.b):  # else the body cannot rotate
                 yield slice(rows.start + 1, rows.stop)
         else:
             yield rows
@@ -113,14 +116,14 @@ def _constraints(kinematics: Kinematics) -> Iterator[slice]:
 # -- settings and presets ----------------------------------------------------------------------------------------------
 
 
-# Chipmunk's default: what remains of an error after a second is 0.9^60 of it, whatever the step.
+# Chipmunk's default: 0.9^60 of an error is left after a second, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60
-ITERATIONS = 16  # with equal masses and one loop, where the motion is not known
+EQUAL_MASS_ITERATIONS = 16  # for one loop of equal masses, if the motion is not known
 
 
 @dataclass(frozen=True)
 class PymunkSettings(EngineSettings):
-    """Settings of a pymunk run; the names are pymunk's own where it has one. SI."""
+    """Settings of a pymunk run, in SI, named as in pymunk where pymunk has them."""
 
     engine: ClassVar[str] = "pymunk"
     former_fields: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
@@ -134,7 +137,7 @@ class PymunkSettings(EngineSettings):
     rounded_state: bool = False  # of runs: to single precision, after each step
 
     def __post_init__(self) -> None:
-        # On most of what is out of these ranges Chipmunk would abort the interpreter.
+        # Chipmunk aborts the interpreter on most values out of these ranges.
         super().__post_init__()
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
@@ -144,37 +147,38 @@ class PymunkSettings(EngineSettings):
 
     def time_constant(self, contact: bool) -> float:
         bias = self.collision_bias if contact else self.error_bias
-        # What is left after a time t is bias^t.
+        # The share bias^t of an error is left after a time t.
         return math.inf if bias >= 1.0 else 0.0 if bias == 0.0 else -1.0 / math.log(bias)
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
         """Full correction of joints and contacts at every step, and enough iterations for order 2.
 
-        A contact may keep half the overlap that the follower, released, would fall into in one step: without any
-        it is thrown out at every step and bounces; with more it is not the fall that limits it.
+        A contact may keep half the overlap into which the released follower would fall in one step: without overlap it
+        is thrown out at every step and bounces; with more, the overlap and not the fall limits the error.
         """
         kinematics = machine.kinematics
-        # What slides on a cam is held by two equations alone, which settle at once.
+        # A follower on a cam has two equations alone, which are solved in one iteration.
         known = not kinematics.mechanism.cam_contacts
         count = iterations_needed(kinematics, machine.speed) if known else iterations_by_masses(kinematics.mechanism)
-        return _tuned(cls.stock(machine, steps_per_revolution), kinematics.mechanism, count)
+        return _with_tuned_fields(cls.stock(machine, steps_per_revolution), kinematics.mechanism, count)
 
     @classmethod
-    def free(cls, mechanism: Mechanism, preset: str, timestep: float) -> PymunkSettings:
-        """A preset for a motion that no crank prescribes, with a step of this length [s].
+    def for_free_motion(cls, mechanism: Mechanism, preset: str, timestep: float) -> PymunkSettings:
+        """Settings of a preset for motion without a drive, with a time step [s].
 
         Raises:
             InvalidInput: there is no such preset, or a value is out of range.
         """
         if preset not in PYMUNK_PRESETS:
             raise unknown_choice("preset", preset, PYMUNK_PRESETS)
-        # There is no turn that steps are counted by: the field has the least that it may have.
+        # No revolution exists to count steps by: the field has its least value.
         stock = cls(STOCK, 2, timestep)
-        return stock if preset == STOCK else _tuned(stock, mechanism, iterations_by_masses(mechanism))
+        return stock if preset == STOCK else _with_tuned_fields(stock, mechanism, iterations_by_masses(mechanism))
 
 
-def _tuned(stock: PymunkSettings, mechanism: Mechanism, iterations: int) -> PymunkSettings:
+def _with_tuned_fields(stock: PymunkSettings, mechanism: Mechanism, iterations: int) -> PymunkSettings:
+    """Return stock settings with full correction, iterations and slop of the preset `tuned`."""
     return replace(
         stock,
         preset="tuned",
@@ -186,20 +190,20 @@ def _tuned(stock: PymunkSettings, mechanism: Mechanism, iterations: int) -> Pymu
 
 
 def iterations_by_masses(mechanism: Mechanism) -> int:
-    """A rule of thumb for motions that are not known before: the ratio of masses, times the number of loops.
+    """Iterations for motions that are not known before: 16 (1 + ratio of masses) times the number of loops.
 
-    The iteration passes impulses from link to link; where the motion is known, `iterations_needed` follows it.
+    The iteration passes impulses from link to link. For known motions `iterations_needed` follows the error itself.
     """
     loops = max(1, len(mechanism.joints) - len(mechanism.bodies))
-    return min(MOST, round(ITERATIONS * (1.0 + mass_ratio(mechanism)) * loops))
+    return min(MAX_ITERATIONS, round(EQUAL_MASS_ITERATIONS * (1.0 + mass_ratio(mechanism)) * loops))
 
 
 def follower_fall(mechanism: Mechanism) -> float:
-    """Acceleration [m/s^2] that a cam's follower has when it is released; 0 without contact."""
+    """Acceleration [m/s^2] of a cam's follower when it is released; 0 without contact."""
     falls = [0.0]
     for contact in mechanism.cam_contacts:
         mass = mechanism.body(contact.b).mass
-        x, y = mechanism.push_on(contact.b)
+        x, y = mechanism.constant_force_on(contact.b)
         falls.append(math.hypot(mechanism.gravity[0] + x / mass, mechanism.gravity[1] + y / mass))
     return max(falls)
 

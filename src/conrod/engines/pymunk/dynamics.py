@@ -1,10 +1,10 @@
-"""Dynamic mode: pymunk steps, conrod records. Nothing is written after the start but the crank's own angle and loads.
+"""Dynamic mode: step pymunk, and record. After the start, only the crank's own angle and loads are written.
 
-The instants that samples belong to are those of `Staggered`. A velocity given at t = 0 and stepped with as it is would
-be early by half a step, for good, where nothing but the start prescribes it: order 1. So in free motion bodies are put
-back by half a step, x_0 - h v_0 / 2, and the first step has half the length: it ends in the given poses, with the
-velocities of t = h / 2. Reported rates are means of those before and after. Contact is corrected by velocities of its
-own, and its velocities belong to t_n as they are.
+`SampleInstants` states the instants that samples belong to. In free motion nothing but the start prescribes velocities,
+and one given at t = 0 and used as it is would stay early by half a step: order 1. So bodies are first moved back by
+half a step, x_0 - h v_0 / 2, and the first step has half the length: it ends in the given poses, with the velocities of
+t = h / 2. Reported rates are means of those before and after. Contact is corrected by separate velocities, and its
+velocities belong to t_n as they are.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.numerics import frames_from_centres
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.gears import gears_refusal
-from conrod.engines.pymunk.loads import Pushes, pushes_of
-from conrod.engines.pymunk.space import VERSION, Build, build, build_free
-from conrod.engines.pymunk.stepping import advance, state
+from conrod.engines.pymunk.loads import LoadForces, driven_loads
+from conrod.engines.pymunk.space import PYMUNK_VERSION, PymunkSpace, build, build_free
+from conrod.engines.pymunk.stepping import advance, read_states
 from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
@@ -30,22 +30,22 @@ from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, Poin
 
 
 @dataclass(frozen=True)
-class Staggered:
-    """Instants of the T samples of a run.
+class SampleInstants:
+    """Instants to which the T samples of a run belong, for positions, velocities and accelerations.
 
     A step moves positions first, x_(n+1) = x_n + h v_n, and then makes v_(n+1) fit the joints there. So v_n is the
-    difference of two positions and belongs to the middle of the step that follows it, t_n + h / 2; v_0, given at
-    t = 0, is left out. (A contact is corrected by velocities of its own, apart from v_n, which then fits the instant
-    t_n itself.) Acceleration is the difference of two velocities and belongs to the instant between. It
-    begins at the third step: positions run behind the exact ones by a lag that is complete only after the second step.
+    difference of two positions and belongs to the middle of the step that follows, t_n + h / 2; v_0, given at t = 0, is
+    left out. (A contact is corrected by separate velocities, and v_n then fits the instant t_n itself.) Acceleration is
+    the difference of two velocities and belongs to the instant between them. It starts at the third step: positions lag
+    behind the exact ones, and the lag is complete only after the second step.
 
     Attributes:
         position: (T,), of all samples.
-        velocity: (T - 1,), of those from the second on.
-        acceleration: (T - 3,), of those from the fourth on, each with the one before.
+        velocity: (T - 1,), of the samples from the second on.
+        acceleration: (T - 3,), of the samples from the fourth on, each with the one before.
         step: h [s].
-        ahead: from a sample to the instant of its velocity [s].
-        back: from a sample to the instant of the acceleration [s].
+        ahead: time from a sample to the instant of its velocity [s].
+        back: time from a sample to the instant of its acceleration [s].
     """
 
     position: Instants
@@ -56,26 +56,26 @@ class Staggered:
     back: float
 
 
-def staggered(mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array) -> Staggered:
-    """Instants of samples at times (T,) [s] with a step h [s], and where the crank was by the engine's own account.
+def sample_instants(mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array) -> SampleInstants:
+    """Instants of samples at times (T,) [s] with step h [s], with the crank motion that the engine reached.
 
     Args:
-        centres: centres of gravity with turns (T, 3 n) [m, m, rad].
-        rates: theirs, each at the instant that velocities belong to.
+        centres: positions and angles of the centres of gravity (T, 3 n) [m, m, rad].
+        rates: rates of `centres` (T, 3 n), each at the instant of its velocity.
     """
     ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
     back = ahead - 0.5 * h
     driver, crank = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
     turn, spin = centres[:, crank].copy(), rates[:, crank].copy()
 
-    def at(times: Array, turn: Array, spin: Array, gain: Array | None = None) -> Instants:
+    def instants_at(times: Array, turn: Array, spin: Array, gain: Array | None = None) -> Instants:
         rest = np.zeros_like(spin) if gain is None else driver.sense * gain
         return Instants(times, driver.sense * (turn - driver.start), driver.sense * spin, rest)
 
-    return Staggered(
-        position=at(times, turn, spin),
-        velocity=at(times[1:] + ahead, turn[1:] + ahead * spin[1:], spin[1:]),
-        acceleration=at(
+    return SampleInstants(
+        position=instants_at(times, turn, spin),
+        velocity=instants_at(times[1:] + ahead, turn[1:] + ahead * spin[1:], spin[1:]),
+        acceleration=instants_at(
             times[3:] + back,
             turn[3:] + back * spin[2:-1],
             0.5 * (spin[3:] + spin[2:-1]),
@@ -87,23 +87,23 @@ def staggered(mechanism: Mechanism, h: float, times: Array, centres: Array, rate
     )
 
 
-CHUNK = 4096
+CHUNK_SAMPLES = 4096
 
 
-def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Array) -> dict[str, PointTracks]:
-    """Tracks of all observed points.
+def point_tracks(mechanism: Mechanism, at: SampleInstants, centres: Array, rates: Array) -> dict[str, PointTracks]:
+    """Motion of all observed points.
 
     Args:
         at: instants of the T samples.
-        centres: centres of gravity with turns (T, 3 n) [m, m, rad].
-        rates: theirs, each at the instant that velocities belong to.
+        centres: positions and angles of the centres of gravity (T, 3 n) [m, m, rad].
+        rates: rates of `centres` (T, 3 n), each at the instant of its velocity.
     """
     tracks = {}
     for observed in mechanism.observed:
         i, centre = 3 * mechanism.body_index[observed.body], mechanism.body(observed.body).centre_of_gravity
         way = (observed.point[0] - centre[0], observed.point[1] - centre[1])
         positions, velocities = np.empty((2, len(centres), 2))
-        for rows in cache_blocks(len(centres), CHUNK):
+        for rows in cache_blocks(len(centres), CHUNK_SAMPLES):
             positions[rows], velocities[rows] = centres[rows, i : i + 2], rates[rows, i : i + 2]
             if way != (0.0, 0.0):
                 turn, spin = centres[rows, i + 2], rates[rows, i + 2]
@@ -122,47 +122,48 @@ def point_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Arr
 # -- runs at constant speed --------------------------------------------------------------------------------------------
 
 
-KEPT = 3  # samples before a stretch of a run from which its velocities, accelerations and their instants follow
+# Samples before a stretch of a run, from which its first velocities, accelerations and their instants follow.
+PRECEDING_SAMPLES = 3
 
 
 def run(
     machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0, steps: int = PIECE_STEPS
 ) -> Iterator[Piece]:
-    """A run at constant crank speed in pieces of so many steps; the first one has the start beside its steps."""
-    made = started(machine, settings, start_angle)
-    pushes, known = pushes_of(made, settings), state(made)
+    """Run a machine at constant crank speed, and yield its pieces of `steps` steps."""
+    made = build_at_angle(machine, settings, start_angle)
+    pushes, known = driven_loads(made, settings), read_states(made)
 
     def record(_: int, times: Array) -> RecordedStretch:
         nonlocal known
-        # The engine sums speed x step; counted steps keep the crank where it belongs. At every step, because the drift
-        # of a whole turn, put right at once, would be seen in the acceleration.
+        # The engine sums speed x step; angles from the step index do not drift. They are written at every step, because
+        # the drift of a revolution, corrected at once, would be seen in the acceleration.
         begins = times[len(known[0]) - 1 : -1]
-        turns = turns_at(machine, begins)
-        loading = (pushes.give, begins) if pushes else None
+        turns = crank_angles(machine, begins)
+        loading = (pushes.apply_for_step, begins) if pushes else None
         found = advance(made, settings.timestep, turns, known, loading, settings.rounded_state)
-        known = found[0][-KEPT:], found[1][-KEPT:]
-        at = staggered(made.mechanism, settings.timestep, times, *found)
+        known = found[0][-PRECEDING_SAMPLES:], found[1][-PRECEDING_SAMPLES:]
+        at = sample_instants(made.mechanism, settings.timestep, times, *found)
         return RecordedStretch(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
 
-    return record_pieces(machine, settings, VERSION, revolutions, start_angle, steps, record, KEPT)
+    return record_pieces(machine, settings, PYMUNK_VERSION, revolutions, start_angle, steps, record, PRECEDING_SAMPLES)
 
 
-def turns_at(machine: Machine, times: Array) -> Array:
-    """Turns of the crank body (T,) [rad] at times (T,) [s]."""
+def crank_angles(machine: Machine, times: Array) -> Array:
+    """Angles of the crank body (T,) [rad] at times (T,) [s]."""
     driver = machine.kinematics.mechanism.driver
     return np.asarray(driver.start + driver.sense * machine.speed * times, dtype=float)
 
 
-def started(machine: Machine, settings: PymunkSettings, start_angle: float) -> Build:
-    """The machine's space in the exact state of a crank angle [rad]."""
+def build_at_angle(machine: Machine, settings: PymunkSettings, start_angle: float) -> PymunkSpace:
+    """Build the machine's space in the exact state at a crank angle [rad]."""
     made = build(machine, settings)
     poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
-    made.place(poses[0], slopes[0] * machine.speed)
+    made.set_states(poses[0], slopes[0] * machine.speed)
     return made
 
 
-def body_tracks(mechanism: Mechanism, at: Staggered, centres: Array, rates: Array) -> BodyTracks:
-    """States of all links at the instants that positions, velocities and accelerations belong to."""
+def body_tracks(mechanism: Mechanism, at: SampleInstants, centres: Array, rates: Array) -> BodyTracks:
+    """States of all bodies at the instants of positions, velocities and accelerations."""
     here = frames_from_centres(mechanism, centres, rates)
     middle = frames_from_centres(mechanism, centres[1:] + at.ahead * rates[1:], rates[1:])
     between = frames_from_centres(mechanism, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
@@ -181,28 +182,28 @@ def free_run(
     mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, pace: Pace,
     every: int = 1,
 ) -> FreeRun:  # fmt: skip
-    """So many steps from exact poses and rates (3 n,), sampled at every so-many-th; no rule here asks for the pace.
+    """Simulate `steps` steps from exact poses and rates (3 n,), sampled at each `every` steps; `pace` is unused.
 
     Raises:
         InvalidInput: there is no such preset, or pymunk cannot have a joint of the mechanism; says why.
     """
-    settings = PymunkSettings.free(mechanism, preset, timestep)
+    settings = PymunkSettings.for_free_motion(mechanism, preset, timestep)
     if reason := gears_refusal(mechanism):
         raise InvalidInput(f"{mechanism.name}: {reason}")
     made = build_free(mechanism, settings, poses)
-    made.place(poses, rates)
+    made.set_states(poses, rates)
     h, in_step = settings.timestep, not mechanism.cam_contacts
-    pushes = Pushes(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None
+    pushes = LoadForces(made, h, 0.5 * h if in_step else 0.0) if mechanism.loads else None
     if in_step:
         _half_step(made, h, pushes)
-    known = state(made)
+    known = read_states(made)
     places, speeds = ([values] for values in known)
     length = max(1, PIECE_STEPS // every) * every
     for done in range(0, steps, length):
         begins = np.asarray(h * np.arange(done, min(done + length, steps)), dtype=float)
-        centres, rates_at = advance(made, h, begins, known, (pushes.give, begins) if pushes else None)
+        centres, rates_at = advance(made, h, begins, known, (pushes.apply_for_step, begins) if pushes else None)
         known = centres[-1:], rates_at[-1:]
-        # A sample is due after step k, counted from 1, where it divides.
+        # A sample follows step k, counted from 1, if `every` divides k.
         places.append(centres[every::every])
         means = 0.5 * (rates_at[:-1] + rates_at[1:]) if in_step else rates_at[1:]
         speeds.append(means[every - 1 :: every])
@@ -213,13 +214,13 @@ def free_run(
     return FreeRun.from_states(mechanism, times, (reported_poses, reported_rates))
 
 
-def _half_step(made: Build, h: float, pushes: Pushes | None) -> None:
-    """Bring the velocities to h / 2, with the bodies where they are."""
+def _half_step(made: PymunkSpace, h: float, pushes: LoadForces | None) -> None:
+    """Advance the velocities to h / 2, with the bodies where they are."""
     if pushes is None:
-        for body, force in made.pushed:
+        for body, force in made.constant_forces:
             body.force = force
     else:
-        pushes.as_they_are(0.0)
+        pushes.apply_now(0.0)
     for body in made.bodies:
         body.position -= 0.5 * h * body.velocity
         body.angle -= 0.5 * h * body.angular_velocity

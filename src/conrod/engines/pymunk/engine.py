@@ -1,4 +1,4 @@
-"""pymunk (Chipmunk2D), as one of conrod's engines, with its kinematic mode and its timed steps."""
+"""The pymunk engine (Chipmunk2D): its table of capabilities, kinematic mode, and steppers for timings."""
 
 from __future__ import annotations
 
@@ -11,42 +11,42 @@ import pymunk
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, Engine, Machine, run_extent
 from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
-from conrod.engines.pymunk import PYMUNK_PRESETS, PymunkSettings, dynamics, forces, grid, law, space
-from conrod.engines.pymunk.dynamics import started as start_of
-from conrod.engines.pymunk.dynamics import turns_at
-from conrod.engines.pymunk.law import shape_error
-from conrod.engines.pymunk.loads import pushes_of
-from conrod.engines.pymunk.space import Build, build
-from conrod.engines.pymunk.stepping import repeat, state
+from conrod.engines.pymunk import PYMUNK_PRESETS, PymunkSettings, dynamics, error_bound, forces, space, variants
+from conrod.engines.pymunk.dynamics import build_at_angle as start_of
+from conrod.engines.pymunk.dynamics import crank_angles
+from conrod.engines.pymunk.error_bound import shape_error
+from conrod.engines.pymunk.loads import driven_loads
+from conrod.engines.pymunk.space import PymunkSpace, build
+from conrod.engines.pymunk.stepping import advance_unrecorded, read_states
 from conrod.engines.releases import Releases, read_releases
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pins_of
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pin_points
 
 # -- kinematic mode: its own joints as a solver of positions and rates at prescribed crank angles ----------------------
 
 
 # With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
-STEP = 1e-6  # [s]
-NEWTON_STEPS = 12
-ITERATIONS = 2000
-RATE_SOLVES = 20
-RATE_DONE = 1e-13  # of the machine's size times the crank's speed, left in a joint
+KINEMATIC_STEP = 1e-6  # [s]
+MAX_NEWTON_STEPS = 12
+KINEMATIC_ITERATIONS = 2000
+MAX_RATE_SOLVES = 20
+RATE_TOLERANCE = 1e-13  # residual rate of a joint, over the machine's size times the crank's speed
 # A Newton step this small [m, rad] is rounding.
-DONE = 1e-16
+PLACE_TOLERANCE = 1e-16
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
-    """The crank held at each angle, the rest placed by the engine's own joints (or its distance query)."""
+    """Hold the crank at each angle (T,) [rad], and place the others by the engine's joints or distance query."""
     settings = PymunkSettings.tuned(machine, 1000)
-    still = replace(settings, iterations=ITERATIONS, gravity=False, error_bias=0.0)
+    still = replace(settings, iterations=KINEMATIC_ITERATIONS, gravity=False, error_bias=0.0)
     made = build(machine, still)
-    _make_equal(made)
+    _equalise_masses(made)
     contacts = made.mechanism.cam_contacts
     rows = []
 
     def place(theta: float, ahead: Array | None) -> Array:
         if ahead is not None:
-            _place(made, ahead)
+            _place_bodies(made, ahead)
         if not contacts:
             _close_joints(made, made.mechanism.crank_turn(theta))
         return _centres(made)
@@ -65,8 +65,8 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     return KinematicResult(angle, poses, points, error)
 
 
-def _make_equal(made: Build) -> None:
-    """Unit masses, felt about alike at every joint: the pose depends on no mass, the engine's iteration does."""
+def _equalise_masses(made: PymunkSpace) -> None:
+    """Give all bodies unit masses and like moments: poses do not depend on them, and iterations converge faster."""
     size = max(max(abs(x), abs(y)) for x, y, _ in made.mechanism.poses.values()) or 1.0
     slides = [j for j in made.mechanism.joints if isinstance(j, Prismatic) and GROUND not in (j.a, j.b)]
     sliding = {name for slide in slides for name in (slide.a, slide.b)}
@@ -75,72 +75,75 @@ def _make_equal(made: Build) -> None:
             continue
         body.mass = 1.0
         if math.isfinite(body.moment):
-            arms = [math.dist(point, link.centre_of_gravity) for point in pins_of(made.mechanism, link.name)]
-            # A wheel or a block is held at its middle; any size will do for what turns it. A slide hands on a turn.
+            arms = [math.dist(point, link.centre_of_gravity) for point in pin_points(made.mechanism, link.name)]
+            # For a wheel or block held at its middle any moment will do. A slide transmits rotation, over any length.
             arm = size if link.name in sliding else 0.0
             body.moment = (max([arm, *arms]) or size) ** 2
 
 
-def _place(made: Build, centres: Array) -> None:
-    """Put centres of gravity and turns (3 n,) where they are to be."""
+def _place_bodies(made: PymunkSpace, centres: Array) -> None:
+    """Set positions and angles of the centres of gravity (3 n,) [m, m, rad]."""
     for body, (x, y, turn) in zip(made.bodies, centres.reshape(-1, 3), strict=True):
         body.position, body.angle = (float(x), float(y)), float(turn)
 
 
-def _close_joints(made: Build, turn: float) -> None:
-    """Place all bodies, with the crank at a turn [rad]."""
+def _close_joints(made: PymunkSpace, turn: float) -> None:
+    """Place all bodies by the engine's joints, with the crank at an angle [rad]."""
     _set_bias(made, 0.0)
     made.crank.angular_velocity = 0.0
     made.crank.angle = turn
     before = _centres(made)
-    for _ in range(NEWTON_STEPS):
-        _stop(made)
-        made.space.step(STEP)  # finds the velocities that close the joints
-        made.space.step(STEP)  # moves by them
+    for _ in range(MAX_NEWTON_STEPS):
+        _stop_bodies(made)
+        made.space.step(KINEMATIC_STEP)  # finds the velocities that close the joints
+        made.space.step(KINEMATIC_STEP)  # moves by them
         now = _centres(made)
-        if np.abs(now - before).max() < DONE:
+        if np.abs(now - before).max() < PLACE_TOLERANCE:
             break
         before = now
 
 
-def _closing_rates(made: Build, machine: Machine, turn: float) -> Array:
-    """Rates of the centres of gravity (3 n,) that fit the joints where they are, at the crank's speed.
+def _closing_rates(made: PymunkSpace, machine: Machine, turn: float) -> Array:
+    """Rates of the centres of gravity (3 n,) that fit the joints at the present pose and the crank's speed.
 
-    A solve of the velocities alone: no correction, and the crank set back so that it arrives at `turn`. Where the
-    joints are badly conditioned one solve is not enough. Each one more begins with the impulses of the last one, from
-    bodies at rest, and so goes on where that ended.
+    A step of the velocity solver alone: no correction, and the crank set back so that it arrives at `turn` [rad]. For
+    badly conditioned joints one step is not enough: each further one starts from bodies at rest with the impulses of
+    the step before, and so continues the iteration.
     """
     spin = made.mechanism.driver.sense * machine.speed
     centres = _centres(made)
     _set_bias(made, 1.0)
-    for _ in range(RATE_SOLVES):
-        _stop(made)
-        made.crank.angle, made.crank.angular_velocity = turn - spin * STEP, spin
-        made.space.step(STEP)
-        rates = np.asarray(state(made)[1][0])
+    for _ in range(MAX_RATE_SOLVES):
+        _stop_bodies(made)
+        made.crank.angle, made.crank.angular_velocity = turn - spin * KINEMATIC_STEP, spin
+        made.space.step(KINEMATIC_STEP)
+        rates = np.asarray(read_states(made)[1][0])
         poses, speeds = frames_from_centres(made.mechanism, centres[None], rates[None])
         left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[0, :-1, 0]
-        if np.abs(left).max() <= RATE_DONE * abs(spin) * machine.kinematics.size:
+        if np.abs(left).max() <= RATE_TOLERANCE * abs(spin) * machine.kinematics.size:
             break
     return rates
 
 
-def _stop(made: Build) -> None:
+def _stop_bodies(made: PymunkSpace) -> None:
+    """Set all velocities to zero."""
     for body in made.bodies:
         body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
 
 
-def _set_bias(made: Build, error_bias: float) -> None:
+def _set_bias(made: PymunkSpace, error_bias: float) -> None:
+    """Set the error bias of all joints."""
     for constraint in made.space.constraints:
         constraint.error_bias = error_bias
 
 
-def _centres(made: Build) -> Array:
-    return np.asarray(state(made)[0][0])
+def _centres(made: PymunkSpace) -> Array:
+    """Positions and angles of the centres of gravity (3 n,) [m, m, rad]."""
+    return np.asarray(read_states(made)[0][0])
 
 
-def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Array, Array]:
-    """The follower where the engine's own distance of cam and roller is zero (secant iteration along the slide)."""
+def _place_follower(made: PymunkSpace, contact: CamContact, turn: float) -> tuple[Array, Array]:
+    """Place the follower where the engine's own distance of cam and roller is zero, by secant iteration."""
     made.crank.angle = turn
     made.space.reindex_shapes_for_body(made.crank)
     follower = made.bodies[made.mechanism.body_index[contact.b]]
@@ -161,48 +164,48 @@ def _place_follower(made: Build, contact: CamContact, turn: float) -> tuple[Arra
 # -- steps with nothing recorded, which is what pymunk itself costs ----------------------------------------------------
 
 
-class BareRun:
-    """A machine in the exact state of its start; calling it advances it by so many steps, counted as in a run."""
+class PymunkStepper:
+    """A machine in the exact state of its start; a call advances it by a number of steps."""
 
     def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
         angle, _ = run_extent(machine, 1, 1.0)
         self.made, self._begin, self._steps = start_of(machine, settings, angle), angle / machine.speed, 0
-        self._machine, self._timestep, self._pushes = machine, settings.timestep, pushes_of(self.made, settings)
+        self._machine, self._timestep, self._pushes = machine, settings.timestep, driven_loads(self.made, settings)
 
     def __call__(self, steps: int) -> None:
         times = self._begin + self._timestep * np.arange(self._steps, self._steps + steps, dtype=float)
-        loading = (self._pushes.give, times) if self._pushes else None
-        repeat(self.made, self._timestep, turns_at(self._machine, times), loading)
+        loading = (self._pushes.apply_for_step, times) if self._pushes else None
+        advance_unrecorded(self.made, self._timestep, crank_angles(self._machine, times), loading)
         self._steps += steps
 
 
-def reference_loop() -> BareRun:
-    """The slider-crank that timings are ratios to, with pymunk's defaults."""
-    return BareRun(TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
+def reference_loop() -> PymunkStepper:
+    """The slider-crank to which timings are ratios, with pymunk's defaults."""
+    return PymunkStepper(TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
 
 
 class Pymunk(Engine[PymunkSettings]):
-    """pymunk by way of its `Space`, with all capabilities but ingredients."""
+    """pymunk through its `Space`, with all capabilities except ingredients."""
 
     name = "pymunk"
-    version = space.VERSION
+    version = space.PYMUNK_VERSION
     presets = PYMUNK_PRESETS
     refusal = staticmethod(space.refusal)
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
-    expected_error = staticmethod(law.expected_error)
+    expected_error = staticmethod(error_bound.expected_error)
     expected_forces = staticmethod(forces.expected_forces)
     forces = staticmethod(forces.forces)
     free_run = staticmethod(dynamics.free_run)
-    stepper = BareRun
+    stepper = PymunkStepper
     reference_loop = staticmethod(reference_loop)
-    paste = staticmethod(grid.paste)
-    with_time_constant = staticmethod(grid.with_time_constant)
-    with_regularisation = staticmethod(grid.with_regularisation)
-    grid = staticmethod(grid.rules)
+    paste = staticmethod(variants.paste)
+    with_time_constant = staticmethod(variants.with_time_constant)
+    with_regularisation = staticmethod(variants.with_regularisation)
+    grid = staticmethod(variants.rules)
 
     @property
     def releases(self) -> Releases:

@@ -1,8 +1,8 @@
-"""Rolling pairs by pymunk's `GearJoint`, which ties the turns of two bodies: ratio x turn of b - turn of a = phase.
+"""Rolling pairs as pymunk's `GearJoint`, which ties the angles of two bodies: ratio x angle b - angle a = phase.
 
-Where wheels go round on a carrier that turns as well, the turns of three bodies belong together. Such equations are
-then solved for each other: in a planetary gear whose sun stands still the planet's turn follows from the arm's, and so
-does the ring's. The result is the same equations, of two bodies each.
+Where wheels roll on a carrier that rotates too, one equation has the angles of three bodies. Such equations are solved
+for each other: in a planetary gear with a fixed sun the planet's angle follows from the arm's, and so does the ring's.
+The result is the same equations, with two bodies each.
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Rack
 
 RACK_REFUSAL = "pymunk has no joint that ties the way along a line to a turn, which a rack needs"
-# What is left of a weight [m] that rounding alone keeps from being zero, of the largest.
-ROUNDING = 1e-12
+# Of the largest weight: a smaller one is zero but for rounding.
+WEIGHT_ROUNDING = 1e-12
 
-Weights = dict[str, float]  # what the turns of bodies add to what rolls off [m/rad]
+Weights = dict[str, float]  # length that rolls off per angle of each body [m/rad]
 
 
 def gears_refusal(mechanism: Mechanism) -> str | None:
-    """None, or the reason why a mechanism's rolling pairs cannot be given to pymunk."""
+    """Return the reason why pymunk cannot have the mechanism's rolling pairs, or None."""
     try:
-        ties(mechanism)
+        gear_ties(mechanism)
     except InvalidInput as reason:
         return str(reason)
     return None
 
 
-def ties(mechanism: Mechanism) -> dict[str, Weights]:
-    """The two bodies whose turns each pair ties, with their weights; of pairs solved for each other one for another.
+def gear_ties(mechanism: Mechanism) -> dict[str, Weights]:
+    """For each rolling pair, two bodies and the weights of their angles in an equivalent set of equations.
 
     Raises:
         InvalidInput: pymunk cannot have a pair; says why.
     """
-    direct = {mesh.name: _weights(mechanism, mesh) for mesh in mechanism.meshes}
+    direct = {mesh.name: _rotation_weights(mechanism, mesh) for mesh in mechanism.meshes}
     if all(len(weights) == 2 for weights in direct.values()):
         return direct
-    solved = _solved(mechanism, list(direct.values()))
+    solved = _reduce_rows(mechanism, list(direct.values()))
     for weights in solved:
         if len(weights) != 2:
             bodies = " and ".join(weights) or "none"
@@ -46,13 +46,13 @@ def ties(mechanism: Mechanism) -> dict[str, Weights]:
     return dict(zip(direct, solved, strict=True))
 
 
-def _solved(mechanism: Mechanism, rows: list[Weights]) -> list[Weights]:
-    """The equations in reduced row echelon form: each turn by those that none tells, the crank's last."""
+def _reduce_rows(mechanism: Mechanism, rows: list[Weights]) -> list[Weights]:
+    """Reduced row echelon form of the equations, with the crank's angle as the last unknown."""
     turning = {body for row in rows for body in row}
     bodies = [body for body in mechanism.body_index if body in turning - {mechanism.crank}]
     bodies += [mechanism.crank] if mechanism.crank in turning else []
     matrix = np.array([[row.get(body, 0.0) for body in bodies] for row in rows])
-    least = ROUNDING * np.abs(matrix).max(initial=0.0)
+    least = WEIGHT_ROUNDING * np.abs(matrix).max(initial=0.0)
     done = 0
     for column in range(len(bodies)):
         pivot = done + int(np.argmax(np.abs(matrix[done:, column]))) if done < len(rows) else done
@@ -65,8 +65,8 @@ def _solved(mechanism: Mechanism, rows: list[Weights]) -> list[Weights]:
     return [{b: float(w) for b, w in zip(bodies, row, strict=True) if abs(w) > least} for row in matrix]
 
 
-def _weights(mechanism: Mechanism, mesh: Mesh) -> Weights:
-    """Of those bodies that turn."""
+def _rotation_weights(mechanism: Mechanism, mesh: Mesh) -> Weights:
+    """Weights [m/rad] of bodies' angles in a rolling pair's equation, for bodies that can rotate."""
     if isinstance(mesh, Rack):
         raise InvalidInput(f"{mesh.name}: {RACK_REFUSAL}")
     carrier = carrier_body(mechanism, mesh)
@@ -79,12 +79,12 @@ def _weights(mechanism: Mechanism, mesh: Mesh) -> Weights:
     ends = ((mesh.a, mesh.radius_a), (mesh.b, mesh.radius_b), (carrier, -(mesh.radius_a + mesh.radius_b)))
     for body, weight in ends:
         weights[body] = weights.get(body, 0.0) + weight
-    still = _still(mechanism)
+    still = _bodies_without_rotation(mechanism)
     return {body: weight for body, weight in weights.items() if weight != 0.0 and body not in still}
 
 
-def _still(mechanism: Mechanism) -> set[str]:
-    """Bodies that cannot turn: the ground, and what slides from it."""
+def _bodies_without_rotation(mechanism: Mechanism) -> set[str]:
+    """Names of the bodies that cannot rotate: the ground, and those connected to it by slides."""
     found, before = {GROUND}, 0
     while len(found) > before:
         before = len(found)

@@ -172,7 +172,7 @@ class ForwardDynamics:
         # Weights and constant forces, times how far their bodies go by the arc length.
         for body in mechanism.bodies:
             x, y = (float(np.ravel(j.coefficients[1])[0]) for j in bodies[body.name].point(body.centre_of_gravity))
-            force = body.mass * math.hypot(*mechanism.gravity) + math.hypot(*mechanism.push_on(body.name))
+            force = body.mass * math.hypot(*mechanism.gravity) + math.hypot(*mechanism.constant_force_on(body.name))
             total += force * math.hypot(x, y)
         # Forces of the loads at rest, times a body's size; torques as they are.
         for load in self.loads:

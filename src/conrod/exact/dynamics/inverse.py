@@ -191,7 +191,7 @@ def _inertia_force_derivatives(
     """Derivatives (T, 3 n) of `inertia_forces` by each mass property of a body."""
     i = 3 * mechanism.body_index[body.name]
     phi = poses[:, i + 2]
-    push = mechanism.push_on(body.name)
+    push = mechanism.constant_force_on(body.name)
     spin, turn = rates[:, i + 2], accelerations[:, i + 2]
     rx, ry = rotate_planar(body.centre_of_gravity, phi)
     ax = accelerations[:, i] - turn * ry - spin**2 * rx - mechanism.gravity[0]

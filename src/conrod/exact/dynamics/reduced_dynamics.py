@@ -155,7 +155,7 @@ def _reduce_piece(configurations: ConfigurationSeries, piece: CurvePiece, loads:
         inertia += body.mass * (x[1] ** 2 + y[1] ** 2) + body.inertia * turn[1] ** 2
         # Twice the second coefficient is the second derivative.
         inertia_derivative += 4.0 * (body.mass * (x[1] * x[2] + y[1] * y[2]) + body.inertia * turn[1] * turn[2])
-        push = mechanism.push_on(body.name)
+        push = mechanism.constant_force_on(body.name)
         fx, fy = body.mass * mechanism.gravity[0] + push[0], body.mass * mechanism.gravity[1] + push[1]
         potential -= fx * x[0] + fy * y[0]
         conservative_force += fx * x[1] + fy * y[1]

@@ -18,7 +18,7 @@ from conrod.exact.joint_equations import pose_jet
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage.crank_range import SampledMotion
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute, beside
+from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism, Point, Prismatic, Revolute, joint_partner
 from conrod.mechanism.units import REVOLUTION
 
 # The interval around an extreme is divided into `SUBDIVISIONS`, `REFINEMENTS` times: its value is then exact to
@@ -165,10 +165,10 @@ def _block_pushes(mechanism: Mechanism, block: str, away: Mapping[str, int], pos
     pin = next((j for j in joints if isinstance(j, Revolute) and GROUND not in (j.a, j.b)), None)
     if slide is None or pin is None or len(joints) != 2:
         return
-    driven = max(beside(slide, block)[0], beside(pin, block)[0], key=away.__getitem__)
+    driven = max(joint_partner(slide, block)[0], joint_partner(pin, block)[0], key=away.__getitem__)
     if driven != mechanism.crank and mechanism.guide(driven) is not None:
         turn = poses[:, 3 * mechanism.body_index[slide.a] + 2] + (slide.direction + 0.5 * math.pi)
-        path = _path_direction(mechanism, poses, driven, block, beside(pin, block)[2])
+        path = _path_direction(mechanism, poses, driven, block, joint_partner(pin, block)[2])
         yield Push(driven, block, np.column_stack([np.cos(turn), np.sin(turn)]), path)
 
 
@@ -187,7 +187,7 @@ def _joints_from_crank(mechanism: Mechanism) -> dict[str, int]:
 def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
     """Driven ends of a body with two pins and no other joint; empty for other bodies."""
     joints = mechanism.joints_on(name)
-    ends = [beside(joint, name) for joint in joints if isinstance(joint, Revolute)]
+    ends = [joint_partner(joint, name) for joint in joints if isinstance(joint, Revolute)]
     if len(joints) != 2 or len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]):
         return []
     return [
@@ -204,7 +204,7 @@ def _path_direction(mechanism: Mechanism, poses: Array, driven: str, body: str, 
         direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])
         return np.broadcast_to(direction, (len(poses), 2))
     assert joint is not None
-    arm = _point_place(mechanism, poses, body, point) - np.asarray(beside(joint, driven)[1])
+    arm = _point_place(mechanism, poses, body, point) - np.asarray(joint_partner(joint, driven)[1])
     return np.column_stack([-arm[:, 1], arm[:, 0]])
 
 

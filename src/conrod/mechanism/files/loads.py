@@ -10,8 +10,8 @@ from conrod.mechanism.loads import (
     Distance,
     Elastic,
     Friction,
-    Law,
     Load,
+    LoadLaw,
     SpeedLine,
     Steady,
     StrokePulse,
@@ -22,15 +22,15 @@ from conrod.mechanism.loads import (
 from conrod.mechanism.mechanism import GROUND, ConstantForce
 from conrod.mechanism.units import Parameter
 
-# Along a way, and along a turn.
-STIFFNESS = Parameter("N/m", 1e-12, 1e12), Parameter("N*m/rad", 1e-12, 1e12)
+# For a distance, and for a rotation.
+STIFFNESSES = Parameter("N/m", 1e-12, 1e12), Parameter("N*m/rad", 1e-12, 1e12)
 DAMPING = Parameter("N*s/m", 1e-12, 1e12), Parameter("N*m*s/rad", 1e-12, 1e12)
 FORCE, TORQUE = Parameter("N", 0.0, 1e12, magnitude=True), Parameter("N*m", 0.0, 1e12, magnitude=True)
 CREEP = Parameter("m/s", 1e-9, 1e6), Parameter("rad/s", 1e-9, 1e6)
-RESTING = Parameter("m", 0.0, 1e6)
+REST_LENGTH = Parameter("m", 0.0, 1e6)
 TIME = Parameter("s", 0.0, 1e6)
-AGAINST = {"forward": 1, "backward": -1}
-LAWS = {
+RESISTED_SENSES = {"forward": 1, "backward": -1}
+LAW_NAMES = {
     "force": ("constant", "stroke-pulse", "time-pulse", "friction"),
     "torque": ("constant", "speed-line", "time-pulse", "friction"),
 }
@@ -39,46 +39,47 @@ LAWS = {
 def read_loads(
     fields: Fields, places: Places, bodies: tuple[str, ...]
 ) -> tuple[tuple[ConstantForce, ...], tuple[Load, ...]]:
-    """Constant forces, and all that follow a law; raises InvalidInput, which names what cannot be used."""
+    """Read constant forces, and loads that follow a law; InvalidInput names what cannot be used."""
     constant: list[ConstantForce] = []
-    loads = [_spring(table, name, places) for name, table in fields.named("springs").items()]
-    loads += [_damper(table, name, places) for name, table in fields.named("dampers").items()]
-    for name, table in fields.named("forces").items():
+    loads = [_spring(table, name, places) for name, table in fields.named_tables("springs").items()]
+    loads += [_damper(table, name, places) for name, table in fields.named_tables("dampers").items()]
+    for name, table in fields.named_tables("forces").items():
         if "body" in table:
             body = table.choice("body", bodies)
             constant.append(ConstantForce(body, table.pair("force", FORCE, f"constant force on {body}")))
-            table.end()
+            table.refuse_unknown()
         else:
             loads.append(_force(table, name, places))
-    for name, table in fields.named("torques").items():
-        loads.append(_made(table, _turn(table, places), _law(table, "torque", name)))
+    for name, table in fields.named_tables("torques").items():
+        loads.append(_finished_load(table, _turn(table, places), _law(table, "torque", name)))
     return tuple(constant), tuple(loads)
 
 
-def _made(table: Fields, along: Distance | Turn | Displacement, law: Law) -> Load:
-    table.end()
+def _finished_load(table: Fields, along: Distance | Turn | Displacement, law: LoadLaw) -> Load:
+    """Build a load, after refusing unknown fields."""
+    table.refuse_unknown()
     return Load(table.place, along, law)
 
 
 def _spring(table: Fields, name: str, places: Places) -> Load:
-    along = _between(table, places)
+    along = _distance_or_turn(table, places)
     turns = isinstance(along, Turn)
-    stiffness = table.number("stiffness", STIFFNESS[turns], f"stiffness of the spring {name}")
+    stiffness = table.number("stiffness", STIFFNESSES[turns], f"stiffness of the spring {name}")
     if turns:
         rest = table.number("rest", ANGLE, f"turn at which the spring {name} is without torque", 0.0)
     else:
-        rest = table.number("rest", RESTING, f"length of the spring {name} without force", 0.0)
-    return _made(table, along, Elastic(stiffness, rest))
+        rest = table.number("rest", REST_LENGTH, f"length of the spring {name} without force", 0.0)
+    return _finished_load(table, along, Elastic(stiffness, rest))
 
 
 def _damper(table: Fields, name: str, places: Places) -> Load:
-    along = _between(table, places)
+    along = _distance_or_turn(table, places)
     damping = table.number("damping", DAMPING[isinstance(along, Turn)], f"damping of the damper {name}")
-    return _made(table, along, Viscous(damping))
+    return _finished_load(table, along, Viscous(damping))
 
 
-def _between(table: Fields, places: Places) -> Distance | Turn:
-    """Two points by `connects`, or two bodies, of which the second turns against the first, by `turns`."""
+def _distance_or_turn(table: Fields, places: Places) -> Distance | Turn:
+    """Read the coordinate of a spring or damper: two points by `connects`, or two bodies by `turns`."""
     if ("connects" in table) == ("turns" in table):
         raise InvalidInput(
             f"{table.place}: give connects, the two points that it lies between, or turns, two bodies, that it lies "
@@ -91,26 +92,27 @@ def _between(table: Fields, places: Places) -> Distance | Turn:
 
 
 def _turn(table: Fields, places: Places) -> Turn:
-    given = table.listed("turns", "the names of two bodies are wanted", kind=str)
-    first, second = (places.found(f"{table.at('turns')}[{k}]", some).body for k, some in enumerate(given))
+    """Read the rotation of one body against another."""
+    given = table.entries("turns", "the names of two bodies are wanted", kind=str)
+    first, second = (places.find_point(f"{table.place_of('turns')}[{k}]", some).body for k, some in enumerate(given))
     if first == second:
-        raise InvalidInput(f"{table.at('turns')}: {first!r} does not turn against itself; two bodies are wanted")
+        raise InvalidInput(f"{table.place_of('turns')}: {first!r} does not turn against itself; two bodies are wanted")
     return Turn(first, second)
 
 
 def _force(table: Fields, name: str, places: Places) -> Load:
     place = places.field(table, "point")
     if place.body == GROUND:
-        raise InvalidInput(f"{table.at('point')}: a force on the ground moves nothing")
+        raise InvalidInput(f"{table.place_of('point')}: a force on the ground moves nothing")
     direction = table.number("direction", ANGLE, f"direction in the document's frame that the force {name} acts along")
-    return _made(table, Displacement(place.body, place.point, direction), _law(table, "force", name))
+    return _finished_load(table, Displacement(place.body, place.point, direction), _law(table, "force", name))
 
 
-def _law(table: Fields, kind: str, name: str) -> Law:
-    """The law of a "force" or a "torque"."""
+def _law(table: Fields, kind: str, name: str) -> LoadLaw:
+    """Read the law of a force or a torque."""
     turns = kind == "torque"
     size = TORQUE if turns else FORCE
-    match table.choice("law", LAWS[kind]):
+    match table.choice("law", LAW_NAMES[kind]):
         case "constant":
             return Steady(table.number(kind, size, f"constant {kind} {name}"))
         case "speed-line":
@@ -135,5 +137,5 @@ def _law(table: Fields, kind: str, name: str) -> Law:
                 table.number("peak", size, f"peak of the force {name}"),
                 table.number("begin", COORDINATE, f"where along its direction the force {name} begins"),
                 table.number("end", COORDINATE, f"where along its direction the force {name} ends"),
-                AGAINST[table.choice("against", AGAINST)],
+                RESISTED_SENSES[table.choice("against", RESISTED_SENSES)],
             )

@@ -1,4 +1,4 @@
-"""Numbers of a file that can hardly be meant as they stand: lengths, masses and inertias out of proportion."""
+"""Refusal of numbers that are probably slips: lengths, masses and inertias out of proportion."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.files.fields import Numbers
 from conrod.mechanism.mechanism import Body, Point
 
-# How many times what it is compared with a number may be: one without unit, which is more likely to lack it, and
-# one with a unit. Lengths and masses are compared with the largest other one, a centre of gravity's distance from its
-# body's points and a radius of gyration with the machine's size.
+# Largest ratio of a number to its reference: key True for one without unit, where a forgotten unit is likelier, False
+# for one with a unit. References are the largest other length or mass, and the machine's size for a centre of gravity's
+# distance from its body's points and for a radius of gyration.
 MAX_LENGTH = {True: 20.0, False: 300.0}
 MAX_DISTANCE = {True: 5.0, False: 20.0}
 MAX_GYRATION = {True: 5.0, False: 30.0}
 MAX_MASS = {True: 100.0, False: 1e5}
-LARGEST_BARE_LENGTH = 100.0  # [m]
-NEGLIGIBLE = 0.01  # of the largest mass: a body of less is without mass, and keeps its inertia
-GROUND = "ground.points."
-CENTRE = "centre_of_gravity"
+MAX_BARE_LENGTH = 100.0  # [m], of a length without unit
+NEGLIGIBLE_MASS = 0.01  # share of the largest mass; a radius of gyration is computed with at least this mass
+GROUND_PREFIX = "ground.points."
+CENTRE_KEY = "centre_of_gravity"
 
 
 def check_proportions(
@@ -46,32 +46,33 @@ def check_proportions(
 
 
 def _check_lengths(numbers: Numbers, bodies: int) -> None:
-    """Refuse a length far above the others; places on the ground may be as far apart as all bodies laid end to end."""
-    # A start is a guess from which the pose is looked for: how far off it is changes nothing.
+    """Refuse a length far above the others; ground points may be as far apart as all bodies in line."""
+    # Start positions are guesses for the assembly and may be far off.
     lengths = {
         name: abs(value)
         for name, value in numbers.values.items()
-        if numbers.facts[name].unit == "m" and value != 0.0 and CENTRE not in name and not name.startswith("start.")
+        if numbers.facts[name].unit == "m" and value != 0.0 and CENTRE_KEY not in name and not name.startswith("start.")
     }
     stated = max((size for name, size in lengths.items() if name not in numbers.bare), default=0.0)
     for name, size in lengths.items():
         bare = name in numbers.bare
         largest = stated if bare and stated else max((s for n, s in lengths.items() if n != name), default=size)
-        if name.startswith(GROUND) and size <= bodies * largest:
+        if name.startswith(GROUND_PREFIX) and size <= bodies * largest:
             continue
         if size > MAX_LENGTH[bare] * largest:
             raise InvalidInput(
                 f"{name} = {size:g} m is {size / largest:.0f} times the largest other length, {largest:g} m: "
-                f"{_meant(numbers, name, size, 'mm', 'm')}"
+                f"{_likely_meaning(numbers, name, size, 'mm', 'm')}"
             )
-        if bare and size > LARGEST_BARE_LENGTH:
+        if bare and size > MAX_BARE_LENGTH:
             raise InvalidInput(
                 f"{name} = {size:g} without unit is in metres, for a machine of that size: "
-                f"{_meant(numbers, name, size, 'mm', 'm')}"
+                f"{_likely_meaning(numbers, name, size, 'mm', 'm')}"
             )
 
 
 def _check_masses(numbers: Numbers, bodies: tuple[Body, ...]) -> None:
+    """Refuse a mass far above the others."""
     masses = {body.name: body.mass for body in bodies}
     for name, mass in masses.items():
         place = f"bodies.{name}.mass"
@@ -79,13 +80,13 @@ def _check_masses(numbers: Numbers, bodies: tuple[Body, ...]) -> None:
         if mass > MAX_MASS[place in numbers.bare] * largest:
             raise InvalidInput(
                 f"{place} = {mass:g} kg is {mass / largest:.0f} times the largest other mass, {largest:g} kg: "
-                f"{_meant(numbers, place, mass, 'g', 'kg')}"
+                f"{_likely_meaning(numbers, place, mass, 'g', 'kg')}"
             )
 
 
 def _check_centre(numbers: Numbers, body: Body, points: list[Point], size: float) -> None:
     """Refuse a centre of gravity far from all points of its body; `size` is the machine's [m]."""
-    place = f"bodies.{body.name}.{CENTRE}"
+    place = f"bodies.{body.name}.{CENTRE_KEY}"
     away = min(math.dist(body.centre_of_gravity, point) for point in points)
     if away > MAX_DISTANCE[bool({f"{place}.x", f"{place}.y"} & numbers.bare)] * size:
         x, y = body.centre_of_gravity
@@ -96,8 +97,8 @@ def _check_centre(numbers: Numbers, body: Body, points: list[Point], size: float
 
 
 def _check_inertia(numbers: Numbers, body: Body, largest_mass: float, size: float) -> None:
-    """Refuse an inertia of a body much larger than the machine, whose size [m] is given."""
-    place, mass = f"bodies.{body.name}.inertia", max(body.mass, NEGLIGIBLE * largest_mass)
+    """Refuse an inertia whose radius of gyration far exceeds the machine's size [m]."""
+    place, mass = f"bodies.{body.name}.inertia", max(body.mass, NEGLIGIBLE_MASS * largest_mass)
     gyration = math.sqrt(body.inertia / mass)
     if place in numbers.values and gyration > MAX_GYRATION[place in numbers.bare] * size:
         raise InvalidInput(
@@ -106,7 +107,8 @@ def _check_inertia(numbers: Numbers, body: Body, largest_mass: float, size: floa
         )
 
 
-def _meant(numbers: Numbers, name: str, size: float, smaller: str, unit: str) -> str:
+def _likely_meaning(numbers: Numbers, name: str, size: float, smaller: str, unit: str) -> str:
+    """Clause of an error message: the unit that was probably meant."""
     if name in numbers.bare:
         return f'write "{size:g} {smaller}" if {smaller} is meant, "{size:g} {unit}" if not'
     return f"is {smaller} meant?"

@@ -19,7 +19,7 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
 from conrod.mjcf.runs import data_at
 
@@ -160,7 +160,7 @@ class Similarity:
                 rotations[index] = self._turned(rotations[index])
                 if kind != "body":  # MuJoCo skips the rotation of what stood at its body's frame
                     getattr(made, f"{kind}_sameframe")[index] = NO_SAME_FRAME
-        of_bodies = (made.eq_type == CONNECT) & ~older.of_sites(made)
+        of_bodies = (made.eq_type == CONNECT) & ~compat.site_equalities(made)
         for objects, columns in ((made.eq_obj1id, slice(0, 3)), (made.eq_obj2id, slice(3, 6))):
             anchors = made.eq_data[:, columns]
             anchors[of_bodies & (objects == WORLD)] @= self.rotation.T

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
 from conrod.exact.space import COORDINATES, RATES
 from conrod.mjcf.invariances.accelerations import Accelerations, Similarity, accelerations, converged, forward
@@ -76,7 +76,7 @@ def every(bench: Bench, path: Path) -> Iterator[Invariance]:
 
 
 def _switch_islands(model: mujoco.MjModel) -> None:
-    if bit := older.flag("ISLAND"):
+    if bit := compat.disable_bit("ISLAND"):
         model.opt.disableflags ^= bit
     else:  # which had to be asked for, until 3.3.5
         model.opt.enableflags ^= int(mujoco.mjtEnableBit.mjENBL_ISLAND)

@@ -14,8 +14,8 @@ import numpy as np
 
 from conrod.engines.engine import default_steps, run_extent
 from conrod.engines.mujoco import MuJoCoSettings
-from conrod.engines.mujoco.mjcf import mjcf
-from conrod.engines.mujoco.model import Build, compiled
+from conrod.engines.mujoco.mjcf import mjcf_text
+from conrod.engines.mujoco.model import MuJoCoModel, compile_mjcf
 from conrod.engines.spanning_tree import grow_spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
@@ -138,11 +138,11 @@ def _benches(scene: Scene) -> Iterator[tuple[str, changes.Bench]]:
             tree = grow_spanning_tree(declared, kinematics.start[0])
         except InvalidInput:
             continue  # an order in which the tree of these joints does not grow from the ground is no model
-        text = mjcf(tree, settings, mechanism.name, sensors=False)
+        text = mjcf_text(tree, settings, mechanism.name, sensors=False)
         if tree_refusal(tree) or text in seen:
             continue
         seen.add(text)
-        made = Build(tree, compiled(text))
+        made = MuJoCoModel(tree, compile_mjcf(text))
         coordinates, rates = made.coordinates(poses), made.rates(poses, scene.speed * by_angle)
         states = np.array([_state(made.model, *one) for one in zip(coordinates, rates, strict=True)])
         yield (

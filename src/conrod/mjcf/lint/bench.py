@@ -17,7 +17,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.runs import Run, data_at, run
@@ -68,7 +68,7 @@ class Document:
         Raises:
             ValueError: it does not compile.
         """
-        with contextlib.chdir(folder or self.folder), warnings_kept_quiet():
+        with contextlib.chdir(folder or self.folder), silence_warnings():
             return mujoco.MjModel.from_xml_string(self.text(edits))
 
 

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.mujoco import STIFF_SOLIMP, older
+from conrod.engines.mujoco import STIFF_SOLIMP, compat
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
@@ -244,5 +244,5 @@ def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
                 return f"joint {name_or_number(model, 'joint', joints[0])}"
     parts = sorted(model.body_weldid[[one, other]])
     ties = (index for index in np.flatnonzero(model.eq_active0).tolist() if ties_bodies(model, index))
-    tied = (index for index in ties if sorted(model.body_weldid[older.bodies_of(model, index)]) == parts)
+    tied = (index for index in ties if sorted(model.body_weldid[compat.equality_bodies(model, index)]) == parts)
     return next((closure_name(model, index) for index in tied), "")

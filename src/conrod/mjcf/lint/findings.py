@@ -14,7 +14,7 @@ from urllib.parse import quote
 from xml.parsers import expat
 
 from conrod.errors import COMMANDING
-from conrod.runs.plain import json_document, plain
+from conrod.runs.plain_values import json_document, plain_values
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
 
@@ -71,7 +71,9 @@ class Report:
 
     def document(self) -> dict[str, Any]:
         """All but the text of the fixed model as plain values."""
-        values: dict[str, Any] = {name: plain(getattr(self, name)) for name in ("model", "run", "findings", "notes")}
+        values: dict[str, Any] = {
+            name: plain_values(getattr(self, name)) for name in ("model", "run", "findings", "notes")
+        }
         fixed = None if self.fixed is None else {"edits": list(self.fixed.edits), "change": self.fixed.change}
         return values | {"fixed": fixed}
 

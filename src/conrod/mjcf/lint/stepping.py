@@ -8,7 +8,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
 from conrod.mjcf.lint.bench import UNCHANGED, Bench
 from conrod.mjcf.lint.findings import Finding, Severity
@@ -153,7 +153,7 @@ def nothing_moves(bench: Bench) -> Iterator[Finding]:
 
 def silent_reset(bench: Bench) -> Iterator[Finding]:
     """Autoreset on."""
-    if not (flag := older.flag("AUTORESET")) or int(bench.model.opt.disableflags) & flag:
+    if not (flag := compat.disable_bit("AUTORESET")) or int(bench.model.opt.disableflags) & flag:
         return
     yield Finding(
         what="when its numbers go wrong the model starts again by itself, and the run goes on",

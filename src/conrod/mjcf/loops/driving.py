@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.mujoco import older
+from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.compiled_edits import set_armature
-from conrod.engines.mujoco.dynamics import bad_numbers, warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
@@ -120,7 +120,7 @@ def driven_run(
         touching: two geoms whose contact is a part of the machine.
     """
     original, model = model, copy.copy(model)
-    model.opt.disableflags |= older.flag("AUTORESET")
+    model.opt.disableflags |= compat.disable_bit("AUTORESET")
     drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
     start_state(data, motion)
     step, joined = float(model.opt.timestep), list[str]()
@@ -156,7 +156,7 @@ def recorded(
     It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
     """
     aside, rows, reason, watch = mujoco.MjData(model), list[tuple[Array, ...]](), "", ForceWatch(model, touching)
-    with warnings_kept_quiet():
+    with silence_warnings():
         for k in range(len(times)):
             if k:
                 reason = advanced(model, data, range((k - 1) * every, k * every), act, watch)
@@ -208,10 +208,10 @@ def advanced(
 
 def broken_off(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     """Why a run's numbers mean nothing any more, empty where they do."""
-    bad = bad_numbers(data)
+    bad = bad_number_warnings(data)
     if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
         return ""
-    reset = bool(bad) and not model.opt.disableflags & older.flag("AUTORESET")
+    reset = bool(bad) and not model.opt.disableflags & compat.disable_bit("AUTORESET")
     return (RESET if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
 
 

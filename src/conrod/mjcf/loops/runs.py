@@ -9,9 +9,9 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco import HARDENING, MuJoCoSettings, older
+from conrod.engines.mujoco import HARDENING_FACTOR, MuJoCoSettings, compat
 from conrod.engines.mujoco.compiled_edits import harden, set_step
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import RATES, SpatialTree, coordinate_lengths
@@ -23,7 +23,7 @@ from conrod.mjcf.loops.driving import RESET, Recording, advanced, gaps_of, opens
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
 from conrod.own.models.loading import FoundPoint, listed, name_or_number
-from conrod.runs.outcome import OPEN_GAP
+from conrod.runs.outcome import MAX_JOINT_GAP
 from conrod.runs.trajectory import Outcome
 
 # Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
@@ -56,7 +56,7 @@ def with_settings(
     made = copy.copy(model)
     option = made.opt
     set_step(made, step)
-    option.disableflags |= older.flag("AUTORESET")
+    option.disableflags |= compat.disable_bit("AUTORESET")
     if label != OWN:
         settings = _settings(label, step, period, idle, contact)
         option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
@@ -89,11 +89,14 @@ def pasted(label: str, step: float, period: float, idle: bool) -> str:
 
 
 def _settings(label: str, step: float, period: float, idle: bool, contact: bool = False) -> MuJoCoSettings:
-    tuned = MuJoCoSettings("stock", 2, step).as_tuned(contact)
+    tuned = MuJoCoSettings("stock", 2, step).with_tuned_solver(contact)
     if label != "hardened":
         return tuned
     return replace(
-        tuned, preset=label, solref=(max(0.1 * period, tuned.solref[0]), 1.0), hardening=SOFTER if idle else HARDENING
+        tuned,
+        preset=label,
+        solref=(max(0.1 * period, tuned.solref[0]), 1.0),
+        hardening=SOFTER if idle else HARDENING_FACTOR,
     )
 
 
@@ -106,7 +109,7 @@ def errors_of(
     gap = max(gaps.values(), default=0.0)
     if run.outcome is not Outcome.COMPLETED:
         return LoopRun(label, step, run.outcome, run.reason, gap=gap)
-    if gap > OPEN_GAP * travel:
+    if gap > MAX_JOINT_GAP * travel:
         return LoopRun(label, step, Outcome.OPENED, opens(gaps), gap=gap)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
@@ -114,7 +117,7 @@ def errors_of(
     }
     errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
     worst = max(off, key=lambda name: float(off[name][0].max()))
-    far, near = int(off[worst][0].argmax()), OPEN_GAP * travel
+    far, near = int(off[worst][0].argmax()), MAX_JOINT_GAP * travel
     here, there = (found[:, far : far + 1] for found in (run.coordinates, motion.coordinates))
     time = float(run.times[far])
     if errors["position"] > near and flipped(machine, run.points, here, time, there, near):
@@ -168,7 +171,7 @@ def kinematic_mode(
     start, lengths = {p.name: motion.points[p.name].position[0] for p in points}, list[Array]()
     for k in range(len(motion.times)):
         start_state(data, motion, k)
-        with warnings_kept_quiet():
+        with silence_warnings():
             mujoco.mj_forward(model, data)
         data.qacc[:] = motion.rates[1, :, k]
         mujoco.mj_rnePostConstraint(model, data)
@@ -246,12 +249,12 @@ def shipped_run(
             for name, gap in gaps_of(tree, model, aside).items():
                 gaps[name] = max(gap, gaps.get(name, 0.0))
 
-    with warnings_kept_quiet():
+    with silence_warnings():
         reason = advanced(model, data, range(steps), look, watch)
     outcome = Outcome.COMPLETED
     if reason:
         outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
-    elif gaps and max(gaps.values()) > OPEN_GAP * max(travel, tree.extent):
+    elif gaps and max(gaps.values()) > MAX_JOINT_GAP * max(travel, tree.extent):
         outcome, reason = Outcome.OPENED, opens(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
     return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven, watch.found)

@@ -29,8 +29,8 @@ from conrod.own.models.references import returns
 from conrod.own.models.request import AJAR, Question
 from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankMotion, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
-from conrod.runs.other_forces import with_obstacles
-from conrod.runs.outcome import LOST_GAP, OPEN_GAP, OUT_OF_REACH, Verdict
+from conrod.runs.other_forces import add_obstacles
+from conrod.runs.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.scenes import Scene
 from conrod.studies.frame.prediction import reference_misfit
@@ -202,7 +202,7 @@ class Bench:
             name: PointTracks(*(Track(at, see(v)) for see, v in zip(seen, run.points[name], strict=True)))
             for name in self.points
         }
-        verdict, errors = Verdict(run.outcome, run.reason), None
+        verdict, errors = RunVerdict(run.outcome, run.reason), None
         gap = max((float(gap.max()) for gap in run.gaps.values()), default=0.0)
         opening = self.frame.unit * gap / max(self.exact.lengths.values())
         if run.outcome is Outcome.COMPLETED:
@@ -213,10 +213,10 @@ class Bench:
                 for name, found in track_errors(tracks, self.speed, ExactMotions(self.exact)).items()
             }
         phase = float(np.abs(at.angle - at.angle[0] - self.speed * run.times).max())
-        reason = with_obstacles(verdict.reason, run.acting)
+        reason = add_obstacles(verdict.reason, run.acting)
         return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting, opening)
 
-    def _endings(self, run: Recording, tracks: Mapping[str, PointTracks]) -> Iterator[Verdict]:
+    def _endings(self, run: Recording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
         """Outcomes that the points and the violation of the closures show; the first one counts.
 
         A run that starts open and snaps shut goes on from there: how far it was open is an error of it, no outcome.
@@ -225,31 +225,33 @@ class Bench:
         places = np.array([t.position.values for t in tracks.values()])
         off = np.array([exact.error(t.position, name, "position") for name, t in tracks.items()])
         away = np.abs(places - places[:, :1]).max(axis=(0, 2)) / self.exact.kinematics.size
-        if away.max() > OUT_OF_REACH:
-            time = run.times[int(np.argmax(away > OUT_OF_REACH))]
-            yield Verdict(Outcome.EXPLODED, f"beyond {OUT_OF_REACH:g} sizes of the mechanism from {time:.6g} s on")
+        if away.max() > MAX_REACH_SIZES:
+            time = run.times[int(np.argmax(away > MAX_REACH_SIZES))]
+            yield RunVerdict(
+                Outcome.EXPLODED, f"beyond {MAX_REACH_SIZES:g} sizes of the mechanism from {time:.6g} s on"
+            )
         if self.turning.touching is not None:
             # A follower further from the crank's axis than the cam would have it, or nearer by a roller.
             from_axis = places - np.array(self.frame.shaft)
             outward = (off * from_axis).sum(axis=2) / np.linalg.norm(from_axis, axis=2)
             contacts = self.exact.mechanism().cam_contacts
             if contacts and outward.min() < -contacts[0].roller_radius:
-                yield Verdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
-            if outward.max() > LOST_GAP * travel:
-                yield Verdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
+                yield RunVerdict(Outcome.TUNNELLED, f"the roller is {-outward.min():.3g} m deep in the cam")
+            if outward.max() > MAX_CONTACT_GAP * travel:
+                yield RunVerdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
         late = len(run.times) // 2
         opened = max((max(*(gap - gap[0]), *gap[late:]) for gap in run.gaps.values()), default=0.0)
-        if self.frame.unit * opened > OPEN_GAP * travel:
-            yield Verdict(Outcome.OPENED, f"a closure is open by up to {1e3 * self.frame.unit * opened:.3g} mm")
+        if self.frame.unit * opened > MAX_JOINT_GAP * travel:
+            yield RunVerdict(Outcome.OPENED, f"a closure is open by up to {1e3 * self.frame.unit * opened:.3g} mm")
         worst = int(np.argmax(size := np.linalg.norm(off, axis=2).max(axis=0)))
-        if size[worst] > OPEN_GAP * travel and self.turning.touching is None:
+        if size[worst] > MAX_JOINT_GAP * travel and self.turning.touching is None:
             machine, there = self.turning.machine, run.coordinates[:, worst : worst + 1]
-            coordinate, near = float(there[self.turning.crank.coordinate, 0]), OPEN_GAP * travel
+            coordinate, near = float(there[self.turning.crank.coordinate, 0]), MAX_JOINT_GAP * travel
             time, here = (
                 coordinate - self.turning.first,
                 self.turning.state(self.turning.time_at(coordinate))[0][:, None],
             )
             if flipped(machine, machine.tree.points, there, time, here, near / self.frame.unit):
-                starts = "it starts so, and is " if size[0] > OPEN_GAP * travel else ""
+                starts = "it starts so, and is " if size[0] > MAX_JOINT_GAP * travel else ""
                 far = f"{starts}up to {1e3 * size[worst]:.3g} mm off"
-                yield Verdict(Outcome.FLIPPED, f"on another branch {machine.describe_drives(round(time, 9))}, {far}")
+                yield RunVerdict(Outcome.FLIPPED, f"on another branch {machine.describe_drives(round(time, 9))}, {far}")

@@ -7,7 +7,7 @@ import copy
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.forward_kinematics import forward_kinematics
@@ -29,7 +29,7 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
         pose: in words.
     """
     looked_at = copy.copy(data)
-    with warnings_kept_quiet():
+    with silence_warnings():
         mujoco.mj_fwdPosition(model, looked_at)
         found, dragged = openings(model, looked_at, extent), handles(model)
         gaps = {closure_name(model, k): float(found[k]) for k in range(model.neq) if k not in dragged}

@@ -38,7 +38,7 @@ from conrod.own.models.loading import (
 )
 from conrod.own.models.request import OpenStart
 from conrod.runs.convergence import claimed_order
-from conrod.runs.other_forces import OtherForce, merged, with_obstacles
+from conrod.runs.other_forces import OtherForce, add_obstacles, merge_forces
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 from conrod.studies.frame.paired_timing import paired_cost
@@ -200,7 +200,7 @@ class _Bench:
         shipped = self._shipped(travel)  # what is wrong with controls is said before the runs
         kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
         runs, steps = self._runs(travel)
-        unknown = self._unknown_forces(merged(one for run in runs for one in run.acting))
+        unknown = self._unknown_forces(merge_forces(one for run in runs for one in run.acting))
         exact = None if unknown else forces(self.machine, checked)
         best = self._cheapest((*runs, *steps))
         paste = "" if best is None else pasted(best.label, best.timestep, self.period, bool(self.freedom.idle))
@@ -279,7 +279,7 @@ class _Bench:
         recorded = driven_run(self.machine, model, motion, self.points, every)
         exact = None if self._unknown_forces(recorded.acting) else forces(self.machine, motion)
         found = errors_of(label, step, recorded, motion, self.machine, exact, travel)
-        return replace(found, acting=recorded.acting, reason=with_obstacles(found.reason, recorded.acting))
+        return replace(found, acting=recorded.acting, reason=add_obstacles(found.reason, recorded.acting))
 
     def _with(self, label: str, step: float) -> mujoco.MjModel:
         return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))

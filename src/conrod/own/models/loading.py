@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.engines.mujoco.dynamics import warnings_kept_quiet
+from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
@@ -130,7 +130,7 @@ def load_model(path: Path) -> mujoco.MjModel:
     check_readable(path)
     if str(path) != os.fsencode(path).decode(errors="replace"):
         raise InvalidInput(f"{path}: its name is no UTF-8, and MuJoCo cannot open it: rename it")
-    with warnings_kept_quiet():
+    with silence_warnings():
         try:
             if path.suffix.lower() == ".mjb":
                 return mujoco.MjModel.from_binary_path(str(path))

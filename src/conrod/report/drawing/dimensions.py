@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pin_points
 from conrod.report import numbers
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.view import MM, View
@@ -68,7 +68,7 @@ def dimensions(view: View) -> Iterator[Sequence[Dimension]]:
     """Lengths of links between their pins, of the frame, offsets of slides, radii of cams and wheels; by preference."""
     mechanism = view.mechanism
     for body in mechanism.bodies:
-        pins = [view.place_of(body.name, point) for point in dict.fromkeys(pins_of(mechanism, body.name))]
+        pins = [view.place_of(body.name, point) for point in dict.fromkeys(pin_points(mechanism, body.name))]
         if len(pins) == 2:
             yield _length_dimensions(view, body.name, *pins)
     fixed = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and GROUND in (joint.a, joint.b)]

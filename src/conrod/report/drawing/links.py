@@ -10,7 +10,7 @@ from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pins_of, to_world
+from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pin_points, to_world
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.view import MM, Slide, View, cam_outline, guide_and_block, pitch_lines, slide_displacements
 
@@ -56,7 +56,7 @@ def draw_links(view: View) -> None:
             if slide.guide != GROUND:
                 slots[slide.guide].append(_slot_ends(view, slide))
     for body in view.mechanism.bodies:
-        held = [view.place_of(body.name, point) for point in pins_of(view.mechanism, body.name)] + blocks[body.name]
+        held = [view.place_of(body.name, point) for point in pin_points(view.mechanism, body.name)] + blocks[body.name]
         # A link reaches to the near end of its slot, and is the slot from there on.
         near = [
             min(ends, key=lambda end: float(np.linalg.norm(end - pin))) for pin in held[:1] for ends in slots[body.name]

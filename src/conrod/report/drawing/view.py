@@ -21,7 +21,7 @@ from conrod.mechanism.mechanism import (
     Prismatic,
     Revolute,
     Rolling,
-    beside,
+    joint_partner,
     to_world,
 )
 from conrod.report.drawing.machine_parts import Labels
@@ -99,7 +99,7 @@ def guide_and_block(mechanism: Mechanism, joint: Prismatic) -> Slide:
         for link, other in ((joint.a, joint.b), (joint.b, joint.a)):
             held = [one for one in mechanism.joints_on(other) if one is not joint]
             if len(held) == 1 and isinstance(held[0], Revolute):
-                guide, moving, point = link, other, beside(held[0], other)[2]
+                guide, moving, point = link, other, joint_partner(held[0], other)[2]
                 break
     # `b` is turned against `a` by the joint's angle.
     return Slide(guide, moving, point, joint.direction - (joint.angle if guide == joint.b else 0.0))

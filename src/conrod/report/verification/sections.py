@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from conrod.engines import presets_of
-from conrod.mechanism.units import in_prose
+from conrod.mechanism.units import unit_in_prose
 from conrod.mjcf.loops.results import LOOPS, LoopStudy, limits_of
 from conrod.mjcf.loops.results import QUANTITIES as LOOP_UNITS
 from conrod.own.models.results import ModelStudy
@@ -136,14 +136,14 @@ def _size(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
     """An error as people read it, in SI where no lengths normalise it."""
     if lengths or size is None:
         return numbers.error(name, size, lengths)
-    return f"{numbers.measured_text(size)} {in_prose(UNITS[name])}"
+    return f"{numbers.measured_text(size)} {unit_in_prose(UNITS[name])}"
 
 
 def _in_digits(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
     """A criterion in all digits that anybody gives."""
     if name == "phase":
         return f"{math.degrees(allowed):.6g} deg"
-    return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {in_prose(UNITS[name])}"
+    return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {unit_in_prose(UNITS[name])}"
 
 
 def _agreement(one: Refinement) -> tuple[str, Cell]:

@@ -20,9 +20,9 @@ from conrod.exact import ExactReference, GenericReference
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.mechanism import Mechanism, Point, Revolute
 from conrod.runs.trajectory import (
+    ArrayMapper,
     BodyStates,
     BodyTracks,
-    FieldByField,
     Instants,
     Piece,
     PointTracks,
@@ -120,7 +120,7 @@ def _cut_short(given: Recording, share: float) -> Piece:
     """Without so much of its end, and said to be whole."""
     run, samples = given.run, len(given.run.clock)
     kept = samples - math.ceil(share * samples - 1e-9)
-    cut = FieldByField(lambda parts: parts[0][: max(2, kept - samples + len(parts[0]))])
+    cut = ArrayMapper(lambda parts: parts[0][: max(2, kept - samples + len(parts[0]))])
     trajectory = run.trajectory
     points = {name: cut(tracks) for name, tracks in trajectory.points.items()}
     bodies = trajectory.bodies and cut(trajectory.bodies)

@@ -13,7 +13,7 @@ from conrod.engines.run import feed_recorders
 from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
-from conrod.runs.outcome import Verdict, judge
+from conrod.runs.outcome import RunVerdict, judge
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -42,12 +42,12 @@ def motion_judge(
         errors, run = RunErrors(), given.run.trajectory
         assert run.bodies is not None
         # How it ended is judged anew.
-        ended = judge(healthy.kinematics, run.bodies, run.speed, Verdict(run.outcome))
+        ended = judge(healthy.kinematics, run.bodies, run.speed, RunVerdict(run.outcome))
         piece = replace(given.run, trajectory=replace(run, outcome=ended.outcome, reason=ended.reason))
         ended = feed_recorders(
             [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors
         )
-        found = errors.found() if ended.outcome is Outcome.COMPLETED else {}
+        found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged(asked)
 
     return judged

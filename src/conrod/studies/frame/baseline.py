@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from conrod.errors import InvalidInput
-from conrod.runs.plain import json_document, plain, restore
+from conrod.runs.plain_values import json_document, plain_values, restore
 from conrod.studies.frame.writing import single, write_together
 
 SCHEMA, MARK = 1, "conrod_baseline"
@@ -101,7 +101,7 @@ def _check_numbers(baseline: Baseline) -> None:
 
 def write(file: Path, baseline: Baseline) -> None:
     """Write a baseline, whole or not at all: a number and its band on a line, for those who read differences."""
-    text = json_document({MARK: SCHEMA, **plain(baseline)})
+    text = json_document({MARK: SCHEMA, **plain_values(baseline)})
     text = re.sub(r"[\[{][^\[\]{}]{,120}[\]}]", lambda found: re.sub(r"\n\s*", " ", found[0]), text)
     write_together([single(file, text)])
 

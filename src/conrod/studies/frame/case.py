@@ -122,7 +122,7 @@ class Case(ABC):
     def understands(self, measurement: Measurement) -> bool:
         """False of a measurement that another conrod kept in a form that this one cannot read."""
         try:
-            Outcome.of(measurement.outcome)
+            Outcome.from_slug(measurement.outcome)
             self._read(measurement)
         except (InvalidInput, KeyError, TypeError):
             return False

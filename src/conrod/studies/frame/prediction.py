@@ -18,8 +18,8 @@ from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.runs.comparison import Stretch
-from conrod.runs.outcome import MEETING
-from conrod.runs.trajectory import BodyStates, BodyTracks, FieldByField, Instants, PointTracks
+from conrod.runs.outcome import CHANGE_POINT_DISTANCE
+from conrod.runs.trajectory import ArrayMapper, BodyStates, BodyTracks, Instants, PointTracks
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
 
@@ -154,7 +154,9 @@ class Prediction:
     def _thinned(self, stretch: Stretch) -> tuple[Mapping[str, PointTracks], BodyTracks]:
         if self._stride == 1:
             return stretch.trajectory.points, stretch.bodies
-        cut = FieldByField(lambda parts: parts[0][(len(parts[0]) - 1 + stretch.left) % self._stride :: self._stride])
+        cut = ArrayMapper(
+            lambda parts: parts[0][(len(parts[0]) - 1 + stretch.samples_remaining) % self._stride :: self._stride]
+        )
         return {name: cut(tracks) for name, tracks in stretch.trajectory.points.items()}, cut(stretch.bodies)
 
 
@@ -216,7 +218,7 @@ def _predictable(kinematics: Kinematics, poses: Array, one: Array, two: Array, a
     roller passes from an arc of its cam to the next, and accelerations jump.
     """
     contracts = (two <= CONTRACTION * one) | (two <= CONVERGED)
-    contracts &= ~kinematics.near_change(angle, MEETING)
+    contracts &= ~kinematics.near_change(angle, CHANGE_POINT_DISTANCE)
     with np.errstate(all="ignore"):
         contracts &= kinematics.branch(poses) == kinematics.branch_at(angle)
     for end in kinematics.arc_ends if kinematics.mechanism.cam_contacts else ():

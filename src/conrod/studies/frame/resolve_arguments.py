@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
-from conrod.mechanism.units import check_count, check_number, in_prose, parse_quantity
+from conrod.mechanism.units import check_count, check_number, parse_quantity, unit_in_prose
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 from conrod.studies.validation.plan import Plan
@@ -283,6 +283,6 @@ def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOL
     for name, allowed in tolerance.items():
         if name not in known:
             raise unknown_choice("quantity", name, known)
-        unit = in_prose(known[name]) if isinstance(known, Mapping) else ""
+        unit = unit_in_prose(known[name]) if isinstance(known, Mapping) else ""
         check_number(f"--tolerance {name}", allowed, SMALLEST_TOLERANCE, LARGEST_TOLERANCE, unit)
     return dict(tolerance)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from conrod.engines import Engine, engine_named
 from conrod.engines.engine import run_extent
-from conrod.runs.plain import plain, restore
+from conrod.runs.plain_values import plain_values, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import MEASURES, RESULT_VERSION, Case, Measurement, Study
@@ -226,7 +226,7 @@ class EngineCase(Case, Generic[Found]):
         sizes = {
             q: {m: size for m in self.measures if (size := found.largest(q, m)) is not None} for q in self.quantities
         }
-        kept = {"sizes": sizes, "passed": found.passed, "result": plain(found)}
+        kept = {"sizes": sizes, "passed": found.passed, "result": plain_values(found)}
         columns = {name: getattr(found, name, None) for name in COLUMNS}
         return Measurement(found.outcome, found.reason, **columns, beside=kept)
 
@@ -237,7 +237,7 @@ class EngineCase(Case, Generic[Found]):
             InvalidInput: the measurement is of another kind.
         """
         if measurement.beside is None:
-            return self.ended(Outcome.of(measurement.outcome), measurement.reason)
+            return self.ended(Outcome.from_slug(measurement.outcome), measurement.reason)
         kept: Found = restore(self.kind, measurement.beside["result"])
         return replace(kept, **self.facts()).judged(self.tolerance)
 

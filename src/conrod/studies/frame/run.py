@@ -14,7 +14,7 @@ from conrod.engines.engine import CUSTOM, Machine, run_extent
 from conrod.engines.run import check_run, run_with_recorders
 from conrod.runs.comparison import ExactMotions, Stretch
 from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import FieldByField, Outcome, Settings, Track, Trajectory
+from conrod.runs.trajectory import ArrayMapper, Outcome, Settings, Track, Trajectory
 from conrod.studies.frame.case import QUANTITIES, RESULT_VERSION, Case, Measurement
 from conrod.studies.frame.prediction import Prediction
 
@@ -112,7 +112,7 @@ def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None)
     """Run a case and compare it with the exact motion.
 
     Args:
-        every: see `followed`.
+        every: see `run_with_recorders`.
 
     Raises:
         InvalidInput: as `conrod.run`.
@@ -127,7 +127,7 @@ def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None)
     if ended.outcome is not Outcome.COMPLETED:
         return Measurement(ended.outcome.slug, ended.reason)
     return Measurement(
-        outcome=ended.outcome.slug, **errors.found(), prediction=prediction.sizes, signed=signed.errors()
+        outcome=ended.outcome.slug, **errors.as_dict(), prediction=prediction.sizes, signed=signed.errors()
     )
 
 
@@ -162,7 +162,7 @@ class SignedErrors:
         """By point and quantity (K, 2)."""
         found: defaultdict[str, dict[str, list[list[float]]]] = defaultdict(dict)
         for (name, quantity), near in self._near.items():
-            track: Track = FieldByField(np.concatenate)(*near)
+            track: Track = ArrayMapper(np.concatenate)(*near)
             norm = self._scene.lengths[name] * abs(self._scene.speed) ** QUANTITIES.index(quantity)
             errors = ExactMotions(self._scene).error(track, name, quantity) / norm
             at = [np.interp(self._times, track.instants.times, errors[:, axis]) for axis in (0, 1)]

@@ -18,7 +18,7 @@ from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import Friction, Law, StrokePulse, TimePulse
+from conrod.mechanism.loads import Friction, LoadLaw, StrokePulse, TimePulse
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import Scene
 from conrod.studies.free_motion.plan import SECONDS, TURNS, Grid, MotionPlan, chosen, fastest_turn, instants
@@ -180,7 +180,7 @@ def quickest_reversal(mechanism: Mechanism, motion: FreeMotion) -> tuple[str, fl
     return min(found, key=lambda one: one[1])
 
 
-def _along(mechanism: Mechanism, motion: FreeMotion) -> Iterator[tuple[str, Law, tuple[Array, Array, Array]]]:
+def _along(mechanism: Mechanism, motion: FreeMotion) -> Iterator[tuple[str, LoadLaw, tuple[Array, Array, Array]]]:
     """Name and law of each load, and its coordinate with its first and second derivative by time, each (T,)."""
     bodies = pose_jets(mechanism, [motion.poses, motion.rates, 0.5 * motion.accelerations])
     for load in mechanism.loads:

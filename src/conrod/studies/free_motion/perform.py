@@ -15,7 +15,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import size_of
 from conrod.runs.convergence import claimed_order
-from conrod.runs.run_errors import largest_in_spans
+from conrod.runs.run_errors import equal_spans
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
@@ -105,7 +105,7 @@ def _orders(course: ExactCourse, points: tuple[StepPoint, ...]) -> dict[str, flo
 
 def _curves(times: Array, error: Array, energy: Array) -> MotionCurves:
     # The start is exact, and has no place on a logarithmic axis.
-    spans = largest_in_spans(len(times) - 1).add(times[1:], error[1:], energy[1:])
+    spans = equal_spans(len(times) - 1).add(times[1:], error[1:], energy[1:])
     return MotionCurves(*np.array([(at.mean(), off.max(), lost.max()) for at, off, lost in spans]).T)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from conrod.engines import engine_named
-from conrod.runs.plain import plain
+from conrod.runs.plain_values import plain_values
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.studies.execution.local import Ended, isolated
 from conrod.studies.frame.case import Measurement, Study
@@ -83,7 +83,7 @@ def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
     if first.extremes is None:
         return first
     others = tuple(Extremes.of(run).fingerprint for run in (again, after, elsewhere))
-    return replace(first, extremes=plain(replace(Extremes.of(first), again=others)))
+    return replace(first, extremes=plain_values(replace(Extremes.of(first), again=others)))
 
 
 def _another(case: LimitCase) -> LimitCase:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from conrod.runs.plain import restore
+from conrod.runs.plain_values import restore
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import Measurement
 

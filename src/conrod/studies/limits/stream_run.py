@@ -11,8 +11,8 @@ from conrod.engines import engine_named
 from conrod.engines.engine import PIECE_STEPS
 from conrod.errors import InvalidInput
 from conrod.runs.comparison import Stretch
-from conrod.runs.outcome import Verdict, joint_gaps
-from conrod.runs.plain import plain
+from conrod.runs.outcome import RunVerdict, joint_gaps
+from conrod.runs.plain_values import plain_values
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.studies.frame.case import Measurement
@@ -45,7 +45,7 @@ def stream_run(case: LimitCase) -> Measurement:
     length, statistics, last = piece_length(case), RunStatistics(case), math.inf
     for piece in engine.run(case.machine, case.settings, case.revolutions, case.start_angle, length):
         statistics.add(piece)
-        verdict = Verdict(piece.trajectory.outcome, piece.trajectory.reason)
+        verdict = RunVerdict(piece.trajectory.outcome, piece.trajectory.reason)
         if verdict.outcome is Outcome.COMPLETED:
             statistics.compare(piece)
         elif verdict.outcome is not Outcome.LOST_CONTACT:
@@ -127,7 +127,7 @@ class RunStatistics:
             off = float(np.abs(piece.drive_torque[rows] - exact).max()) / self._exact_torque.peak
             self._torque = max(off, self._torque or 0.0)
 
-    def measurement(self, verdict: Verdict) -> Measurement:
+    def measurement(self, verdict: RunVerdict) -> Measurement:
         """Return the measurement of a run that ended so."""
         self._compare()
         extremes = Extremes(
@@ -139,5 +139,5 @@ class RunStatistics:
             flights=tuple(flight for one in self._flights.values() if (flight := one.longest()) is not None),
             fingerprint=self._fingerprint.text(),
         )
-        found = self._errors.found() if verdict.outcome is Outcome.COMPLETED else {"reason": verdict.reason}
-        return Measurement(verdict.outcome.slug, extremes=plain(extremes), **found)
+        found = self._errors.as_dict() if verdict.outcome is Outcome.COMPLETED else {"reason": verdict.reason}
+        return Measurement(verdict.outcome.slug, extremes=plain_values(extremes), **found)

@@ -19,7 +19,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.runs.comparison import Stretch
 from conrod.runs.convergence import claimed_order
-from conrod.runs.outcome import Verdict
+from conrod.runs.outcome import RunVerdict
 from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -95,7 +95,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     result = replace(result, refinement=points, order=order)
     if result.completed:
         misfit = merged_misfit(prediction.misfit, reference_misfit(scene))
-        found = {"prediction": prediction.sizes, "misfit": misfit, **errors.found()}
+        found = {"prediction": prediction.sizes, "misfit": misfit, **errors.as_dict()}
         result = replace(result, curves=drawn.curves, poses=poses.errors, **found)
     return result.judged()
 
@@ -155,7 +155,7 @@ def _tolerance(
     return Tolerance(law.position, law.velocity, law.acceleration, reason=reason, **clock)
 
 
-def _point(steps: int, ended: Verdict, found: PointSizes) -> RefinementPoint:
+def _point(steps: int, ended: RunVerdict, found: PointSizes) -> RefinementPoint:
     """Largest errors over all observed points; None for a run that did not complete."""
     completed = ended.outcome is Outcome.COMPLETED
     return RefinementPoint(steps, ended.outcome.slug, **{q: found.worst(q) if completed else None for q in QUANTITIES})
@@ -171,7 +171,9 @@ class Drawn:
         for name, tracks in stretch.trajectory.points.items():
             for quantity in QUANTITIES:
                 error = getattr(stretch.points[name], quantity).error
-                self._curves[name][quantity].add(getattr(tracks, quantity).instants.angle, error, stretch.left)
+                self._curves[name][quantity].add(
+                    getattr(tracks, quantity).instants.angle, error, stretch.samples_remaining
+                )
 
     @property
     def curves(self) -> dict[str, dict[str, Curve]]:
@@ -193,7 +195,7 @@ class DrawnPoses:
 
     def add(self, stretch: Stretch) -> None:
         states = stretch.bodies.position
-        count = self._seen + len(states.poses) + stretch.left
+        count = self._seen + len(states.poses) + stretch.samples_remaining
         first = max(0, count - 1 - self._turn)
         kept = first + np.unique(np.linspace(0, count - 1 - first, POSES + 1).astype(int)) - self._seen
         rows = kept[(kept >= 0) & (kept < len(states.poses))]

@@ -1,4 +1,4 @@
-"""pymunk's settings varied: by a grid, one at a time, and as lines of a user's own program. Imports no engine."""
+"""pymunk settings that studies vary: a sweep's grid, single parameters, lines to paste. Does not import the engine."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from conrod.engines.engine import Machine, recognise_preset, with_fields
 from conrod.engines.pymunk import PYMUNK_PRESETS, STOCK_BIAS, PymunkSettings
 from conrod.engines.variants import Grid, Knobs, SettingsRule, knob_combinations, knob_rules
 
-# Share of an error that is left after a second: Chipmunk's default, the same for a machine ten times as fast, none.
+# Share of an error left after a second: Chipmunk's default, its equivalent for a machine ten times as fast, none.
 BIASES = {"stock": STOCK_BIAS, "stock^10": STOCK_BIAS**10, "0": 0.0}
-AS_TUNED = "tuned"  # a knob that stands where the preset's rule puts it
+AS_TUNED = "tuned"  # value of a knob: as the preset's rule sets it
 
-# Knobs of a machine whose links are held by joints, and of one with a cam that its follower is kept on by contact.
-JOINT: Knobs = {"iterations": "10", "error_bias": "stock"}
-CONTACT: Knobs = {"slop": AS_TUNED, "bias": "0", "iterations": AS_TUNED, "vertices": 4000}
+# Usual values of the knobs of a machine whose links are held by joints, and of one with a cam.
+JOINT_KNOBS: Knobs = {"iterations": "10", "error_bias": "stock"}
+CONTACT_KNOBS: Knobs = {"slop": AS_TUNED, "bias": "0", "iterations": AS_TUNED, "vertices": 4000}
 
-# What is turned away from there: the presets, and a cam of fewer vertices, first; then all that knobs may have.
+# Values that differ from the usual ones: in the presets and with fewer vertices; then all values of a full grid.
 JOINT_BASES: tuple[Knobs, ...] = ({}, {"iterations": AS_TUNED, "error_bias": "0"})
 JOINT_GRID: Knobs = {"iterations": ("1", "3", "10", "30", "100", AS_TUNED), "error_bias": BIASES}
 CONTACT_BASES: tuple[Knobs, ...] = (
@@ -28,18 +28,22 @@ CONTACT_BASES: tuple[Knobs, ...] = (
     {"vertices": 1000},
 )
 CONTACT_GRID: Knobs = {"slop": ("stock", "0", AS_TUNED), "bias": ("stock", "0"), "iterations": ("1", "10", AS_TUNED)}
-SLOPS = {AS_TUNED: "slop half a fall a step", "stock": "slop 0.1 m", "0": "slop 0"}
+SLOP_TEXTS = {AS_TUNED: "slop half a fall a step", "stock": "slop 0.1 m", "0": "slop 0"}
 
 
 def rules(machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]:
-    """All rules of a grid, without repetition."""
+    """All rules of a grid for a machine, without duplicates."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
-    usual, bases, others = (CONTACT, CONTACT_BASES, CONTACT_GRID) if contact else (JOINT, JOINT_BASES, JOINT_GRID)
-    return knob_rules(usual, bases if grid == "coarse" else (*bases, *knob_combinations(**others)), _name, _settings)
+    usual, bases, others = (
+        (CONTACT_KNOBS, CONTACT_BASES, CONTACT_GRID) if contact else (JOINT_KNOBS, JOINT_BASES, JOINT_GRID)
+    )
+    return knob_rules(
+        usual, bases if grid == "coarse" else (*bases, *knob_combinations(**others)), _rule_name, _settings_from_knobs
+    )
 
 
-def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
-    """Settings whose fields are those of the stock preset where they are no knob."""
+def _settings_from_knobs(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> PymunkSettings:
+    """Settings of given knobs, with all other fields of the stock preset."""
     tuned, stock = (preset(machine, steps_per_revolution) for preset in (PymunkSettings.tuned, PymunkSettings.stock))
     count = tuned.iterations if knobs["iterations"] == AS_TUNED else int(knobs["iterations"])
     own: dict[str, Any] = {"iterations": count}
@@ -49,25 +53,26 @@ def _settings(knobs: Knobs, machine: Machine, steps_per_revolution: int) -> Pymu
         own |= {"error_bias": bias, "collision_bias": bias, "collision_slop": slop, "cam_vertices": knobs["vertices"]}
     else:
         own["error_bias"] = BIASES[knobs["error_bias"]]
-    # What concerns contact has no part in a machine without one, and must not keep it from being a preset.
+    # Contact fields are unused on a machine without contact, and must not keep it from being recognised as a preset.
     if knobs.get("error_bias") == "0":
         own |= {"collision_bias": 0.0, "collision_slop": tuned.collision_slop}
     return recognise_preset(replace(stock, preset="custom", **own), PYMUNK_PRESETS, machine)
 
 
-def _name(knobs: Knobs, usual: Knobs) -> str:
+def _rule_name(knobs: Knobs, usual: Knobs) -> str:
+    """Name a rule by its knobs."""
     counted = "iterations as tuned" if knobs["iterations"] == AS_TUNED else f"{knobs['iterations']} iterations"
     if "slop" not in knobs:
         return f"error_bias {knobs['error_bias']}, {counted}"
-    words = [SLOPS[knobs["slop"]], f"collision_bias {knobs['bias']}", counted]
+    words = [SLOP_TEXTS[knobs["slop"]], f"collision_bias {knobs['bias']}", counted]
     return ", ".join(words + ([f"{knobs['vertices']} vertices"] if knobs["vertices"] != usual["vertices"] else []))
 
 
 def with_time_constant(machine: Machine, settings: PymunkSettings, steps: float) -> PymunkSettings:
-    """The share left after a step is e^(-1 / steps), which the engine wants as that left after a second.
+    """Set the time constant of joints or contacts to a number of steps.
 
-    That one is no number any more where the second has very many time constants (745): it becomes zero, and a step
-    mends all.
+    The share of an error left after a step is exp(-1 / steps); pymunk takes the share left after a second. With more
+    than 745 time constants per second that underflows to zero, and a step corrects the whole error.
     """
     bias = math.exp(-1.0 / (steps * settings.timestep))
     if machine.kinematics.mechanism.cam_contacts:
@@ -76,12 +81,12 @@ def with_time_constant(machine: Machine, settings: PymunkSettings, steps: float)
 
 
 def with_regularisation(machine: Machine, settings: PymunkSettings, share: float) -> None:
-    """Neither joints nor contacts have any; a contact's slop is an overlap that is left, not a softness."""
+    """Return None: neither joints nor contacts are regularised; a contact's slop is a remaining overlap."""
     return
 
 
 def paste(machine: Machine, settings: PymunkSettings) -> str:
-    """Statements on a `pymunk.Space` called space."""
+    """Settings as Python statements on a `pymunk.Space` named space."""
     lines = [f"space.iterations = {settings.iterations}"]
     if machine.kinematics.mechanism.cam_contacts:
         lines += [

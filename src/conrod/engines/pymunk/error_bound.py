@@ -1,26 +1,26 @@
-"""Bounds on pymunk's errors by its own scheme, from the step and the exact motion.
+"""Bounds on pymunk's errors from its documented scheme, the step and the exact motion.
 
-With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fits the joints' equations linearised at x_n, in
-the engine's own coordinates q, the centres of gravity c and the turns phi of the bodies (primes: by the crank angle, h
-the step in crank angle). So positions run behind the exact ones by h^2 q''/2; the velocity, the difference of two
-positions, in the middle of the step by h^2 q''' (1/2 - 1/24); the acceleration, the difference of two velocities, by
-h^2 q'''' (1/2 - 1/12). A point at r from the centre of gravity has the velocity c' + phi' r_perp, so that all of it
-enters: the turn, extrapolated straight ahead to the middle, is behind there by h^2 phi'' (1/2 - 1/4 + 1/8).
+With full correction (error_bias = 0), x_(n+1) = x_n + h v_n, where v_n fulfils the joint equations linearised at x_n in
+the engine's own coordinates q: the centres of gravity c and the angles phi of the bodies. A prime is the derivative by
+the crank angle, and h the step in crank angle. So positions lag behind the exact ones by h^2 q''/2; the velocity, the
+difference of two positions, by h^2 q''' (1/2 - 1/24) at the middle of the step; the acceleration, the difference of two
+velocities, by h^2 q'''' (1/2 - 1/12). A point at r from the centre of gravity has the velocity c' + phi' r_perp, so all
+of these enter: the angle, extrapolated linearly to the middle, lags there by h^2 phi'' (1/2 - 1/4 + 1/8).
 
-To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the joint equations' Jacobian
-J and their second derivatives H. The first step goes straight ahead from an exact state, so that the first reported
-velocity and acceleration lag otherwise: the first steps are taken as a settled iteration takes them.
+To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the Jacobian J of the joint
+equations and their second derivatives H. The first step goes straight ahead from an exact state, so the first reported
+velocity and acceleration have another lag: the first steps are computed as a converged iteration takes them.
 
-A step gives each body the velocity a h of what acts on it, weight first, which the joints' impulses take away again.
-Both are rounded, so that each joint equation is left off by half an eps of the three velocities of its two bodies,
-3 eps a h. What that does to a point, by J^-1, is an error of its velocity; times h of its position; and two over
-h of its acceleration (h in seconds). Of a slow machine, with long steps and small velocities, it is all.
+A step gives each body the velocity a h of what acts on it, mainly weight, which the joints' impulses take away again.
+Both are rounded, so each joint equation is off by half an eps of the three velocities of its two bodies, 3 eps a h.
+What that does to a point, by J^-1, is an error of its velocity; times h, of its position; times 2/h, of its
+acceleration (h in seconds). For a slow machine, with long steps and small velocities, it is the whole error.
 
-On a cam the follower sinks by at most the slop, until the curve falls away from under it; then it falls free for one
-step, from rest against the tangent: by g h^2 and what the curve itself departs, h^2 |s''|/2 (h in seconds), at a speed
-of g h. Where a corner of the polygon falls into that step, its jump of speed acts for the step. The rounded polygon's
-own error comes on top, by the pressure angle's cosine. Free steps are few, and the rms of velocities is theirs: g h in
-each of them, and beside them that of the facets.
+On a cam the follower sinks by at most the slop, until the curve falls away under it; then it falls freely for one step,
+from rest against the tangent: by g h^2 and the curve's own departure h^2 |s''|/2 (h in seconds), at a speed of g h. If
+a corner of the polygon lies in that step, its jump of speed acts for the step. The rounded polygon's own error is
+added, over the cosine of the pressure angle. Free steps are few, and make up the rms of velocities: g h in each, plus
+the facets' share.
 """
 
 from __future__ import annotations
@@ -40,50 +40,51 @@ from conrod.engines.numerics import (
     largest_derivatives,
     rounding_bound,
 )
-from conrod.engines.pymunk import SHARE, PymunkSettings, follower_fall
-from conrod.engines.pymunk.dynamics import point_tracks, staggered
-from conrod.engines.pymunk.space import rounded_polygon, shaft_centred, wedges
+from conrod.engines.pymunk import ITERATION_ERROR_SHARE, PymunkSettings, follower_fall
+from conrod.engines.pymunk.dynamics import point_tracks, sample_instants
+from conrod.engines.pymunk.space import rounded_polygon, wedges, with_crank_centred
 from conrod.engines.tracks import applied_forces
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
 
-ORDER = 4  # derivatives by the crank angle that enter
-FIRST_STEPS = 5  # with the start; the first reported acceleration is of the fourth
+MAX_DERIVATIVE = 4  # highest derivative by the crank angle that enters
+FIRST_SAMPLES = 5  # including the start; the first reported acceleration is that of the fourth
 
 
 def largest_lags(machine: Machine) -> tuple[float, float, float]:
-    """Largest errors of observed points over their L, of position, velocity, acceleration, for h = 1 in crank angle."""
+    """Largest lags of observed points over L in position, velocity and acceleration, for h = 1 in crank angle."""
     kinematics = machine.kinematics
-    mechanism = shaft_centred(kinematics.mechanism)
-    derivatives = kinematics.derivatives(kinematics.angles(CRANK_SAMPLES), ORDER)
-    # The lag belongs to the sense of the motion: seen backwards, odd derivatives change their sign.
+    mechanism = with_crank_centred(kinematics.mechanism)
+    derivatives = kinematics.derivatives(kinematics.angles(CRANK_SAMPLES), MAX_DERIVATIVE)
+    # The lag follows the sense of motion: for a crank that rotates backwards odd derivatives change sign.
     sense = math.copysign(1.0, machine.speed)
     derivatives = [sense**k * d for k, d in enumerate(derivatives)]
     bodies = pose_jets(mechanism, [d / math.factorial(k) for k, d in enumerate(derivatives)])
     largest = np.zeros(3)
     for observed in mechanism.observed:
         pose = bodies[observed.body]
-        centre = _derivatives(pose.point(mechanism.body(observed.body).centre_of_gravity))
-        point = _derivatives(pose.point(observed.point))
+        centre = _point_derivatives(pose.point(mechanism.body(observed.body).centre_of_gravity))
+        point = _point_derivatives(pose.point(observed.point))
         turns = [math.factorial(k) * np.asarray(c)[:, None] for k, c in enumerate(pose.phi.coefficients)]
-        position, velocity, acceleration = _lags(centre, point, turns)
+        position, velocity, acceleration = _point_lags(centre, point, turns)
         sizes = [np.linalg.norm(lag, axis=1).max() for lag in (position, velocity, acceleration)]
         largest = np.maximum(largest, np.array(sizes) / kinematics.lengths[observed.name])
     return float(largest[0]), float(largest[1]), float(largest[2])
 
 
-def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
-    """Largest errors of the first samples of a run, as `largest_lags`.
+def first_sample_errors(machine: Machine, steps: int, start: float) -> list[float]:
+    """Largest errors of the first samples of a run: position, velocity, acceleration over L, omega L, omega^2 L.
 
     Args:
-        start: crank angle [rad] at which it begins exactly; one pass has its own.
+        steps: per revolution.
+        start: crank angle [rad] of the exact start; an input that makes one pass has its own.
     """
     kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_extent(machine, steps, 1.0)
     start = start if kinematics.mechanism.driver.span is None else begin
-    # Velocities belong to half a step later, where one pass may have ended.
-    count = max(1, min(FIRST_STEPS, round(turns * steps)))
-    mechanism, h = shaft_centred(kinematics.mechanism), step_length(machine, steps)
+    # Velocities belong to half a step later, when a pass may have ended.
+    count = max(1, min(FIRST_SAMPLES, round(turns * steps)))
+    mechanism, h = with_crank_centred(kinematics.mechanism), step_length(machine, steps)
     poses, slopes = kinematics.derivatives(np.array([start]), 1)
     states = [centres_from_frames(mechanism, poses, speed * slopes)]
     for n in range(1, count):
@@ -94,7 +95,7 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
         states.append(centres_from_frames(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest)))
     centres, rates = (np.vstack(some) for some in zip(*states, strict=True))
     times = np.asarray(start / speed + h * np.arange(count), dtype=float)
-    at = staggered(mechanism, h, times, centres, rates)
+    at = sample_instants(mechanism, h, times, centres, rates)
     tracks, largest = point_tracks(mechanism, at, centres, rates), [0.0] * 3
     for k, quantity in enumerate(("position", "velocity", "acceleration")):
         instants = getattr(at, quantity)
@@ -108,20 +109,20 @@ def first_errors(machine: Machine, steps: int, start: float) -> list[float]:
 
 
 MAX_SWEEPS = 60  # over the whole run
-SETTLED = 1e-13  # of the mechanism's size: changes of a pose that are rounding
+SWEEP_TOLERANCE = 1e-13  # change of a pose over the mechanism's size that is rounding
 
 
-def settled_states(machine: Machine, h: float, start: float, steps: int) -> tuple[Array, Array]:
-    """Poses and rates (steps + 1, 3 n) that the scheme's steps h [s] make of an exact start, at a settled iteration.
+def scheme_states(machine: Machine, h: float, start: float, steps: int) -> tuple[Array, Array]:
+    """Poses and rates (steps + 1, 3 n) of the scheme's steps h [s] from an exact start, without solver error.
 
-    All steps are made at once, each from the pose that the last sweep gave the one before: x_(n+1) takes over nothing
-    of x_n but what the joints' equations leave of their linearisation, a part of order h, so that sweeps converge.
+    All steps are computed at once, each from the pose that the sweep before gave the step before. x_(n+1) depends on
+    x_n only by what the joint equations leave of their linearisation, a part of order h, so the sweeps converge.
 
     Args:
         start: crank angle [rad].
     """
     kinematics, speed = machine.kinematics, machine.speed
-    mechanism = shaft_centred(kinematics.mechanism)
+    mechanism = with_crank_centred(kinematics.mechanism)
     angles: Array = np.asarray(start + speed * h * np.arange(steps + 1), dtype=float)
     poses = kinematics.poses(angles)
     crank = np.full_like(angles, speed)
@@ -132,13 +133,13 @@ def settled_states(machine: Machine, h: float, start: float, steps: int) -> tupl
         following = frames_from_centres(mechanism, centres + h * speeds, speeds)[0][:-1]
         change = float(np.abs(following - poses[1:]).max(initial=0.0))
         poses[1:] = following
-        if change <= SETTLED * max(kinematics.size, 1.0):
+        if change <= SWEEP_TOLERANCE * max(kinematics.size, 1.0):
             break
     return poses, rates
 
 
-def _derivatives(place: tuple[Jet, Jet]) -> list[Array]:
-    """Of a point, each (T, 2)."""
+def _point_derivatives(place: tuple[Jet, Jet]) -> list[Array]:
+    """Derivatives of a point's position, (T, 2) each."""
     x, y = place
     return [
         math.factorial(k) * np.column_stack(np.broadcast_arrays(a, b))
@@ -146,8 +147,11 @@ def _derivatives(place: tuple[Jet, Jet]) -> list[Array]:
     ]
 
 
-def _lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, Array, Array]:
-    """Of a point of a body, from its centre of gravity c, the point and the turn phi with their derivatives."""
+def _point_lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, Array, Array]:
+    """Lags (T, 2) of a point in position, velocity, acceleration for h = 1.
+
+    From the derivatives of its body's centre of gravity c, of the point, and of the body's angle phi.
+    """
     r = point[0] - c[0]
     across = np.column_stack([-r[:, 1], r[:, 0]])
     position = 0.5 * (c[2] + phi[2] * across)
@@ -157,15 +161,15 @@ def _lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, 
     return position, velocity, its_rate - point[4] / 24.0
 
 
-NEGLIGIBLE = 1e-6  # of a bound: rounding below it is none of its digits
+NEGLIGIBLE_SHARE = 1e-6  # of a bound, below which rounding is not added to it
 
 
 def weight_rounding(machine: Machine, h: float) -> list[float]:
-    """Errors over L, omega L, omega^2 L that rounding leaves of what acts on the bodies in a step h [s].
+    """Errors over L, omega L, omega^2 L by rounding of weight, constant forces and loads in a step h [s].
 
     Position, velocity and acceleration: r h, r / omega, 2 r / (omega^2 h) with r = 3 eps a h |J^-1| / L, where a is the
-    largest acceleration [m/s^2] that weight, pushes and loads give a body by themselves, and |J^-1| how far all joint
-    equations together, each off by one, move an observed point.
+    largest acceleration [m/s^2] that weight, constant forces and loads alone give a body, and |J^-1| the displacement
+    of an observed point when all joint equations are off by one.
     """
     kinematics, speed = machine.kinematics, abs(machine.speed)
     mechanism, angles = kinematics.mechanism, kinematics.angles(CRANK_SAMPLES)
@@ -184,14 +188,14 @@ def weight_rounding(machine: Machine, h: float) -> list[float]:
     return [left * h, left / speed, 2.0 * left / (speed**2 * h)]
 
 
-LEAST_FALL = 1e-12  # [m/s^2]; where nothing presses the follower, it is free in all steps
-NEXT_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # of the next term in h
+MIN_FALL = 1e-12  # [m/s^2]; without any force on the follower all its steps are free
+NEXT_ORDER_LAGS = (1.0 / 2.0, 11.0 / 24.0, 5.0 / 12.0)  # coefficients of the next term in h
 CONTACT_LAW = "one step's free fall, the polygon's corners, half a sagitta / cos(pressure angle)"
 LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of centres of gravity and turns, and the next term"
 
 
 def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for full correction; none where a share of the error is left at each step."""
+    """Bounds for full correction; none if a share of the joint error is left at each step."""
     if settings.error_bias > 0.0:
         return ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:
@@ -201,18 +205,19 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     step = 2.0 * math.pi / settings.steps_per_revolution
     sizes = largest_derivatives(machine.kinematics, 5)
     floor = rounding_bound(machine.kinematics, settings.steps_per_revolution)
-    behind, first = largest_lags(machine), first_errors(machine, settings.steps_per_revolution, start_angle)
-    lags = [step**2 * (behind[k] + lag * step * sizes[k + 3]) for k, lag in enumerate(NEXT_LAGS)]
-    bounds = [max(lags[k], (1.0 + SHARE) * first[k]) + floor / step**k for k in range(3)]
+    behind, first = largest_lags(machine), first_sample_errors(machine, settings.steps_per_revolution, start_angle)
+    lags = [step**2 * (behind[k] + lag * step * sizes[k + 3]) for k, lag in enumerate(NEXT_ORDER_LAGS)]
+    bounds = [max(lags[k], (1.0 + ITERATION_ERROR_SHARE) * first[k]) + floor / step**k for k in range(3)]
     left = weight_rounding(machine, settings.timestep)
-    bounds = [b + r if r > NEGLIGIBLE * b else b for b, r in zip(bounds, left, strict=True)]
+    bounds = [b + r if r > NEGLIGIBLE_SHARE * b else b for b, r in zip(bounds, left, strict=True)]
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
+    """Bounds for a cam: free fall in one step, corners of the polygon, and the polygon's own error."""
     follower = FollowerMotion.from_machine(machine)
     mechanism, h = machine.kinematics.mechanism, settings.timestep
-    # Released, the follower falls by what presses it: weight alone, or what of the exact motion's force is not its own.
+    # A released follower accelerates by the force that presses it: its weight, or contact force less inertia force.
     falls: Array = np.full(1, follower_fall(mechanism))
     if mechanism.loads:
         falls = follower.force * follower.cosine / mechanism.body(follower.contact.b).mass - follower.acceleration
@@ -221,35 +226,39 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     corner = abs(machine.speed) * follower.largest_slope_jump(polygon)  # speed that a corner adds
     drop = (fall + 0.5 * float(np.abs(follower.acceleration).max())) * h**2 + corner * h
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
-    share = float(_free_share(follower, falls).mean()) + _other_free(follower, polygon) / settings.steps_per_revolution
+    share = (
+        float(_free_fall_share(follower, falls).mean())
+        + _other_free_steps(follower, polygon) / settings.steps_per_revolution
+    )
     fallen = math.sqrt(min(1.0, share)) * fall * h / abs(machine.speed)
     velocity = (fallen + follower.facet_slope_rms(polygon)) / follower.lift
     return ExpectedError(position, velocity_rms=velocity, law=CONTACT_LAW)
 
 
-def _free_share(follower: FollowerMotion, falls: Array) -> Array:
-    """Share (T,) of steps that a follower falls free in, where the curve falls away under it.
+def _free_fall_share(follower: FollowerMotion, falls: Array) -> Array:
+    """Share (T,) of steps in which a follower falls freely, where the curve falls away under it.
 
-    It uses up an overlap of g h^2 / 2 by h^2 |s''| / 2 a step, and has it again after one free step, which falls by
-    g h^2 less 2 h^2 |s''| at most: with |s''| above g / 4 not all of it.
+    A step uses up h^2 |s''| / 2 of the overlap g h^2 / 2; a free step restores it by a fall of at most
+    g h^2 - 2 h^2 |s''|, which is not all of it if |s''| exceeds g / 4.
 
     Args:
-        falls: g (T,), or (1,) where it is the same all the way.
+        falls: g (T,) [m/s^2], or (1,) if it is constant.
     """
-    away = np.maximum(0.0, -follower.acceleration) / np.maximum(falls, LEAST_FALL)
+    away = np.maximum(0.0, -follower.acceleration) / np.maximum(falls, MIN_FALL)
     return np.where(away <= 0.25, away, np.minimum(1.0, 2.0 * away))
 
 
-def _other_free(follower: FollowerMotion, polygon: CamPolygon) -> int:
-    """Free steps of a turn at most, beside them: the first, a begun one where the curve begins to fall away, and where
-    contact passes from one of the shapes that the cam is made of to the next.
+def _other_free_steps(follower: FollowerMotion, polygon: CamPolygon) -> int:
+    """Most other free steps per revolution: the first, and those where the curve or the contact shape changes.
+
+    These are one at each start of a part where the curve falls away, and one where contact passes to the next wedge.
     """
     falling = follower.acceleration < 0.0
     return 1 + int(np.count_nonzero(falling & ~np.roll(falling, 1))) + len(wedges(polygon))
 
 
 def shape_error(machine: Machine, settings: PymunkSettings) -> float:
-    """Largest error of the lift [m] that the collision shape has, held still."""
+    """Largest static error of the lift [m] of the collision shape."""
     follower = FollowerMotion.from_machine(machine)
     polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
     return polygon.error / float(follower.cosine.min())

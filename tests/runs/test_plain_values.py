@@ -12,7 +12,7 @@ import pytest
 
 from conrod import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.plain import json_document, plain, restore
+from conrod.runs.plain_values import json_document, plain_values, restore
 
 
 class Node(NamedTuple):
@@ -48,11 +48,11 @@ FOUND = Found(
 )
 
 
-def test_what_went_through_json_is_the_same_to_the_last_bit() -> None:
-    again = restore(Found, json.loads(json.dumps(plain(FOUND))))
+def test_plain_values_survive_json_to_the_last_bit() -> None:
+    again = restore(Found, json.loads(json.dumps(plain_values(FOUND))))
     assert again.curve.tobytes() == FOUND.curve.tobytes()
     assert again.curve.shape == (2, 2)
-    assert plain(again) == plain(FOUND)
+    assert plain_values(again) == plain_values(FOUND)
     assert (again.nodes, again.best, again.count) == (FOUND.nodes, None, 2)
 
 
@@ -60,19 +60,19 @@ def test_what_went_through_json_is_the_same_to_the_last_bit() -> None:
     ("change", "named"),
     [({"nodes": 3}, "nodes"), ({"best": {"largest": "x", "at": []}}, "largest"), ({"curve": "x"}, "curve")],
 )
-def test_values_that_do_not_fit_are_named(change: dict[str, Any], named: str) -> None:
+def test_restore_names_value_that_does_not_fit(change: dict[str, Any], named: str) -> None:
     with pytest.raises(InvalidInput, match=named):
-        restore(Found, plain(FOUND) | change)
+        restore(Found, plain_values(FOUND) | change)
 
 
-def test_a_missing_value_is_named_and_an_unknown_one_left_out() -> None:
-    values = plain(FOUND)
+def test_restore_names_missing_and_skips_unknown_values() -> None:
+    values = plain_values(FOUND)
     assert restore(Found, values | {"of a later version": 1}).nodes == FOUND.nodes
     del values["sizes"]
     with pytest.raises(InvalidInput, match="sizes"):
         restore(Found, values)
 
 
-def test_figures_that_are_not_finite_are_null_in_json() -> None:
+def test_json_document_has_null_for_numbers_not_finite() -> None:
     # A mutated model had one, and `harden` ended in a traceback.
     assert json.loads(json_document({"a": [np.inf, -np.inf, np.nan], "b": 1e-5})) == {"a": [None] * 3, "b": 1e-5}

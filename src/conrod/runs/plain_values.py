@@ -1,6 +1,6 @@
-"""Results as plain values, which JSON and a ledger can hold, and back.
+"""Conversion of results to plain values, which JSON and a ledger can hold, and back.
 
-A class that is to be another value than its fields has `as_saved`, which returns that.
+A class whose saved value is not its fields has a method `as_saved` that returns it.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from conrod.errors import InvalidInput
 Value = TypeVar("Value")
 
 
-def plain(value: Any, digits: int | None = None) -> Any:
-    """Plain values of a dataclass, or of anything that is made of dataclasses, mappings, sequences and arrays.
+def plain_values(value: Any, digits: int | None = None) -> Any:
+    """Convert a dataclass, or any nesting of dataclasses, mappings, sequences and arrays, to plain values.
 
     A dataclass becomes a dictionary of its fields, in their order, and an array nested lists.
 
     Args:
-        digits: significant, of arrays, which are there to be drawn; a number that is not finite is then a text, as JSON
-            has none. Without, numbers keep all digits.
+        digits: significant digits of arrays, which are there to be drawn; a number that is not finite is then a text,
+            as JSON has none. By default numbers keep all digits.
 
     Raises:
         TypeError: a value of another kind.
@@ -43,52 +43,53 @@ def plain(value: Any, digits: int | None = None) -> Any:
         case Enum():
             found = value.value
         case np.generic():
-            found = plain(value.item(), digits)
+            found = plain_values(value.item(), digits)
         case np.ndarray():
-            found = value.tolist() if digits is None else _rounded(value.tolist(), digits)
+            found = value.tolist() if digits is None else _round_digits(value.tolist(), digits)
         case Mapping():
-            found = {str(key): plain(part, digits) for key, part in value.items()}
+            found = {str(key): plain_values(part, digits) for key, part in value.items()}
         case Sequence() | Set():
-            found = [plain(part, digits) for part in value]
+            found = [plain_values(part, digits) for part in value]
         case _ if hasattr(value, "as_saved"):
             found = value.as_saved()
         case _ if is_dataclass(value):
-            found = {field.name: plain(getattr(value, field.name), digits) for field in fields(value)}
+            found = {field.name: plain_values(getattr(value, field.name), digits) for field in fields(value)}
         case _:
             raise TypeError(f"a value of type {type(value).__name__} is not plain")
     return found
 
 
 def restore(kind: type[Value], values: Any, others: Mapping[Any, Callable[[Any], Any]] = MappingProxyType({})) -> Value:
-    """The inverse of `plain`.
+    """Convert plain values back to a type; the inverse of `plain_values`.
 
     Args:
         kind: a dataclass whose fields' types can be looked up where it is defined, or a type such as `tuple[Run, ...]`.
-        values: as `plain` or `json.loads` gives them; keys that the type does not have are left out.
-        others: what makes a value of a class that has `as_saved`; where there are any, a text may be a number that is
-            not finite.
+        values: as `plain_values` or `json.loads` gives them; keys that the type does not have are left out.
+        others: constructors by class, for classes with `as_saved`; if given, a text may be a number that is not finite.
 
     Raises:
-        InvalidInput: they do not fit the type; names the one that does not.
+        InvalidInput: the values do not fit the type; names the one that does not.
     """
     try:
-        return msgspec.convert(values, kind, dec_hook=partial(_decoded, others), strict=not others)
+        return msgspec.convert(values, kind, dec_hook=partial(_decode, others), strict=not others)
     except (msgspec.ValidationError, KeyError, TypeError) as error:
         raise InvalidInput(f"saved values do not fit {getattr(kind, '__name__', kind)}: {error}") from None
 
 
 def json_document(values: Any) -> str:
-    """Plain values as the text of a JSON file; null for a number that is not finite, which JSON does not have."""
+    """Text of a JSON file from plain values; null for numbers that are not finite, which JSON lacks."""
     return json.dumps(msgspec.json.decode(msgspec.json.encode(values)), indent=1) + "\n"
 
 
-def _rounded(values: Any, digits: int) -> Any:
+def _round_digits(values: Any, digits: int) -> Any:
+    """Round the numbers of nested lists to significant digits."""
     if isinstance(values, list):
-        return [_rounded(part, digits) for part in values]
-    return plain(float(f"{values:.{digits - 1}e}") if isinstance(values, float) else values, digits)
+        return [_round_digits(part, digits) for part in values]
+    return plain_values(float(f"{values:.{digits - 1}e}") if isinstance(values, float) else values, digits)
 
 
-def _decoded(others: Mapping[Any, Callable[[Any], Any]], kind: Any, value: Any) -> Any:
+def _decode(others: Mapping[Any, Callable[[Any], Any]], kind: Any, value: Any) -> Any:
+    """Decode arrays, and classes with `as_saved`, for msgspec."""
     if (get_origin(kind) or kind) is np.ndarray:
         return np.asarray(value, dtype=float)
     if kind in others:
