@@ -42,7 +42,7 @@ def check_loops(
 
     Args:
         model: paths of MJCF or binary files, a model in memory, or names of machines in space.
-        drives: law of each driven joint, such as {"hip": "60rpm"} or {"boom": "sine:20deg,1Hz"}.
+        drives: law of each driven joint, such as `{"hip": "60rpm"}` or `{"boom": "sine:20deg,1Hz"}`.
         points: sites or bodies that are judged; all that the drives move where none is given.
         keyframe: to assemble the model from; None for its reference pose.
         controls: inputs of actuators where the model runs as its file has it.
