@@ -56,7 +56,7 @@ def check_loops(
     """
     if seconds is not None:
         check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
-    laws = as_mapping("drives", drives, "{'hip': '60rpm'}")
+    laws = as_mapping("drives", drives, "{'hip': '60 rpm'}")
     if not laws and machine is not None and machine in MACHINES:
         laws = dict(MACHINES[machine]().drives)
     places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
