@@ -54,3 +54,11 @@ def test_one_name_is_taken_as_a_sequence_of_it() -> None:
         forces("shear-press", quantities="torqe")
     with pytest.raises(InvalidInput, match="'step': did you mean 'steps'"):
         limits("saw-500rpm", axes="step")
+
+
+def test_an_angle_of_0_is_another_request_than_one_to_be_found(tmp_path: Path) -> None:
+    asked: dict[str, Any] = {"baseline": tmp_path / "b.json", "accept": True, "revolutions": 1}
+    assert check(MODEL, "saw-500rpm", **ON_MODEL, **asked, rotation=0.0).baseline.written
+    asked["accept"] = False
+    with pytest.raises(InvalidInput, match=r"the baseline is of something else: rotation 0\.0, here null"):
+        check(MODEL, "saw-500rpm", **ON_MODEL, **asked)

@@ -58,7 +58,8 @@ class BaselineCheck:
             if accept:
                 raise InvalidInput("--accept: it is for a baseline, name its file with --baseline")
             return None
-        file, given = Path(file), {name: value for name, value in words.items() if value not in (None, (), "", False)}
+        file = Path(file)
+        given = {name: value for name, value in words.items() if not (value is None or value in ((), ""))}
         of = {"scene": list(scenes), **given}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
         digest = key_of(canonical_json(plain_values([of, [[one.kind, one.identity()] for one in scenes.values()]])))
