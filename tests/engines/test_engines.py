@@ -19,7 +19,7 @@ from kinematic_mode import kinematic_errors
 
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, ExactCourse, rk4_local_errors
+from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, DrivenCourse, rk4_local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.run import run_in_one_piece
@@ -208,7 +208,7 @@ def test_local_errors_of_rk4_have_order_four() -> None:
     tree, constant = build(scene, settings).tree, abs(scene.speed) * settings.solref[0]
     step = 2.0 * math.pi / 250
     sizes = [
-        np.abs(rk4_local_errors(tree, ExactCourse.sample_course(scene, 0.0, h, constant), constant, h)[0]).max()
+        np.abs(rk4_local_errors(tree, DrivenCourse.sample_course(scene, 0.0, h, constant), constant, h)[0]).max()
         for h in (step, step / 2.0)
     ]
     assert sizes[0] / sizes[1] == pytest.approx(16.0, rel=0.05)
