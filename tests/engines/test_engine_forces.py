@@ -15,7 +15,7 @@ from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import GenericReference
-from conrod.exact.dynamics.inverse import CrankMotion, JointForces, joint_forces
+from conrod.exact.dynamics.inverse import CrankStates, JointForces, joint_forces
 from conrod.mechanism.loads import (
     Displacement,
     Distance,
@@ -62,7 +62,7 @@ def told(engine: str, model: Any, steps: int, turns: float = 1.0, **settings: An
 
 def exact(model: Any, tracks: ForceTracks) -> JointForces:
     at = tracks.instants
-    return joint_forces(model.kinematics, CrankMotion(at.angle, at.rate, at.acceleration, at.times))
+    return joint_forces(model.kinematics, CrankStates(at.angle, at.rate, at.acceleration, at.times))
 
 
 def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
