@@ -208,7 +208,7 @@ class ModelFile(Protocol):
 
 @runtime_checkable
 class KnownReleases(Protocol):
-    """Lists the engine's releases, and the settings by name that show differences between them."""
+    """Lists the engine's releases, and settings with which runs are compared between releases."""
 
     @property
     def releases(self) -> Releases:

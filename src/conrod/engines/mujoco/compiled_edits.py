@@ -41,7 +41,7 @@ def harden(model: mujoco.MjModel, factor: float = HARDENING_FACTOR) -> None:
 
 
 def set_armature(model: mujoco.MjModel, dofs: Iterable[int], armature: float) -> None:
-    """Set the armature of degrees of freedom [kg m^2, kg], and what MuJoCo makes of it, in place.
+    """Set the armature of degrees of freedom [kg m^2, kg], and the fields that MuJoCo derives from it, in place.
 
     MuJoCo derives from `dof_armature` (mj_setConst):
 
