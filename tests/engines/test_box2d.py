@@ -65,7 +65,7 @@ class TestConformance(EngineConformance):
 
 
 @pytest.mark.parametrize("name", TURNS)
-def test_tuned_is_off_by_rounding_whatever_the_step(name: str) -> None:
+def test_tuned_error_is_rounding_at_any_step(name: str) -> None:
     scene = TURNS[name]
     floor = [SINGLE_EPSILON * size for size in largest_derivatives(scene.kinematics, 1)]
     for steps in (50, 400):
@@ -74,7 +74,7 @@ def test_tuned_is_off_by_rounding_whatever_the_step(name: str) -> None:
         assert velocity < 10.0 * floor[1]
 
 
-def test_accelerations_are_differences_of_order_two_until_rounding_grows_with_the_steps() -> None:
+def test_accelerations_have_order_two_until_rounding_dominates() -> None:
     coarse, middle, fine, finest = (worst(SAW, "tuned", n)[2] for n in (50, 100, 400, 3200))
     assert np.log2(coarse / middle) == pytest.approx(2.0, abs=0.1)
     assert finest > 3.0 * fine
@@ -86,7 +86,7 @@ def test_stock_is_of_order_two_in_positions() -> None:
     assert orders == pytest.approx([2.0, 1.0, 0.0], abs=0.1)
 
 
-def test_after_many_turns_the_crank_has_all_its_digits() -> None:
+def test_crank_angle_keeps_its_digits_after_many_revolutions() -> None:
     """Its angle is written without whole turns; a single-precision number of 200 turns has steps of 1e-4 rad."""
     scene, settings = SAW, BOX2D_PRESETS["stock"](SAW, 20)
     instants = ran(scene, settings, 200.0).trajectory.bodies.position.instants  # type: ignore[union-attr]
@@ -94,7 +94,7 @@ def test_after_many_turns_the_crank_has_all_its_digits() -> None:
 
 
 @pytest.mark.parametrize("name", ["crank-shaper", "inverted-slider-crank", "six-bar"])
-def test_as_many_iterations_as_the_eigenvalue_asks_for_close_any_linkage(name: str) -> None:
+def test_iterations_needed_close_any_linkage(name: str) -> None:
     """Bound by the gaps' amplification; a tenth of the iterations leaves ten times as much, and more."""
     scene = scene_named(name)
     settings = BOX2D_PRESETS["tuned"](scene, 100)
@@ -104,14 +104,14 @@ def test_as_many_iterations_as_the_eigenvalue_asks_for_close_any_linkage(name: s
     assert worst(scene, "tuned", 100, position_iterations=few, velocity_iterations=few)[0] > 2.0 * position
 
 
-def test_a_rod_a_hundred_thousandth_too_long_is_seen(box2d: Any) -> None:
+def test_a_rod_too_long_by_a_hundred_thousandth_is_detected(box2d: Any) -> None:
     """The model is right: `tuned` is off by rounding, and a planted length is not."""
     wrong = replace(SAW, rod=SAW.rod * (1.0 + 1e-5))
     off = compare(run_in_one_piece(box2d, wrong, BOX2D_PRESETS["tuned"](wrong, 100), 1.0), SAW).worst("position")
     assert off > 10.0 * worst(SAW, "tuned", 100)[0]
 
 
-def test_a_cam_lifts_its_follower_by_contact_as_pymunks_does() -> None:
+def test_a_cam_lifts_its_follower_as_in_pymunk() -> None:
     steps = 1000
     mine = worst(CAM, "tuned", steps, cam_vertices=100)
     pymunk = engine_named("pymunk")
@@ -123,12 +123,12 @@ def test_a_cam_lifts_its_follower_by_contact_as_pymunks_does() -> None:
 # -- what it does silently ---------------------------------------------------------------------------------------------
 
 
-def test_without_the_joint_that_cannot_be_closed_iterations_stop_at_five_millimetres() -> None:
+def test_iterations_stop_at_5_mm_without_unclosable_joints() -> None:
     closed, slack = (worst(SAW, "tuned", 100, length_scale=1.0, all_iterations=every)[0] for every in (True, False))
     assert slack > 1e3 * closed
 
 
-def test_a_body_that_would_move_more_than_two_units_in_a_step_is_slowed_down() -> None:
+def test_a_body_moves_at_most_two_units_per_step() -> None:
     settings = BOX2D_PRESETS["tuned"](SAW, 100)
     fast = worst(SAW, "tuned", 100, length_scale=64.0 * settings.length_scale)
     assert worst(SAW, "tuned", 100)[1] < 1e-5
@@ -147,7 +147,7 @@ def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
 # -- what it cannot do -------------------------------------------------------------------------------------------------
 
 
-def test_a_check_of_box2ds_own_that_fails_is_an_outcome(box2d: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_assertion_of_box2d_is_an_outcome(box2d: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     stepping = importlib.import_module("conrod.engines.box2d.engine")
     advance = stepping.Box2DStepper.__call__
 

@@ -135,7 +135,7 @@ MISTAKES: dict[str, tuple[Any, ...]] = {
 
 
 @pytest.mark.parametrize("claim", [name for name in vars(EngineConformance) if name.startswith("test_")])
-def test_a_mistake_breaks_the_claim_on_it(claim: str) -> None:
+def test_conformance_fails_when_an_engine_breaks_a_claim(claim: str) -> None:
     for engine in MISTAKES[claim]:
         suite = type("Suite", (PlantedSuite,), {"engine": engine})()
         with pytest.raises((AssertionError, FloatingPointError)):
@@ -166,7 +166,7 @@ class TestShake(EngineConformance):
         ("return x + out *", "return x + 1.001 * out *", ("position", "velocity", "acceleration")),
     ],
 )
-def test_its_law_bounds_its_errors_and_a_mistake_breaks_it(what: str, wrong: str, seen: tuple[str, ...]) -> None:
+def test_error_law_bounds_errors_and_fails_on_a_mistake(what: str, wrong: str, seen: tuple[str, ...]) -> None:
     assert what in CODE
     engine = engine_of(CODE.replace(what, wrong, 1))
     settings = engine.presets["tuned"](FAST_SAW, 200)

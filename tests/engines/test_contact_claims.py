@@ -27,7 +27,7 @@ OF_LAWS = "cam-3-4-5"
 
 @pytest.mark.parametrize("cam", [OF_LAWS, "cam-follower"], ids=["of laws", "of arcs"])
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_the_polygons_error_is_the_one_that_its_shape_has(engine: str, cam: str) -> None:
+def test_polygon_error_bounds_the_static_lift_error(engine: str, cam: str) -> None:
     """Held still, the follower is off by the polygon alone: by no more than is said, and by a good part of it."""
     scene, made = scene_named(cam), engine_named(engine)
     angles = scene.kinematics.angles(90)
@@ -37,7 +37,7 @@ def test_the_polygons_error_is_the_one_that_its_shape_has(engine: str, cam: str)
     assert 0.3 * solved.shape_error < off <= solved.shape_error
 
 
-def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
+def test_velocity_of_a_cam_follower_belongs_to_its_sample() -> None:
     """Half a step early or late it would be off by half a step of its acceleration."""
     scene, made = scene_named(OF_LAWS), engine_named("pymunk")
     run = run_in_one_piece(made, scene, made.presets["tuned"](scene, 4000), 1.0)
@@ -52,7 +52,7 @@ def test_a_pushed_followers_velocity_belongs_to_its_sample() -> None:
     assert abs(lag) < 0.15
 
 
-def test_a_follower_that_does_not_touch_yet_falls_in_the_first_step_and_the_law_says_so() -> None:
+def test_error_law_includes_the_fall_of_a_start_without_contact() -> None:
     """The least error of a start without contact is the fall: it is the law's position, and more than any sinking."""
     scene, steps, _ = variant(scene_named(OF_LAWS), 1)
     made = engine_named("mujoco")
@@ -76,7 +76,7 @@ def text_of(scene: Any, steps: int = 1000, **changes: Any) -> str:
     return mjcf_text(machine_tree(scene), settings, "model")
 
 
-def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> None:
+def test_a_cached_mesh_gives_the_same_model_bit_for_bit() -> None:
     cam = {"cam_vertices": 400}
     for steps in (1000, 2000):  # the second time the hull is at hand, for another step
         text = text_of(CAM, steps, **cam)
@@ -90,6 +90,6 @@ def test_a_mesh_that_was_met_before_makes_the_same_model_to_the_last_bit() -> No
     assert differing(compile_mjcf(off), plain) != ""
 
 
-def test_cams_of_one_name_are_not_taken_for_each_other() -> None:
+def test_two_cams_of_one_name_are_not_confused() -> None:
     made = [compile_mjcf(text_of(CAMS[name], cam_vertices=400)) for name in ("cam-36-118", "cam-66-88", "cam-36-118")]
     assert made[0].mesh_vert.tobytes() == made[2].mesh_vert.tobytes() != made[1].mesh_vert.tobytes()

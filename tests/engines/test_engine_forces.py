@@ -15,7 +15,7 @@ from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import GenericReference
-from conrod.exact.dynamics.inverse import CrankMotion, JointForces, joint_forces
+from conrod.exact.dynamics.inverse import CrankStates, JointForces, joint_forces
 from conrod.mechanism.loads import (
     Displacement,
     Distance,
@@ -62,7 +62,7 @@ def told(engine: str, model: Any, steps: int, turns: float = 1.0, **settings: An
 
 def exact(model: Any, tracks: ForceTracks) -> JointForces:
     at = tracks.instants
-    return joint_forces(model.kinematics, CrankMotion(at.angle, at.rate, at.acceleration, at.times))
+    return joint_forces(model.kinematics, CrankStates(at.angle, at.rate, at.acceleration, at.times))
 
 
 def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
@@ -86,7 +86,7 @@ def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
 # -- MuJoCo ------------------------------------------------------------------------------------------------------------
 
 
-def test_the_flywheel_of_a_run_costs_the_slow_saw_its_digits(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_forces_lose_digits_with_the_flywheel_of_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """Why forces have settings of their own: the solver stops at corrections shorter than 1e-15."""
     saw = machine("saw-40rpm")
     monkeypatch.setattr("conrod.engines.mujoco.forces.FORCE_ARMATURE_FACTOR", 1.0)
@@ -97,7 +97,7 @@ def test_the_flywheel_of_a_run_costs_the_slow_saw_its_digits(monkeypatch: pytest
     assert errors(told("mujoco", saw, 1000), saw)[0] > 1e-4
 
 
-def test_the_flywheel_knows_the_work_of_loads() -> None:
+def test_flywheel_inertia_includes_the_work_of_loads() -> None:
     """A torque of 50 kN m on the press: it gives as much in a turn as it takes from the drive."""
     press = machine("shear-press", loads=(Load("cut", Turn("ground", "crank"), Steady(5e4)),))
     tracks = told("mujoco", press, 250)
@@ -106,7 +106,7 @@ def test_the_flywheel_knows_the_work_of_loads() -> None:
 
 
 @pytest.mark.parametrize("load", [LOADS[:1], LOADS[-1:], LOADS], ids=["spring", "knock", "all"])
-def test_loads_are_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
+def test_loads_appear_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
     saw = machine("saw-500rpm", loads=load)
     tracks = told("mujoco", saw, 500)
     assert max(errors(tracks, saw)) < 1e-6
@@ -117,7 +117,7 @@ def test_loads_are_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
 # -- pymunk ------------------------------------------------------------------------------------------------------------
 
 
-def test_loads_are_carried_at_their_instants_by_a_crank_whose_middle_is_off_its_shaft_too() -> None:
+def test_loads_are_exact_for_a_crank_with_its_centre_off_shaft() -> None:
     mechanism = scene_named("saw-500rpm").mechanism()
     crank = replace(mechanism.body("crank"), centre_of_gravity=(0.03, -0.02))
     bodies = (crank, *(body for body in mechanism.bodies if body.name != "crank"))
@@ -128,7 +128,7 @@ def test_loads_are_carried_at_their_instants_by_a_crank_whose_middle_is_off_its_
     assert errors(told("pymunk", without, 250), loaded)[0] > 0.1
 
 
-def test_values_given_to_another_instant_are_of_order_one() -> None:
+def test_forces_stamped_with_another_instant_have_order_one() -> None:
     found, saw = [], machine("saw-40rpm")
     for steps in (250, 500):
         tracks = told("pymunk", saw, steps)
@@ -137,7 +137,7 @@ def test_values_given_to_another_instant_are_of_order_one() -> None:
     assert np.log2(found[0] / found[1]) == pytest.approx(1.0, abs=0.1)
 
 
-def test_a_joints_components_have_the_size_of_the_impulse_that_the_engine_tells() -> None:
+def test_joint_components_agree_with_the_engines_impulse() -> None:
     model: Any = machine("six-bar")
     settings = engine_named("pymunk").presets["tuned"](model, 400)
     tracks = told("pymunk", model, 400, 0.1)
@@ -170,11 +170,11 @@ def contact_scatter(engine: str, steps: int, turns: float) -> float:
 
 
 @pytest.mark.parametrize(("engine", "steps", "turns"), [("mujoco", 6283, 0.25), ("pymunk", 7854, 1.0)])
-def test_the_cams_push_is_within_two_percent_between_its_arc_joints(engine: str, steps: int, turns: float) -> None:
+def test_contact_force_is_within_two_percent_between_arc_joints(engine: str, steps: int, turns: float) -> None:
     assert contact_scatter(engine, steps, turns) < (0.02 if engine == "mujoco" else 0.01)
 
 
-def test_the_contact_force_of_single_steps_scatters_and_no_smaller_step_helps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contact_force_of_single_steps_scatters_at_any_step(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(own, "SAMPLES_PER_MEAN", 1)
     found = [contact_scatter("pymunk", steps, 1.0) for steps in (3927, 15708)]
     assert found == pytest.approx([0.055, 0.055], abs=0.01)
@@ -188,7 +188,7 @@ def test_the_contact_force_of_single_steps_scatters_and_no_smaller_step_helps(mo
         ("pymunk", "saw-40rpm", {"iterations": 1, "error_bias": 1.0}, "the run ended as"),
     ],
 )
-def test_what_is_not_told_has_its_reason(engine: str, name: str, change: dict[str, Any], reason: str) -> None:
+def test_unreported_forces_have_a_reason(engine: str, name: str, change: dict[str, Any], reason: str) -> None:
     model = machine(name)
     tracks = told(engine, model, 60, **change)
     assert tracks.drive_torque is None

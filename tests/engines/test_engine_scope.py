@@ -44,13 +44,13 @@ def offset_slide(turned: bool = False) -> GenericReference:
 
 @pytest.mark.parametrize("turned", [False, True], ids=["guide on the lever", "guide on the block"])
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_a_slide_beside_the_centres_of_gravity_is_proved_in_kinematic_mode(engine: str, turned: bool) -> None:
+def test_kinematic_mode_proves_a_slide_off_centres_of_gravity(engine: str, turned: bool) -> None:
     position, velocity = kinematic_errors(engine, offset_slide(turned), ANGLES)
     assert position < 1e-12
     assert velocity < 1e-9
 
 
-def test_a_groove_where_the_file_has_it_would_leak_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_groove_off_the_centres_of_gravity_leaks_speed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(space, "_move_line_to_centres", lambda joint, anchor, point: (anchor, point))
     position, velocity = kinematic_errors("pymunk", offset_slide(), ANGLES)
     assert position < 1e-12
@@ -65,18 +65,18 @@ SLIDERS = catalogue_scene("two-slider-linkage").with_parameters(**{"driver.to": 
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_an_angle_far_from_the_start_is_solved_on_the_branch_of_the_start(engine: str) -> None:
+def test_kinematic_mode_keeps_the_branch_at_distant_angles(engine: str) -> None:
     position, velocity = kinematic_errors(engine, SLIDERS, FAR)
     assert position < 1e-12
     assert velocity < 1e-9
 
 
-def test_newton_iteration_from_the_start_alone_finds_another_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_newton_from_the_start_alone_finds_another_branch(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(approach, "MAX_ANGLE_STEP", 10.0)
     assert kinematic_errors("mujoco", SLIDERS, FAR)[0] > 0.1
 
 
-def test_rates_of_badly_conditioned_joints_are_solved_until_they_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rates_are_solved_again_for_badly_conditioned_joints(monkeypatch: pytest.MonkeyPatch) -> None:
     # Where rod BC stands nearly across the slide of C.
     angle = np.radians(np.linspace(25.0, 45.0, 5))
     assert kinematic_errors("pymunk", SLIDERS, angle)[1] < 1e-11

@@ -19,7 +19,7 @@ from kinematic_mode import kinematic_errors
 
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.engines import ENGINES, engine_named
-from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, ExactCourse, rk4_local_errors
+from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, DrivenCourse, rk4_local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.run import run_in_one_piece
@@ -62,7 +62,7 @@ ANGLES = np.linspace(0.0, TURN, 72, endpoint=False)
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", LINKAGES)
-def test_the_engines_own_joints_give_the_exact_pose(name: str, engine: str) -> None:
+def test_kinematic_mode_gives_the_exact_pose(name: str, engine: str) -> None:
     scene = LINKAGES[name]
     position, velocity = kinematic_errors(engine, scene, ANGLES)
     assert position <= KINEMATIC[engine]
@@ -73,7 +73,7 @@ def test_the_engines_own_joints_give_the_exact_pose(name: str, engine: str) -> N
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
-def test_kinematic_mode_catches_a_rod_a_ten_thousandth_too_long(scene: Any, engine: str) -> None:
+def test_kinematic_mode_detects_a_rod_too_long_by_1e_4(scene: Any, engine: str) -> None:
     position, velocity = kinematic_errors(engine, scene, ANGLES, replace(scene, rod=1.0001 * scene.rod))
     assert position > 1e6 * KINEMATIC[engine]
     assert velocity > 1e-6
@@ -87,7 +87,7 @@ BARS = {"position": 1.5e-9, "velocity": 1e-8, "acceleration": 2e-8}  # at 500 st
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
 @pytest.mark.parametrize("name", LINKAGES)
-def test_hardened_mujoco_is_of_order_four_and_reaches_its_bars(name: str, quantity: str) -> None:
+def test_hardened_mujoco_has_order_four_and_keeps_its_limits(name: str, quantity: str) -> None:
     scene = LINKAGES[name]
     assert measured(scene, "mujoco", "hardened", 500).worst(quantity) <= BARS[quantity]
     assert fitted_order(scene, "mujoco", "hardened", HARDENED_PATH, quantity) == pytest.approx(4.0, abs=0.15)
@@ -167,9 +167,7 @@ LAWFUL = {**LINKAGES, **OTHERS}
     [("mujoco", "tuned", 500, 0.93), ("mujoco", "hardened", 500, 0.93), ("pymunk", "tuned", 1000, 0.9)],
 )
 @pytest.mark.parametrize("name", LAWFUL)
-def test_runs_lie_within_what_the_engines_law_allows_and_use_it(
-    name: str, engine: str, preset: str, steps: int, least: float
-) -> None:
+def test_error_law_bounds_linkage_runs_closely(name: str, engine: str, preset: str, steps: int, least: float) -> None:
     scene = LAWFUL[name]
     found, law = measured(scene, engine, preset, steps), expected(scene, engine, preset, steps)
     shares = {quantity: found.worst(quantity) / getattr(law, quantity) for quantity in QUANTITIES}
@@ -178,7 +176,7 @@ def test_runs_lie_within_what_the_engines_law_allows_and_use_it(
     assert law.law
 
 
-def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
+def test_error_laws_fail_on_a_wrong_model() -> None:
     # Negative control: a rod 0.01% too long in the engine is outside of every bound, of hardened MuJoCo's by far.
     scene: Any = SAW
     wrong = replace(scene, rod=1.0001 * scene.rod)
@@ -191,7 +189,7 @@ def test_the_laws_do_not_hold_for_a_wrong_model() -> None:
 @pytest.mark.parametrize("start_angle", [0.0, 2.0])
 @pytest.mark.parametrize("preset", ["tuned", "hardened"])
 @pytest.mark.parametrize("name", ["saw-500rpm", "shear-press"])
-def test_the_law_is_the_error_from_whatever_start(name: str, preset: str, start_angle: float) -> None:
+def test_error_law_predicts_the_error_from_any_start(name: str, preset: str, start_angle: float) -> None:
     scene, engine = EVERY_SCENE[name], engine_named("mujoco")
     settings = engine.presets[preset](scene, 250)
     law = engine.expected_error(scene, settings, start_angle)
@@ -204,13 +202,13 @@ def test_the_law_is_the_error_from_whatever_start(name: str, preset: str, start_
         assert other.acceleration / law.acceleration != pytest.approx(1.0, rel=0.1)
 
 
-def test_local_errors_are_those_of_order_four() -> None:
+def test_local_errors_of_rk4_have_order_four() -> None:
     scene: Any = EVERY_SCENE["saw-500rpm"]
     settings = MuJoCoSettings.hardened(scene, 250)
     tree, constant = build(scene, settings).tree, abs(scene.speed) * settings.solref[0]
     step = 2.0 * math.pi / 250
     sizes = [
-        np.abs(rk4_local_errors(tree, ExactCourse.sample_course(scene, 0.0, h, constant), constant, h)[0]).max()
+        np.abs(rk4_local_errors(tree, DrivenCourse.sample_course(scene, 0.0, h, constant), constant, h)[0]).max()
         for h in (step, step / 2.0)
     ]
     assert sizes[0] / sizes[1] == pytest.approx(16.0, rel=0.05)
@@ -223,13 +221,13 @@ CONTACT_PATH = (3927, 7854, 15708)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
-def test_contact_is_of_order_two(engine: str) -> None:
+def test_contact_has_order_two(engine: str) -> None:
     assert fitted_order(CAM, engine, "tuned", CONTACT_PATH, "position") == pytest.approx(2.0, abs=0.1)
 
 
 @pytest.mark.parametrize("steps", CONTACT_PATH)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_contact_lies_within_what_the_engines_law_allows(engine: str, steps: int) -> None:
+def test_error_law_bounds_contact_runs(engine: str, steps: int) -> None:
     found, law = measured(CAM, engine, "tuned", steps), expected(CAM, engine, "tuned", steps)
     assert found.worst("position") <= law.position
     assert found.worst("velocity", "rms") <= law.velocity_rms
@@ -239,7 +237,7 @@ def test_contact_lies_within_what_the_engines_law_allows(engine: str, steps: int
 
 
 @pytest.mark.parametrize(("factor", "tight"), [(1.0, 2.5), (4.7, 6.0)])
-def test_the_nearer_a_follower_is_to_floating_the_more_steps_it_falls(factor: float, tight: float) -> None:
+def test_a_follower_near_floating_falls_in_more_steps(factor: float, tight: float) -> None:
     """At 4.7 times its speed 0.88 of the fall is used up."""
     cam = catalogue_scene("cam-4-5-6-7")
     faster = cam.with_parameters(speed=factor * cam.speed)
@@ -249,7 +247,7 @@ def test_the_nearer_a_follower_is_to_floating_the_more_steps_it_falls(factor: fl
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
-def test_contact_reaches_its_bar_at_full_steps(engine: str) -> None:
+def test_contact_keeps_its_limit_at_default_steps(engine: str) -> None:
     assert measured(CAM, engine, "tuned", 62832).worst("position") <= 1e-5
 
 
@@ -259,7 +257,7 @@ MJCF = Path(__file__).parents[2] / "mjcf"
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_committed_mjcf_file_is_what_the_translator_writes(name: str) -> None:
+def test_committed_mjcf_is_what_the_translator_writes(name: str) -> None:
     assert {path.stem for path in MJCF.glob("*.xml")} == set(SCENES)
     assert (MJCF / f"{name}.xml").read_text(encoding="utf-8") == standalone_mjcf(name, SCENES[name])
 
@@ -298,7 +296,7 @@ def standalone_positions(model: Any, scene: Scene, revolutions: float) -> tuple[
     return angles, positions
 
 
-def test_a_standalone_model_follows_the_exact_motion_for_a_turn(standalone: tuple[Scene, Any]) -> None:
+def test_a_standalone_model_follows_the_exact_motion(standalone: tuple[Scene, Any]) -> None:
     scene, model = standalone
     angles, positions = standalone_positions(model, scene, 1.0)
     # A whole turn but for the last step.
@@ -321,7 +319,7 @@ def test_a_standalone_model_follows_the_exact_motion_for_a_turn(standalone: tupl
     ("scene", "preset", "steps", "least", "most"),
     [(SAW, "hardened", 200, 0.99, 1.01), (PRESS, "hardened", 200, 0.99, 1.01), (PRESS, "stock", 400, 0.0, 0.7)],
 )
-def test_hardened_mujoco_depends_on_neither_and_stock_on_both(
+def test_stock_depends_on_gravity_and_masses_hardened_does_not(
     scene: Any, preset: str, steps: int, least: float, most: float
 ) -> None:
     settings = engine_named("mujoco").presets[preset](scene, steps)

@@ -79,7 +79,7 @@ class TestConformance(EngineConformance):
 
 
 @pytest.mark.usefixtures("exudyn")
-def test_every_sample_belongs_to_its_instant() -> None:
+def test_all_quantities_of_a_sample_belong_to_its_instant() -> None:
     scene = TURNS["saw-500rpm"]
     assert orders(scene, "tuned") == pytest.approx([2.0, 2.0, 2.0], abs=0.1)
     # Stamped half a step late, either way, all three are off by their own rates.
@@ -89,7 +89,7 @@ def test_every_sample_belongs_to_its_instant() -> None:
 
 @pytest.mark.usefixtures("exudyn")
 @pytest.mark.parametrize("name", ["shear-press", "saw-500rpm"])
-def test_stock_has_exact_positions_and_accelerations_that_start_at_order_one(name: str) -> None:
+def test_stock_positions_are_exact_and_accelerations_order_one(name: str) -> None:
     scene = TURNS[name]
     assert max(errors_in_time(scene, "stock", n)[0].max() for n in STEPS) < 1e-12
     assert orders(scene, "stock")[1:] == pytest.approx([2.0, 1.0], abs=0.1)
@@ -100,7 +100,7 @@ def test_stock_has_exact_positions_and_accelerations_that_start_at_order_one(nam
 
 
 @pytest.mark.usefixtures("exudyn")
-def test_constraints_on_positions_stay_closed_and_those_on_velocities_drift() -> None:
+def test_velocity_constraints_drift_and_position_ones_do_not() -> None:
     scene, turns = scene_named("crank-shaper"), (2, 4, 8)
 
     def ends(preset: str) -> Array:
@@ -114,7 +114,7 @@ def test_constraints_on_positions_stay_closed_and_those_on_velocities_drift() ->
 
 
 @pytest.mark.parametrize("preset", EXUDYN_PRESETS)
-def test_a_run_is_the_same_each_time_and_in_any_pieces(preset: str, exudyn: Any) -> None:
+def test_a_run_is_the_same_every_time_and_in_any_pieces(preset: str, exudyn: Any) -> None:
     scene = TURNS["saw-500rpm"]
     settings = EXUDYN_PRESETS[preset](scene, 100)
     whole = ran(scene, settings, 11.0)
@@ -133,7 +133,7 @@ ANGLES = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 @pytest.mark.parametrize("name", [*LINKAGES, "saw-reversed", "crank-shaper", "inverted-slider-crank", "whitworth"])
 @pytest.mark.usefixtures("exudyn")
-def test_its_joints_give_the_exact_pose_and_rates(name: str) -> None:
+def test_kinematic_mode_gives_exact_poses_and_rates(name: str) -> None:
     scene: Any = EVERY_SCENE.get(name) or scene_named(name)
     position, velocity = kinematic_errors("exudyn", scene, ANGLES)
     assert position <= 1e-12
@@ -142,7 +142,7 @@ def test_its_joints_give_the_exact_pose_and_rates(name: str) -> None:
 
 @pytest.mark.parametrize("scene", [PRESS, SAW], ids=["press", "saw"])
 @pytest.mark.usefixtures("exudyn")
-def test_a_rod_a_millionth_too_long_is_seen(scene: Any) -> None:
+def test_a_rod_too_long_by_a_millionth_is_detected(scene: Any) -> None:
     wrong = replace(scene, rod=scene.rod * (1.0 + 1e-6))
     position, velocity = kinematic_errors("exudyn", scene, ANGLES, wrong)
     assert position > 1e-7
@@ -157,7 +157,7 @@ def test_a_rod_a_millionth_too_long_is_seen(scene: Any) -> None:
 
 
 @pytest.mark.parametrize("preset", EXUDYN_PRESETS)
-def test_a_solver_that_gives_up_is_an_outcome_and_prints_nothing(
+def test_a_solver_failure_is_an_outcome_and_prints_nothing(
     preset: str, exudyn: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
     scene = TURNS["saw-500rpm"]
@@ -173,7 +173,7 @@ def test_a_solver_that_gives_up_is_an_outcome_and_prints_nothing(
 # -- timing ------------------------------------------------------------------------------------------------------------
 
 
-def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
+def test_stepper_for_timings_steps_the_recorded_machine(exudyn: Any) -> None:
     settings = EXUDYN_PRESETS["stock"](SAW, 125)
     stepper = exudyn.stepper(SAW, settings)
     for steps in (50, 75):
@@ -187,7 +187,7 @@ def test_what_is_timed_is_the_machine_that_is_recorded(exudyn: Any) -> None:
 # -- an extra ----------------------------------------------------------------------------------------------------------
 
 
-def test_where_it_is_not_installed_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_engine_not_installed_is_refused_with_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     engine_named.cache_clear()
     monkeypatch.setattr("conrod.engines.find_spec", lambda _: None)
     with pytest.raises(InvalidInput, match=r"^engine 'exudyn' is an extra .*: pip install 'conrod\[exudyn\]'$"):

@@ -55,7 +55,7 @@ def marked(names: Iterable[str]) -> list[Any]:
 
 
 @pytest.mark.parametrize("name", marked(CASES))
-def test_what_an_engine_does_ends_its_own_run_with_the_reason(name: str, answers: Any) -> None:
+def test_a_misbehaving_engine_ends_only_its_own_run(name: str, answers: Any) -> None:
     found = answers(name)[name, "sharp"]
     assert found["outcome"] in ("crashed", "diverged"), found
     assert CASES[name][1] in found["reason"]
@@ -65,7 +65,7 @@ def test_what_an_engine_does_ends_its_own_run_with_the_reason(name: str, answers
 
 
 @pytest.mark.parametrize("name", marked(HARMLESS))
-def test_what_an_engine_does_to_itself_changes_no_comparison(name: str, answers: Any) -> None:
+def test_a_plugin_cannot_change_the_comparison(name: str, answers: Any) -> None:
     found = answers(name)[name, "sharp"]
     assert found["outcome"] == "completed", found["reason"]
     planted = found["errors"]["C"]["position"]["max"]
@@ -73,7 +73,7 @@ def test_what_an_engine_does_to_itself_changes_no_comparison(name: str, answers:
 
 
 @pytest.mark.parametrize("name", marked(("nan", "aborts")))
-def test_results_of_other_engines_are_those_of_a_study_without_them(name: str, answers: Any, tmp_path: Path) -> None:
+def test_a_misbehaving_engine_changes_no_other_result(name: str, answers: Any, tmp_path: Path) -> None:
     alone = conrod(*COMMAND, "--engine", "mujoco", "--json", "r.json", cwd=tmp_path, ledger=tmp_path / "l.sqlite")
     assert alone.returncode == 0, alone.stderr
     for one in json.loads((tmp_path / "r.json").read_text())["parts"]["saw-40rpm"]["findings"]["results"]:
@@ -94,9 +94,7 @@ LOADED = {
 
 
 @pytest.mark.parametrize("code", LOADED, ids=lambda code: code.splitlines()[-1])
-def test_an_engine_that_goes_wrong_as_it_is_loaded_is_left_out(
-    code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_engine_that_fails_to_load_is_left_out(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "wrong.py").write_text(code)
     monkeypatch.syspath_prepend(str(planted_engine.installed_in(tmp_path, "wrong:ENGINE")))
     forget()
@@ -106,9 +104,7 @@ def test_an_engine_that_goes_wrong_as_it_is_loaded_is_left_out(
     assert "mujoco" in done.stdout
 
 
-def test_what_an_engine_does_as_it_is_loaded_is_not_done_to_conrod(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_loading_a_plugin_changes_nothing_in_conrods_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     code = "import numpy as np, os\nnp.sum = None\nos.chdir('/')\nfrom planted_engine import ENGINE\nprint('loaded')\n"
     (tmp_path / "patching.py").write_text(code)
     folder = planted_engine.installed_in(tmp_path, "patching:ENGINE")
@@ -121,7 +117,7 @@ def test_what_an_engine_does_as_it_is_loaded_is_not_done_to_conrod(
     assert ended["sharp"] == ("crashed", "it changed numpy.sum, which its errors are worked out with")
 
 
-def test_two_engines_of_one_name_are_neither_of_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_plugins_of_one_name_are_both_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for distribution in ("planted-engine", "other-engine"):
         folder = planted_engine.installed_in(tmp_path / distribution, distribution=distribution)
         monkeypatch.syspath_prepend(str(folder))

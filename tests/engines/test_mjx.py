@@ -54,7 +54,7 @@ class TestConformance(EngineConformance):
 
 
 @pytest.mark.slow
-def test_mujocos_defaults_open_a_loop_that_mujoco_holds() -> None:
+def test_mujocos_defaults_open_a_loop_in_mjx_but_not_in_mujoco() -> None:
     assert ran("mujoco", "stock", 250).outcome is Outcome.COMPLETED
     opened = ran("mjx", "stock", 250)
     assert opened.outcome is Outcome.OPENED
@@ -62,7 +62,7 @@ def test_mujocos_defaults_open_a_loop_that_mujoco_holds() -> None:
 
 
 @pytest.mark.slow
-def test_a_short_time_constant_makes_up_for_it_at_second_order_after_a_first_step_that_nothing_helps() -> None:
+def test_short_time_constants_give_order_two_after_one_step() -> None:
     assert error("tuned", 250) / error("tuned", 500) == pytest.approx(4.0, rel=0.02)
     assert error("tuned", 250, "velocity") / error("tuned", 500, "velocity") == pytest.approx(2.0, rel=0.05)
     assert error("tuned", 250, "acceleration") == pytest.approx(error("tuned", 500, "acceleration"), rel=0.01)
@@ -83,7 +83,7 @@ def largest_errors(scene: Any, steps: int, machine: Any = None) -> list[tuple[fl
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["saw-500rpm", "crank-shaper", "planetary-gear"])
-def test_its_law_holds_and_is_near(name: str) -> None:
+def test_error_law_bounds_mjx_runs_closely(name: str) -> None:
     scene = EVERY_SCENE.get(name) or scene_named(name)
     for steps in (100, 1000):
         assert all(error <= bound for error, bound in largest_errors(scene, steps))
@@ -107,7 +107,7 @@ def test_its_law_holds_and_is_near(name: str) -> None:
     ],
     ids=["cam", "loads", "integrator", "solver"],
 )
-def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: dict[str, Any], reason: str) -> None:
+def test_mjx_refuses_what_it_lacks_with_its_own_reason(scene: Any, fields: dict[str, Any], reason: str) -> None:
     engine, settings = engine_named("mjx"), MJX_PRESETS["tuned"](scene, 1000)
     assert engine.refusal(SAW, MJX_PRESETS["tuned"](SAW, 1000)) is None
     assert re.search(reason, str(engine.refusal(scene, with_fields(settings, **fields))))
@@ -117,7 +117,7 @@ def test_what_it_cannot_do_is_refused_with_its_own_reason(scene: Any, fields: di
 
 
 @pytest.mark.slow
-def test_each_machine_of_a_batch_is_that_machine_alone() -> None:
+def test_each_machine_of_a_batch_runs_as_if_alone() -> None:
     from benchmarks.batch import STEPS, Batch, judged, page, saws  # loads JAX, after which nothing may fork
 
     engine, machines = engine_named("mjx"), saws(3)

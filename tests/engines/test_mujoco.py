@@ -91,11 +91,11 @@ def change(machine: str, settings: MuJoCoSettings, quantity: str = "position") -
 
 
 @pytest.mark.parametrize(("machine", "name"), EVERY)
-def test_an_ingredient_really_changes_the_compiled_model(machine: str, name: str) -> None:
+def test_an_ingredient_changes_the_compiled_model(machine: str, name: str) -> None:
     assert changes_the_model(machine, name)
 
 
-def test_an_ingredient_that_does_nothing_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_ingredient_without_effect_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     edits = dict(dressing.MODEL_EDITS)
     monkeypatch.setattr(dressing, "MODEL_EDITS", edits | {"noslip": lambda root, tree, settings: None})
     assert not changes_the_model("saw", "noslip")
@@ -105,7 +105,7 @@ def test_an_ingredient_that_does_nothing_is_caught(monkeypatch: pytest.MonkeyPat
 # -- settings and keys -----------------------------------------------------------------------------------------------
 
 
-def test_a_dressing_that_does_not_exist_or_does_not_apply_is_refused() -> None:
+def test_a_model_edit_that_does_not_apply_is_refused() -> None:
     with pytest.raises(InvalidInput, match=r"unknown dressing 'enregy'.*did you mean 'energy'"):
         run(SAW, replace(MuJoCoSettings.hardened(SAW, 100), dressing=("enregy",)))
     for scene, name in ((CAM, "redundant-closures"), (SAW, "condim-3"), (SAW, "no-contact")):
@@ -116,14 +116,14 @@ def test_a_dressing_that_does_not_exist_or_does_not_apply_is_refused() -> None:
 
 
 @pytest.mark.parametrize("machine", ["press", "saw"])
-def test_the_minimal_model_has_the_motion_of_the_best_preset(machine: str) -> None:
+def test_minimal_model_has_the_motion_of_the_best_preset(machine: str) -> None:
     scene = MACHINES[machine]
     assert change(machine, MuJoCoSettings.hardened(scene, STEPS)) < 1e-12
     assert compare(piece(machine, minimal_of(machine)).trajectory, scene).worst("position") < 1e-10
 
 
 @pytest.mark.parametrize(("machine", "name"), LINKAGE_EXTRA)
-def test_all_but_the_harmful_leave_the_motion_alone(machine: str, name: str) -> None:
+def test_only_harmful_ingredients_change_the_motion(machine: str, name: str) -> None:
     settings = with_one(machine, name)
     changed = change(machine, settings)
     if name in HARMFUL:
@@ -135,11 +135,11 @@ def test_all_but_the_harmful_leave_the_motion_alone(machine: str, name: str) -> 
 
 @pytest.mark.parametrize("name", ["closure", "hardening", "rk4", "flywheel", "iteration"])
 @pytest.mark.parametrize("machine", ["press", "saw"])
-def test_without_what_the_minimal_model_consists_of_the_motion_is_another(machine: str, name: str) -> None:
+def test_removing_a_minimal_ingredient_changes_the_motion(machine: str, name: str) -> None:
     assert change(machine, with_one(machine, name)) > 1e-6
 
 
-def test_without_its_contact_the_follower_falls_through_the_cam() -> None:
+def test_removing_the_contact_lets_the_follower_fall() -> None:
     gone = piece("cam", with_one("cam", "contact"), 0.05).trajectory
     assert gone.outcome is not Outcome.COMPLETED
 
@@ -184,7 +184,7 @@ def error(run: FreeRun, motion: FreeMotion) -> float:
     return float(np.abs(run.poses - motion.poses).max())
 
 
-def test_stock_leaves_the_branch_at_change_points_and_tuned_converges() -> None:
+def test_tuned_converges_at_change_points_where_stock_does_not() -> None:
     motion = exact(0, 2)
     assert not np.abs(swing(chain(2), motion, "stock").poses - motion.poses).max() < 0.1
     errors = [error(swing(chain(2), motion, "tuned", step), motion) for step in (0.01, 0.005, 0.0025)]
@@ -192,13 +192,13 @@ def test_stock_leaves_the_branch_at_change_points_and_tuned_converges() -> None:
     assert errors[0] > 3.0 * errors[1] > 30.0 * errors[2]
 
 
-def test_hardened_stays_within_a_millionth_at_change_points_whatever_the_step() -> None:
+def test_hardened_is_within_1e_6_at_change_points_at_any_step() -> None:
     motion = exact(0, 2)
     for step in (0.01, 0.005, 0.00125):
         assert error(swing(chain(2), motion, step=step), motion) < 3e-6
 
 
-def test_damping_of_the_driven_rule_loses_the_branch_at_change_points(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_driven_closure_settings_lose_the_branch_in_free_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     """The negative control: time constant of eight steps, damped critically, as for a machine with a drive."""
     monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_TIME_CONSTANT_STEPS", 8.0)
     monkeypatch.setattr("conrod.engines.mujoco.free_run.TUNED_DAMPING_RATIO", 1.0)
@@ -206,7 +206,7 @@ def test_damping_of_the_driven_rule_loses_the_branch_at_change_points(monkeypatc
     assert np.abs(swing(chain(2), motion, "tuned").poses - motion.poses).max() > 1.0
 
 
-def test_loads_act_at_every_stage() -> None:
+def test_load_laws_act_at_every_stage_of_rk4() -> None:
     """An error of first order in the step, as a law held over it would have, would be a hundred times the bound."""
     mechanism, motion = loaded(1, len(LOADS)), exact(len(LOADS), 1)
     free = exact(0, 1)
@@ -218,7 +218,7 @@ def test_loads_act_at_every_stage() -> None:
 # -- older releases ----------------------------------------------------------------------------------------------------
 
 
-def test_loops_of_a_release_without_the_jacobians_rate_have_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loops_have_no_error_law_before_mujoco_3_7(monkeypatch: pytest.MonkeyPatch) -> None:
     engine: Any = engine_named("mujoco")
     loop, contact = MuJoCoSettings.tuned(SAW, 100), MuJoCoSettings.tuned(CAM, 8000)
     assert engine.expected_error(SAW, loop).position is not None
@@ -229,7 +229,7 @@ def test_loops_of_a_release_without_the_jacobians_rate_have_no_law(monkeypatch: 
     assert engine.expected_error(CAM, contact).position == bound, "a cam's contact has no connect"
 
 
-def test_nothing_is_required_of_the_forces_of_a_loop_in_such_a_release() -> None:
+def test_loop_forces_have_no_tolerance_before_mujoco_3_7() -> None:
     assert "torque" in MUJOCO_PRESETS["hardened"].forces
     assert [sorted(without_loop_judgement(one).forces) for one in MUJOCO_PRESETS.values()] == [[], ["contact"], []]
     assert not any(without_loop_judgement(one).judged_free for one in MUJOCO_PRESETS.values())

@@ -91,7 +91,7 @@ def validated(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str |
     return done.returncode, {result["preset"]: result for result in found["results"]}
 
 
-def test_it_has_the_measured_error_and_order_that_were_planted(user: Any, folder: Path) -> None:
+def test_planted_error_and_order_are_measured(user: Any, folder: Path) -> None:
     status, results = validated(user, folder, "--tolerance", "position=1e-2")
     for preset in ("stock", "sharp"):
         found = results[preset]
@@ -105,7 +105,7 @@ def test_it_has_the_measured_error_and_order_that_were_planted(user: Any, folder
     assert status == 1
 
 
-def test_what_it_lacks_is_unsupported_with_the_reason(user: Any, folder: Path) -> None:
+def test_missing_capabilities_are_unsupported_with_a_reason(user: Any, folder: Path) -> None:
     _, results = validated(user, folder)
     assert (results[None]["outcome"], results[None]["reason"]) == ("unsupported", "planted has no kinematic mode")
     assert results["sharp"]["passed"] is None  # it states no law of its errors to be judged by
@@ -119,7 +119,7 @@ def test_what_it_lacks_is_unsupported_with_the_reason(user: Any, folder: Path) -
     assert f"{NAME} unsupported: {NAME} has no ingredients" in ablated.stdout
 
 
-def test_it_is_swept_and_reported(user: Any, folder: Path) -> None:
+def test_a_plugin_is_swept_and_reported(user: Any, folder: Path) -> None:
     done = user("sweep", "saw-40rpm", "--engine", NAME, "--grid", "coarse", "--out", "swept", "--json", "swept.json")
     assert done.returncode == 0, done.stderr
     text = (folder / "swept.json").read_text()
@@ -132,7 +132,7 @@ def test_it_is_swept_and_reported(user: Any, folder: Path) -> None:
     assert NAME in listed.stdout
 
 
-def test_it_is_listed_with_its_origin_and_what_it_lacks(user: Any) -> None:
+def test_a_plugin_is_listed_with_its_origin_and_capabilities(user: Any) -> None:
     done = user("engines")
     assert (done.returncode, done.stderr) == (0, "")
     assert ENGINE.version in done.stdout
@@ -154,7 +154,7 @@ ENGINE = Raises()
 """
 
 
-def test_what_a_brought_engine_raises_ends_its_run_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_of_a_plugin_ends_only_its_own_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "raises.py").write_text(RAISES)
     monkeypatch.syspath_prepend(str(installed_in(tmp_path, "raises:ENGINE")))
     done = conrod("validate", "saw-40rpm", "--engine", NAME, cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
@@ -162,7 +162,7 @@ def test_what_a_brought_engine_raises_ends_its_run_alone(tmp_path: Path, monkeyp
     assert "crashed: RuntimeError: the solver is lost" in done.stdout
 
 
-def test_what_an_engine_of_conrods_own_raises_is_a_mistake_of_conrods(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_of_a_shipped_engine_is_an_internal_error(monkeypatch: pytest.MonkeyPatch) -> None:
     case = RunCase("saw-40rpm", SAW, PymunkSettings.stock(SAW, STEPS), 1.0)
     monkeypatch.setattr(type(engine_named("pymunk")), "run", staticmethod(lambda *_: 1 / 0))
     with pytest.raises(ZeroDivisionError):
@@ -170,7 +170,7 @@ def test_what_an_engine_of_conrods_own_raises_is_a_mistake_of_conrods(monkeypatc
 
 
 @pytest.mark.usefixtures("brought")
-def test_all_is_every_installed_engine() -> None:
+def test_engine_all_selects_every_installed_engine() -> None:
     found = [one.name for one in select_engines(["all"])]
     assert found == [*ENGINES, NAME, *installed_extras()]
     assert [one.name for one in select_engines([NAME, "pymunk", NAME])] == [NAME, "pymunk"]
@@ -180,7 +180,7 @@ def test_all_is_every_installed_engine() -> None:
     assert line_style(NAME, "sharp") == ENGINE.presets["sharp"].style
 
 
-def test_the_documented_table_is_that_of_the_engines() -> None:
+def test_documented_capabilities_are_those_of_the_engines() -> None:
     made: Any = SimpleNamespace(**runpy.run_path(str(DOCS / "capabilities.py")))
     shown = made.PAGE.read_text(encoding="utf-8").split(made.BEGIN)[1].split(made.END)[0]
     # Only what is installed can be asked: column by column.
@@ -214,9 +214,7 @@ def test_an_engine_that_cannot_be_loaded_is_named(
         engine_named(name)
 
 
-def test_a_command_refuses_a_broken_engine_where_it_is_named_and_else_leaves_it_out_with_a_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_broken_plugin_is_refused_only_when_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(installed_in(tmp_path, "no_such_module:ENGINE", "broken")))
     words = ("validate", "saw-40rpm", "--steps-per-rev", "100", "--revolutions", "1")
     named = conrod(*words, "--engine", "broken", cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")

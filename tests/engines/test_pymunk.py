@@ -79,7 +79,7 @@ PUSHED = replace(SWINGING_FOUR_BAR, forces=(ConstantForce(SWINGING_FOUR_BAR.cran
     [(SWINGING_FOUR_BAR, 0.0), (SWINGING_FOUR_BAR, 2.0), (PUSHED, 0.0)],
     ids=["", "moving", "pushed"],
 )
-def test_the_free_swing_of_a_four_bar_has_order_two(mechanism: Mechanism, rate: float) -> None:
+def test_free_motion_of_a_four_bar_has_order_two(mechanism: Mechanism, rate: float) -> None:
     runs = [swing(mechanism, h, 1.0, rate) for h in REFINED]
     for told in ("poses", "rates"):
         errors = [float(np.abs(getattr(run, told) - getattr(right, told)).max()) for run, right in runs]
@@ -89,7 +89,7 @@ def test_the_free_swing_of_a_four_bar_has_order_two(mechanism: Mechanism, rate: 
         np.testing.assert_allclose(run.times, right.times, rtol=1e-12)
 
 
-def test_a_four_bar_swings_for_ten_seconds_within_a_thousandth() -> None:
+def test_a_four_bar_swings_ten_seconds_within_a_thousandth() -> None:
     runs = [swing(SWINGING_FOUR_BAR, h, 10.0) for h in (1.25e-3, 6.25e-4)]
     assert [run.outcome for run, _ in runs] == [Outcome.COMPLETED] * 2
     assert pose_error(*runs[-1]) < 5e-4
@@ -121,13 +121,13 @@ SPRUNG = anchored(SPRING)
 
 
 @pytest.mark.parametrize("mechanism", [SPRUNG, anchored(DAMPER), anchored(SPRING, DAMPER), DRIVEN])
-def test_under_loads_free_motion_has_order_two(mechanism: Mechanism) -> None:
+def test_free_motion_under_loads_has_order_two(mechanism: Mechanism) -> None:
     errors = pose_errors(mechanism)
     assert min(orders(errors)) > 1.8
     assert errors[-1] < 5e-4
 
 
-def test_a_pushed_cam_has_order_one() -> None:
+def test_free_motion_of_a_cam_has_order_one() -> None:
     """A contact is corrected by velocities of its own, so nothing here is in the middle of a step."""
     push = Load("push", Turn(GROUND, CAM.mechanism().crank), TimePulse(0.2, 0.02, 0.3))
     cam = replace(CAM.mechanism(), loads=(push,))
@@ -141,7 +141,7 @@ def test_a_pushed_cam_has_order_one() -> None:
 
 @pytest.mark.parametrize("mechanism", [DRIVEN, CAM.mechanism()], ids=["driven", "cam"])
 @pytest.mark.parametrize("piece", [2, 40])
-def test_what_is_told_of_a_free_run_is_a_part_of_its_every_step(
+def test_sparse_samples_are_the_same_as_those_of_every_step(
     mechanism: Mechanism, piece: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     right = ForwardDynamics(mechanism).motion(np.zeros(1), {mechanism.crank: 1.0})
@@ -154,17 +154,17 @@ def test_what_is_told_of_a_free_run_is_a_part_of_its_every_step(
         assert np.array_equal(getattr(told, name), getattr(whole, name)[::4]), name
 
 
-def test_forces_of_the_state_before_the_step_have_order_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loads_of_the_state_before_the_step_have_order_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(LoadForces, "apply_for_step", LoadForces.apply_now)
     assert orders(pose_errors(SPRUNG)) == pytest.approx([1.0, 1.0], abs=0.1)
 
 
-def test_a_start_out_of_step_has_order_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_motion_without_the_half_step_has_order_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(own, "_half_step", lambda *_: None)
     assert orders(pose_errors(SWINGING_FOUR_BAR))[-1] == pytest.approx(1.0, abs=0.15)
 
 
-def test_a_run_that_breaks_says_so() -> None:
+def test_a_failed_free_run_states_outcome_and_reason() -> None:
     run, _ = swing(chain(2), 0.5, 10.0, 1.0)
     assert run.outcome in (Outcome.OPENED, Outcome.EXPLODED, Outcome.DIVERGED)
     assert run.reason
@@ -183,7 +183,7 @@ def acceleration_over_its_law(machine: Any, steps: int, start: float, iterations
 
 
 @pytest.mark.parametrize("name", LINKAGES)
-def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) -> None:
+def test_one_iteration_multiplies_velocities_by_its_matrix(name: str) -> None:
     """A step of no length, without correction, from bodies that move at random while the crank stands."""
     machine: Any = catalogue_scene(name)
     kinematics, mechanism = machine.kinematics, machine.kinematics.mechanism
@@ -203,14 +203,14 @@ def test_one_iteration_does_to_the_velocities_what_the_theory_says(name: str) ->
 
 
 @pytest.mark.parametrize("number", [0, 17])
-def test_what_the_masses_alone_call_for_is_too_little_for_a_crank_shaper(number: int) -> None:
+def test_iterations_by_masses_are_too_few_for_a_crank_shaper(number: int) -> None:
     machine, steps, start = variant(catalogue_scene("crank-shaper"), number)
     assert acceleration_over_its_law(machine, steps, start) < 1.0
     assert acceleration_over_its_law(machine, steps, start, iterations_by_masses(machine.mechanism())) > 1.2
 
 
 @pytest.mark.parametrize(("name", "start"), [("saw-500rpm", 4.7), ("whitworth", 4.5)])
-def test_the_rule_is_enough_where_a_run_begins_worst_and_not_many_times_too_many(name: str, start: float) -> None:
+def test_iterations_needed_suffice_at_the_worst_start(name: str, start: float) -> None:
     machine: Any = SCENES.get(name) or catalogue_scene(name)
     enough = PymunkSettings.tuned(machine, 1000).iterations
     assert acceleration_over_its_law(machine, 1000, start) < 1.0
@@ -233,11 +233,11 @@ def shares_of_the_law(name: str, speed: float, steps: int) -> dict[str, float]:
 
 @pytest.mark.parametrize("speed", [1e-6, 1e-5, -1e-5])
 @pytest.mark.parametrize("name", ["saw-40rpm", "shear-press", "crank-shaper"])
-def test_the_law_holds_for_a_machine_that_takes_months_for_a_turn(name: str, speed: float) -> None:
+def test_error_law_holds_for_months_per_revolution(name: str, speed: float) -> None:
     assert max(shares_of_the_law(name, speed, 400).values()) < 1.0
 
 
-def test_without_the_rounding_of_the_weight_the_law_is_a_false_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_error_law_fails_without_the_rounding_of_weight(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(error_bound, "weight_rounding", lambda *_: [0.0, 0.0, 0.0])
     shares = shares_of_the_law("saw-40rpm", 1e-6, 400)
     assert shares["velocity"] > 1.0

@@ -30,7 +30,7 @@ KINEMATIC = 1e-10
 
 
 @pytest.mark.parametrize(("mechanism", "engine"), [(RING, "mujoco"), (RING, "pymunk"), (TRACK, "mujoco")])
-def test_both_modes_stay_within_what_the_engines_laws_allow(mechanism: Mechanism, engine: str) -> None:
+def test_error_laws_bound_rolling_machines_in_both_modes(mechanism: Mechanism, engine: str) -> None:
     machine, of = driven(mechanism), engine_named(engine)
     assert max(kinematic_errors(engine, machine, machine.kinematics.angles(24))) < KINEMATIC
     settings = of.presets["tuned"](machine, 500)
@@ -46,7 +46,7 @@ def _run(machine: GenericReference, engine: str, preset: str, steps: int, turns:
     return trajectory
 
 
-def test_run_that_leaves_the_span_is_refused_with_the_pass_that_fits() -> None:
+def test_a_run_beyond_the_span_is_refused_with_the_right_pass() -> None:
     machine = driven(swinging_four_bar((-0.4, 0.3)))
     settings = engine_named("mujoco").presets["tuned"](machine, 300)
     start, revolutions = run_extent(machine, 300, 2.0)
@@ -56,7 +56,7 @@ def test_run_that_leaves_the_span_is_refused_with_the_pass_that_fits() -> None:
             run(machine, settings, *asked)
 
 
-def test_pass_takes_whole_steps_within_the_span_from_the_end_that_the_sense_tells() -> None:
+def test_a_pass_takes_whole_steps_from_one_end_of_the_span() -> None:
     forth, back = driven(swinging_four_bar((-0.4, 0.3))), GenericReference(swinging_four_bar((-0.4, 0.3)), -SPEED)
     for machine, start, stop in ((forth, -0.4, 0.3), (back, 0.3, -0.4)):
         run = _run(machine, "mujoco", "tuned", 300)
@@ -69,7 +69,7 @@ def test_pass_takes_whole_steps_within_the_span_from_the_end_that_the_sense_tell
         assert compare(run, machine).worst("position") < 1e-3
 
 
-def test_pymunk_solves_gears_of_three_turns_for_pairs_or_says_that_they_are_none() -> None:
+def test_gears_of_three_bodies_are_solved_for_pairs_or_refused() -> None:
     gear = catalogue_scene("planetary-gear").mechanism()
     assert gears_refusal(gear) is None
     still = next(joint for joint in gear.meshes if "ground" in (joint.a, joint.b))
@@ -79,7 +79,7 @@ def test_pymunk_solves_gears_of_three_turns_for_pairs_or_says_that_they_are_none
 
 
 @pytest.mark.parametrize("name", ["planetary-gear", "rack-and-wheel"])
-def test_tendon_of_a_rolling_pair_is_its_equation_whatever_the_pose(name: str) -> None:
+def test_tendon_of_a_rolling_pair_is_exact_at_any_pose(name: str) -> None:
     kinematics = catalogue_scene(name).kinematics
     tree = grow_spanning_tree(kinematics.mechanism, kinematics.start[0])
     poses = kinematics.poses(kinematics.angles(5))
@@ -96,7 +96,7 @@ def test_tendon_of_a_rolling_pair_is_its_equation_whatever_the_pose(name: str) -
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 @pytest.mark.parametrize("other", [gear_pair(TOOTH + 0.0001, WHEEL - 0.0001), gear_pair(-TOOTH - 0.18, TOOTH)])
-def test_wrong_ratio_and_wrong_sense_are_seen_in_both_modes(engine: str, other: Mechanism) -> None:
+def test_wrong_gear_ratio_or_sense_is_detected_in_both_modes(engine: str, other: Mechanism) -> None:
     right, wrong = driven(gear_pair()), driven(other)
     solved = engine_named(engine).solve_kinematics(wrong, np.array([1.0]))
     exact = right.motion(np.array([1.0]), SPEED).point("mark").position - poses_of(right, "wheel", np.zeros(1))[:, :2]

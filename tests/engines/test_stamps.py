@@ -46,7 +46,7 @@ def run(name: str, steps: int) -> list[Piece]:
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_mujocos_samples_are_counted_and_hold_one_instant_each(name: str) -> None:
+def test_mujoco_samples_hold_one_instant_each(name: str) -> None:
     (scene, settings), whole = RUNS[name], concatenate_pieces(run(name, 7))
     trajectory, mechanism = whole.trajectory, scene.kinematics.mechanism
     assert trajectory.bodies is not None
@@ -74,7 +74,7 @@ def test_mujocos_samples_are_counted_and_hold_one_instant_each(name: str) -> Non
         assert max(map(compare(trajectory, scene).worst, QUANTITIES)) < 1e-4
 
 
-def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
+def test_a_mujoco_run_states_its_settings_and_drive_torque() -> None:
     scene, settings = RUNS["press"]
     pieces = run("press", 16)
     assert [(piece.first_step, len(piece.clock)) for piece in pieces] == [(0, 17), (17, 16), (33, 8)]
@@ -96,12 +96,12 @@ def test_a_run_says_what_it_is_of_and_what_its_drive_gives() -> None:
 
 @pytest.mark.parametrize("judged", [Outcome.COMPLETED, Outcome.OPENED, Outcome.EXPLODED])
 @pytest.mark.parametrize("ended", [None, Outcome.DIVERGED, Outcome.RESET])
-def test_the_engines_own_end_is_told_where_the_motion_is_fine_and_its_reset_always(judged: Any, ended: Any) -> None:
+def test_a_reset_outranks_all_verdicts_and_a_stop_completed(judged: Any, ended: Any) -> None:
     expected = ended if ended is Outcome.RESET or (ended and judged is Outcome.COMPLETED) else judged
     assert combine_verdicts(RunVerdict(judged), ended and RunVerdict(ended)).outcome is expected
 
 
-def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_back() -> None:
+def test_a_reset_in_the_first_steps_is_detected() -> None:
     stiff = replace(MuJoCoSettings.stock(SAW, 100), solref=(-1e25, -1e12), hardening=1e-6, autoreset=True)
     (whole,) = engine_named("mujoco").run(SAW, stiff, 0.1)
     assert np.all(np.diff(whole.clock) >= 0.0)
@@ -111,7 +111,7 @@ def test_a_reset_in_the_first_steps_is_told_although_the_clock_does_not_fall_bac
 @pytest.mark.parametrize(
     ("warnings", "outcome", "step"), [({"BADQACC": 1}, Outcome.RESET, 6), ({}, Outcome.DIVERGED, 7)]
 )
-def test_a_clock_that_stands_was_reset_where_the_engine_warned(warnings: Any, outcome: Outcome, step: int) -> None:
+def test_a_clock_that_stands_after_a_warning_is_a_reset(warnings: Any, outcome: Outcome, step: int) -> None:
     settings = replace(MuJoCoSettings.stock(SAW, 100), autoreset=True)
     clock = settings.timestep * np.array([5.0, 6.0, 6.0])
     found = detect_engine_stop(clock, 5, 4.0 * settings.timestep, warnings, settings)
@@ -119,7 +119,7 @@ def test_a_clock_that_stands_was_reset_where_the_engine_warned(warnings: Any, ou
     assert found.reason.endswith(f"at step {step}")
 
 
-def test_what_happened_in_one_piece_is_told_of_all_that_follow() -> None:
+def test_a_failure_in_one_piece_is_reported_in_all_later_ones() -> None:
     light = replace(MuJoCoSettings.tuned(SAW, 500), armature=0.1)  # stalls near a dead centre, and goes on
     outcomes, alone = [], []
     for piece in engine_named("mujoco").run(SAW, light, 1.0, 0.0, 50):
@@ -131,7 +131,7 @@ def test_what_happened_in_one_piece_is_told_of_all_that_follow() -> None:
     assert set(outcomes[first:]) == {Outcome.STALLED}
 
 
-def test_states_and_sensors_are_those_of_a_plain_loop_of_steps() -> None:
+def test_states_and_sensors_equal_a_plain_loop_of_steps() -> None:
     scene, settings = RUNS["press"]
     made = build(scene, settings)
     times, states, sensors = simulate(made, scene, settings, 5, START)
@@ -174,7 +174,7 @@ def centred(scene: Any, poses: Array, rates: Array) -> tuple[Array, Array]:
 
 
 @pytest.mark.parametrize("scene", [SAW, PRESS, CAM, LEG], ids=["saw", "press", "cam", "leg"])
-def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> None:
+def test_pymunk_samples_are_stamped_at_their_instants(scene: Any) -> None:
     mechanism, h = scene.kinematics.mechanism, STEP * scene.period
     times = 0.1 * scene.period + h * np.arange(12)
     # A contact's velocities fit the instant itself; those of joints the middle of the step that follows.
@@ -216,7 +216,7 @@ def test_pymunks_samples_are_stamped_where_an_exact_run_has_them(scene: Any) -> 
             np.testing.assert_allclose(found.values, exact, rtol=0.0, atol=size * (1e-4 if order == 2 else ROUNDING))
 
 
-def test_a_run_of_pymunks_says_what_it_is_of_and_begins_at_zero() -> None:
+def test_a_pymunk_run_states_its_settings_and_starts_at_zero() -> None:
     settings = PymunkSettings.tuned(SAW, 100)
     (whole,) = engine_named("pymunk").run(SAW, settings, 0.1)
     made = whole.trajectory
@@ -226,7 +226,7 @@ def test_a_run_of_pymunks_says_what_it_is_of_and_begins_at_zero() -> None:
     assert instants.angle[0] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_links_are_where_their_centres_of_gravity_put_them() -> None:
+def test_body_frames_follow_from_centres_of_gravity() -> None:
     for scene in (SAW, PRESS, CAM, LEG):
         _, poses, rates = exact_states(scene, scene.period * np.linspace(0.0, 1.0, 7))
         back = frames_from_centres(scene.kinematics.mechanism, *centred(scene, poses, rates))
@@ -238,7 +238,7 @@ def test_links_are_where_their_centres_of_gravity_put_them() -> None:
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "stock"), ("pymunk", "tuned")])
-def test_a_pulse_acts_at_its_time_and_not_at_that_time_of_the_run(engine: str, preset: str) -> None:
+def test_a_pulse_acts_at_its_time_whatever_the_start_angle(engine: str, preset: str) -> None:
     scene, made, start = scene_named("saw-500rpm"), engine_named(engine), 2.0
     begin = start / scene.speed
 

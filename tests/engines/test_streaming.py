@@ -107,18 +107,18 @@ def differing(one: dict[str, Array], other: dict[str, Array]) -> list[str]:
 
 @pytest.mark.parametrize("steps", [1, 7, 64])
 @pytest.mark.parametrize("name", RUNS)
-def test_pieces_put_together_are_the_run_bit_for_bit(name: str, steps: int) -> None:
+def test_joined_pieces_are_the_whole_run_bit_for_bit(name: str, steps: int) -> None:
     assert differing(joined(name, steps), recorded(whole(name))) == []
 
 
-def test_a_last_bit_in_one_sample_is_seen() -> None:
+def test_a_changed_last_bit_is_detected() -> None:
     together = joined("pymunk: saw, stock", 7)
     values = together["bodies.position.poses"]
     values[40, 2] = np.nextafter(values[40, 2], 10.0)
     assert differing(together, recorded(whole("pymunk: saw, stock"))) == ["bodies.position.poses"]
 
 
-def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pieces_differ_without_the_solvers_warm_start(monkeypatch: pytest.MonkeyPatch) -> None:
     right = compat.rollout.rollout
 
     def forgetful(*arguments: Any, initial_warmstart: Array, **named: Any) -> Any:
@@ -132,7 +132,7 @@ def test_without_the_solvers_first_guess_they_would_not_be(monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize("name", ["saw reversed", "saw, stock", "cam"])
-def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pymunks_public_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
     expected = recorded(whole(f"pymunk: {name}"))
     for offset in (stepping.STATE_OFFSET - 16, stepping.STATE_OFFSET + 8):
@@ -142,7 +142,7 @@ def test_pymunks_public_way_of_stepping_gives_the_same_bits(name: str, monkeypat
 
 
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
-def test_blocks_within_a_piece_of_pymunks_change_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_blocks_within_a_pymunk_piece_change_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = recorded(whole(f"pymunk: {name}"))
     monkeypatch.setattr(stepping, "BLOCK_STEPS", 7)
     monkeypatch.setattr(dynamics, "CHUNK_SAMPLES", 11)
@@ -154,7 +154,7 @@ def test_blocks_within_a_piece_of_pymunks_change_no_bit(name: str, monkeypatch: 
 
 @pytest.mark.parametrize("steps", [1, 7, 10_000])
 @pytest.mark.parametrize("name", ["press, tuned", "pymunk: saw, stock"])
-def test_times_come_from_the_step_index_and_the_clock_is_the_sum_that_a_loop_keeps(name: str, steps: int) -> None:
+def test_times_are_step_counts_and_the_clock_is_a_sum(name: str, steps: int) -> None:
     _, scene, settings, turns = asked(name)
     count, begun = round(STEPS * turns) + 1, START / scene.speed
     summed = [begun if name in IN_PYMUNK else 0.0]  # MuJoCo's clock begins with its run
@@ -181,7 +181,7 @@ def peak_memory(work: Callable[[], object]) -> int:
 
 
 @pytest.mark.parametrize("name", ["press, tuned", "pymunk: saw, stock"])
-def test_memory_is_bounded_by_the_piece_and_not_by_the_run(name: str) -> None:
+def test_memory_depends_on_the_piece_and_not_on_the_run(name: str) -> None:
     engine, scene, settings, _ = asked(name)
 
     def streamed(revolutions: float, steps: int) -> int:
@@ -211,7 +211,7 @@ def stepped_until_warned(name: str) -> tuple[int, dict[str, int]]:
 
 @pytest.mark.parametrize("steps", [1, 7, 10_000])
 @pytest.mark.parametrize("name", WARNED)
-def test_warnings_are_counted_from_the_piece_on_in_which_they_came(name: str, steps: int) -> None:
+def test_warnings_are_counted_from_their_own_piece_on(name: str, steps: int) -> None:
     when, warned = stepped_until_warned(name)
     assert warned
     assert 1 < when < 60
@@ -221,7 +221,7 @@ def test_warnings_are_counted_from_the_piece_on_in_which_they_came(name: str, st
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 32])
-def test_the_engines_own_reset_is_recognised_wherever_a_run_is_cut(steps: int) -> None:
+def test_a_reset_is_detected_wherever_a_run_is_cut(steps: int) -> None:
     run = whole("saw, reset")
     assert run.outcome is Outcome.RESET
     when = int(run.reason.split()[-1])
@@ -232,14 +232,14 @@ def test_the_engines_own_reset_is_recognised_wherever_a_run_is_cut(steps: int) -
 
 
 @pytest.mark.parametrize("steps", [1, 7, 32])
-def test_a_run_whose_state_is_not_put_back_is_not_said_to_be(steps: int) -> None:
+def test_a_run_without_reset_is_not_reported_as_reset(steps: int) -> None:
     pieces = in_pieces("saw, gone wild", steps)
     outcomes = [piece.trajectory.outcome for piece in pieces]
     assert Outcome.RESET not in outcomes
     assert outcomes[-1] not in (Outcome.COMPLETED, Outcome.RESET)
 
 
-def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped() -> None:
+def test_a_clock_off_by_many_steps_is_no_reset_and_no_stop() -> None:
     settings = STOCK(SAW, STEPS)
     clock = settings.timestep * (np.arange(500, 600) + 3.0)
     assert detect_engine_stop(clock, 500, clock[0] - settings.timestep, {}, settings) is None
@@ -252,7 +252,7 @@ def test_a_clock_that_is_many_steps_off_but_goes_on_is_neither_reset_nor_stopped
 
 
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
-def test_a_state_that_is_not_finite_is_an_outcome_and_no_warning(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_state_that_is_not_finite_is_an_outcome(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     engine, scene, settings, turns = asked(f"pymunk: {name}")
     advance = stepping.advance
 

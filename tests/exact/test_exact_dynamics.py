@@ -21,7 +21,7 @@ from conrod.exact.dynamics import configuration_series, coordinate_jet
 from conrod.exact.dynamics.configuration_series import ConfigurationSeries
 from conrod.exact.dynamics.curve_piece import CurvePiece
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import TORQUE, CrankMotion, joint_forces, sensitivities
+from conrod.exact.dynamics.inverse import TORQUE, CrankStates, joint_forces, sensitivities
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
@@ -73,13 +73,13 @@ def random_loads(mechanism: Mechanism, seed: int) -> Mechanism:
     return replace(mechanism, loads=tuple(loads))
 
 
-def some_states(kinematics: Kinematics, speed: float) -> CrankMotion:
+def some_states(kinematics: Kinematics, speed: float) -> CrankStates:
     angle = np.linspace(*kinematics.span, 7)[1:-1] + 0.01
     angle = angle[~kinematics.near_change(angle, 0.05)]
-    return CrankMotion(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
+    return CrankStates(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
 
 
-def torque_from_energy(kinematics: Kinematics, state: CrankMotion) -> Array:
+def torque_from_energy(kinematics: Kinematics, state: CrankStates) -> Array:
     """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
 
     T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
@@ -265,7 +265,7 @@ def test_inverse_torque_reproduces_prescribed_motion() -> None:
     times = np.linspace(0.0, 0.5, 26)
     motion = moved(mechanism, times, 12.0)
     kinematics = Kinematics(mechanism)
-    state = CrankMotion(
+    state = CrankStates(
         motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times
     )
     forces = joint_forces(kinematics, state)

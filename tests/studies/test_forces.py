@@ -17,7 +17,7 @@ from benchmarks.healthy import variant
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import GenericReference
-from conrod.exact.dynamics.inverse import CrankMotion, joint_forces, sensitivities
+from conrod.exact.dynamics.inverse import CrankStates, joint_forces, sensitivities
 from conrod.mechanism.mechanism import Body
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
@@ -126,7 +126,7 @@ def test_forces_that_are_off_by_more_than_the_scheme_are_out_of_tolerance() -> N
     made, result, tracks, _ = variant_forces("watt-straight-line", 8, "pymunk")
     assert (result.tolerance or {})["torque"] > 2e-3
     at = tracks.instants
-    right = joint_forces(made.kinematics, CrankMotion(at.angle, at.rate, at.acceleration, at.times)).drive_torque
+    right = joint_forces(made.kinematics, CrankStates(at.angle, at.rate, at.acceleration, at.times)).drive_torque
     assert tracks.drive_torque is not None
     twice = replace(tracks, drive_torque=2.0 * tracks.drive_torque - right)
     wrong = with_forces("pymunk", lambda *_: twice)

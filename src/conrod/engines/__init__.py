@@ -71,7 +71,7 @@ PLUGIN_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of the engines that run by default: those that ship, then installed plugins."""
+    """Names of the engines that run by default: MuJoCo and pymunk, then installed plugins."""
     return (*ENGINES, *plugin_entry_points())
 
 
@@ -108,7 +108,7 @@ def is_plugin(name: str) -> bool:
 
 
 def origin_of(name: str) -> str:
-    """Name and version of the package that provides an engine; "conrod" for those that ship."""
+    """Name and version of the package that provides an engine; "conrod" for a shipped engine."""
     return " and ".join(sorted(map(_distribution_name, plugin_entry_points().get(name, [])))) or "conrod"
 
 

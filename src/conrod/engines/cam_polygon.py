@@ -88,7 +88,7 @@ def _law_polygon(profile: LawProfile, vertices: int, radius: float) -> CamPolygo
     for i, (begin, part) in enumerate(zip(profile.begins, profile.segments, strict=True)):
         grid = np.linspace(begin, begin + part.over, SEGMENT_POINTS)
         pitch = profile.pitch(grid, np.full(len(grid), i))
-        # sqrt(radius) x turn, with the radius 1 / curvature - inset and the turn curvature x rate.
+        # sqrt(radius) x rotation of the normal, with radius 1 / curvature - inset and rotation curvature x rate.
         density = np.sqrt(np.maximum(pitch.curvature * (1.0 - pitch.curvature * inset), 0.0)) * pitch.rate
         steps = 0.5 * (density[1:] + density[:-1]) * np.diff(grid)
         grids.append(grid)
@@ -217,7 +217,7 @@ class FollowerMotion:
     def facet_slope_rms(self, polygon: CamPolygon) -> float:
         """RMS error [m/rad] of the lift's derivative on flat facets instead of arcs.
 
-        A facet's normal is off the arc's by up to half the turn from facet to facet, evenly spread, which the
+        A facet's normal is off the arc's by up to half the angle between facets, evenly spread, which the
         follower sees as an error of its pressure angle: distance x off / cos^2.
         """
         return float(np.sqrt(np.mean(self._slope_jumps(polygon) ** 2 / 12.0)))

@@ -57,7 +57,9 @@ class KinematicResult:
 class KinematicMode(Protocol):
     """Solves the engine's own constraints at prescribed crank angles (T,) [rad]."""
 
-    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult: ...
+    def solve_kinematics(self, machine: Machine, angle: Array) -> KinematicResult:
+        """Poses, points and shape error at the prescribed crank angles."""
+        ...
 
 
 @runtime_checkable
@@ -67,7 +69,9 @@ class ErrorLaw(Protocol):
     The run starts in the exact state at `start_angle` [rad], 0 if the law takes none, or where the span starts.
     """
 
-    def expected_error(self, machine: Machine, settings: Any) -> ExpectedError: ...
+    def expected_error(self, machine: Machine, settings: Any) -> ExpectedError:
+        """Bounds on the errors of a run with these settings."""
+        ...
 
 
 @runtime_checkable
@@ -77,7 +81,9 @@ class ForceReport(Protocol):
     Quantities that the engine does not report are `unsupported` in the result, with the reason.
     """
 
-    def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks: ...
+    def forces(self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
+        """Drive torque and joint reactions at every step of a run, or why they are not reported."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -97,11 +103,13 @@ class ExpectedForces:
 
 @runtime_checkable
 class ForceLaw(Protocol):
-    """Predicts the forces of a run that starts exact, before it is made; None without such a law."""
+    """Predicts the forces of a run from an exact start, before the run; None if the engine has no such law."""
 
     def expected_forces(
         self, machine: Machine, settings: Any, revolutions: float, start_angle: float = 0.0
-    ) -> ExpectedForces | None: ...
+    ) -> ExpectedForces | None:
+        """Forces of a run by the law of the scheme, with the share by which the law may be off."""
+        ...
 
 
 @runtime_checkable
@@ -115,7 +123,9 @@ class FreeMotionRuns(Protocol):
     def free_run(
         self, mechanism: Mechanism, preset: str, timestep: float, steps: int, poses: Array, rates: Array, pace: Pace,
         every: int = 1,
-    ) -> FreeRun: ...  # fmt: skip
+    ) -> FreeRun:  # fmt: skip
+        """Simulate `steps` steps of `timestep` [s] with the settings of a preset."""
+        ...
 
 
 @runtime_checkable
@@ -127,16 +137,22 @@ class TimedStepping(Protocol):
     engine; timings are given as ratios to it.
     """
 
-    def stepper(self, machine: Machine, settings: Any) -> Callable[[int], None]: ...
+    def stepper(self, machine: Machine, settings: Any) -> Callable[[int], None]:
+        """A function that advances the machine by a number of steps at each call."""
+        ...
 
-    def reference_loop(self) -> Callable[[int], None]: ...
+    def reference_loop(self) -> Callable[[int], None]:
+        """The stepper of the fixed slider-crank that timings are divided by."""
+        ...
 
 
 @runtime_checkable
 class SettingsGrid(Protocol):
     """Lists the settings that a sweep varies on a machine, presets first."""
 
-    def grid(self, machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]: ...
+    def grid(self, machine: Machine, grid: Grid) -> tuple[SettingsRule, ...]:
+        """Rules of settings for a machine, presets first; more of them on a finer grid."""
+        ...
 
 
 @runtime_checkable
@@ -150,42 +166,58 @@ class SettingsVariations(Protocol):
     has none.
     """
 
-    def with_time_constant(self, machine: Machine, settings: Any, steps: float) -> Any: ...
+    def with_time_constant(self, machine: Machine, settings: Any, steps: float) -> Any:
+        """Settings with a time constant of a number of steps."""
+        ...
 
-    def with_regularisation(self, machine: Machine, settings: Any, share: float) -> Any | None: ...
+    def with_regularisation(self, machine: Machine, settings: Any, share: float) -> Any | None:
+        """Settings with a share of the regularisation; None if the engine has none."""
+        ...
 
 
 @runtime_checkable
 class ModelIngredients(Protocol):
     """Offers a minimal model, the cheapest with the right motion, and the ingredients to add to it or remove."""
 
-    def minimal_settings(self, machine: Machine, steps_per_revolution: int) -> Any: ...
+    def minimal_settings(self, machine: Machine, steps_per_revolution: int) -> Any:
+        """Settings of the minimal model of a machine."""
+        ...
 
-    def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]: ...
+    def ingredients(self, machine: Machine, minimal: Any) -> tuple[Ingredient[Any], ...]:
+        """Ingredients that apply to a machine and its minimal model."""
+        ...
 
 
 @runtime_checkable
 class PastableSettings(Protocol):
     """Writes settings as lines to paste into a user's own model or program."""
 
-    def paste(self, machine: Machine, settings: Any) -> str: ...
+    def paste(self, machine: Machine, settings: Any) -> str:
+        """Lines that put the settings into a user's model or program."""
+        ...
 
 
 @runtime_checkable
 class ModelFile(Protocol):
-    """Writes a scene with settings as a model file of the engine, with notes on what the file cannot express."""
+    """Writes a scene with settings as a model file of the engine, with notes on all that the file lacks."""
 
-    def model(self, name: str, machine: Any, settings: Any) -> str: ...
+    def model(self, name: str, machine: Any, settings: Any) -> str:
+        """Text of a model file, under a scene's name."""
+        ...
 
 
 @runtime_checkable
 class KnownReleases(Protocol):
-    """Lists the engine's releases, and the settings by name that show differences between them."""
+    """Lists the engine's releases, and settings with which runs are compared between releases."""
 
     @property
-    def releases(self) -> Releases: ...
+    def releases(self) -> Releases:
+        """Releases that can be installed side by side."""
+        ...
 
-    def probes(self, machine: Machine, steps_per_revolution: int) -> Mapping[str, Any]: ...
+    def probes(self, machine: Machine, steps_per_revolution: int) -> Mapping[str, Any]:
+        """Settings by name whose runs are compared between releases."""
+        ...
 
 
 CAPABILITY_TITLES: Mapping[type, str] = {

@@ -142,7 +142,7 @@ class CheckedPlugin(PluginEngine):
         steps: int = PIECE_STEPS,
     ) -> Iterator[Piece]:
         samples = round(settings.steps_per_revolution * revolutions) + 1
-        way = PieceChecker(self.name, self.version, machine, settings, revolutions, samples)
+        checker = PieceChecker(self.name, self.version, machine, settings, revolutions, samples)
         with catch_faults():
             given = copy.deepcopy(machine), self._own_settings(settings), revolutions, start_angle
             found = iter(self._plugin.run(*given, steps))
@@ -153,9 +153,9 @@ class CheckedPlugin(PluginEngine):
                 if piece is None:
                     break
                 self.handed_over += 1
-                piece = way.check(piece)
+                piece = checker.check(piece)
             yield piece
-        refuse_unless(way.samples_taken > 0, "no sample of the run")
+        refuse_unless(checker.samples_taken > 0, "no sample of the run")
 
     def _check_surroundings(self) -> None:
         """Raise EngineFault if the plugin replaced numpy functions that its errors are computed with."""
@@ -181,7 +181,7 @@ class CheckedPlugin(PluginEngine):
             return self._check_result(name, found, machine, arguments)
 
     def _check_result(self, name: str, found: Any, machine: Any, arguments: tuple[Any, ...]) -> Any:
-        """Check what a capability's method returned, as its protocol in `capabilities` has it."""
+        """Check a result of a capability's method against its protocol in `capabilities`."""
         checks: dict[str, Callable[[], Any]] = {
             "expected_error": lambda: plugin_values.check_error_bounds(found, ExpectedError),
             "solve_kinematics": lambda: _check_kinematics(found, machine, len(arguments[1])),

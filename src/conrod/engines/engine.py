@@ -112,7 +112,7 @@ class EngineSettings(ABC):
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:
-        """Settings of the engine with all its own defaults."""
+        """Settings with the defaults of the engine."""
         return cls(STOCK, steps_per_revolution, step_length(machine, steps_per_revolution))
 
 

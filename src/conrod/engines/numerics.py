@@ -57,8 +57,8 @@ def rounding_bound(kinematics: Kinematics, steps: int) -> float:
 def phase_bound(steps: float, turns: float, start_angle: float = 0.0, ripple: float = 0.0) -> float:
     """Bound on the crank's deviation from its nominal angle [rad], in a run at a prescribed speed.
 
-    It is eps steps (|start_angle| + 2 pi turns), as clock and angle are summed step by step, plus 2 pi turns^2 ripple,
-    as each revolution may change the rate by the share `ripple` of it.
+    It is eps steps (|start_angle| + 2 pi turns), as clock and angle are summed step by step, plus
+    2 pi turns max(turns, 1) ripple, as each revolution may change the rate by the share `ripple`.
 
     Args:
         steps: number of steps of the whole run.
@@ -80,7 +80,7 @@ NEAR_CHANGE_POINT = 0.08
 def place_at_angles(
     kinematics: Kinematics, angles: Array, place: Callable[[float, Array | None], Array], always: bool = False
 ) -> Iterator[float]:
-    """Place an engine at each crank angle (T,) [rad] in turn, through intermediate angles, and yield the angle.
+    """Place an engine at each crank angle (T,) [rad], through intermediate angles, and yield the angle.
 
     Intermediate angles next to a change point are left out.
 
@@ -121,12 +121,12 @@ def centre_state(body: Body, pose: Array, rate: Array) -> CentreState:
 
 
 def frames_from_centres(mechanism: Mechanism, centres: Array, rates: Array) -> tuple[Array, Array]:
-    """Poses and rates of the body frames (T, 3 n) from those of the centres of gravity (T, 3 n) [m, m, rad]."""
+    """Poses and rates of the body frames, given centres of gravity and their rates; (T, 3 n) [m, m, rad]."""
     return _shift_reference_points(mechanism, centres, rates, -1.0)
 
 
 def centres_from_frames(mechanism: Mechanism, poses: Array, rates: Array) -> tuple[Array, Array]:
-    """Poses and rates of the centres of gravity (T, 3 n) from those of the body frames (T, 3 n) [m, m, rad]."""
+    """Centres of gravity and their rates, given poses and rates of the body frames; (T, 3 n) [m, m, rad]."""
     return _shift_reference_points(mechanism, poses, rates, 1.0)
 
 

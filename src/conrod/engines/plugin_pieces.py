@@ -126,8 +126,8 @@ class TrackCopies:
         completed: whether the run has not failed so far; of a failed run only the shapes are checked.
     """
 
-    def __init__(self, door: PieceChecker, count: int, completed: bool) -> None:
-        self._door, self._count, self._completed = door, count, completed
+    def __init__(self, checker: PieceChecker, count: int, completed: bool) -> None:
+        self._checker, self._count, self._completed = checker, count, completed
         self._known: dict[tuple[str, int], Any] = {}
         self._states: list[tuple[Array, Array]] = []  # stamps and values
 
@@ -175,7 +175,7 @@ class TrackCopies:
             )
             self._states.append((times, values))
         if self._completed:
-            self._door.check_stamps(what, times, self._count)
+            self._checker.check_stamps(what, times, self._count)
         return Instants(times, *others)
 
     def _copy_values(self, at: Instants, values: Any, what: str, columns: int) -> Array:
@@ -196,4 +196,4 @@ class TrackCopies:
         check_type(found, BodyStates, what)
         at: Instants = self._copy_once(self._copy_instants, found.instants, what)
         values = {one: (getattr(found, one), f"{one} at the {what}") for one in STATE_QUANTITIES}
-        return BodyStates(at, *(self._copy_values(at, *named, self._door.columns) for named in values.values()))
+        return BodyStates(at, *(self._copy_values(at, *named, self._checker.columns) for named in values.values()))

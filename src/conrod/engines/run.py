@@ -43,7 +43,7 @@ def run(machine: Machine, settings: Settings, revolutions: float = 2.0, start_an
     Args:
         machine: a scene.
         settings: of the engine to use, from a preset or made by hand.
-        revolutions: turns of the crank.
+        revolutions: number of revolutions of the crank.
         start_angle: crank angle [rad] at the start, where the exact state is set.
 
     Returns:
@@ -218,6 +218,6 @@ def stamped_states(mechanism: Mechanism, times: Array, poses: Array, rates: Arra
 
 
 def observed_tracks(kinematics: Kinematics, states: BodyStates) -> dict[str, PointTracks]:
-    """Motion of the observed points, computed from body states in which all belongs to one instant."""
+    """Motion of the observed points, for body states whose poses, rates and accelerations share one instant."""
     motion = kinematics.point_derivatives([states.poses, states.rates, states.accelerations])
     return {name: PointTracks(*(Track(states.instants, values) for values in of)) for name, of in motion.items()}

@@ -228,7 +228,7 @@ def tree_refusal(tree: SpanningTree) -> str | None:
 
 
 def carrier_body(mechanism: Mechanism, mesh: Rolling) -> str | None:
-    """The body on which both centres of a rolling pair are fixed, preferably the ground; None if there is none."""
+    """The body on which both centres of a rolling pair are fixed, preferably the ground; or None."""
     first = bodies_at_point(mechanism, mesh.a, mesh.point_a)
     second = bodies_at_point(mechanism, mesh.b, mesh.point_b)
     common = [body for body in first if body in second]

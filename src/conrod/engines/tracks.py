@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from conrod.engines.numerics import CRANK_SAMPLES
 from conrod.exact.dynamics import coordinate_gradient, coordinate_jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
@@ -18,7 +19,6 @@ from conrod.runs.trajectory import Instants, Outcome
 
 DRIVE_TORQUE = "drive torque"
 EDITED_MODEL_REASON = "what the model carries beside its joints takes a part of the load"
-SAMPLES = 720  # of a turn, for the work of loads: an estimate of its size
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def unreported_forces(mechanism: Mechanism, why: str | RunVerdict) -> ForceTrack
 
 
 def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Array) -> Array:
-    """Force and moment of loads and constant forces on each body (T, n, 3) [N, N, N m], in the document's frame.
+    """Force and moment of loads and constant forces on each body (T, n, 3) [N, N, N m], in the mechanism's frame.
 
     Moments are about the centres of gravity.
 
@@ -79,7 +79,7 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
 def load_work(kinematics: Kinematics, speed: float) -> float:
     """Energy [J] that loads exchange per revolution, or over the driver's span, at a crank speed [rad/s]."""
     mechanism = kinematics.mechanism
-    angles, (first, last) = kinematics.angles(SAMPLES), kinematics.span
+    angles, (first, last) = kinematics.angles(CRANK_SAMPLES), kinematics.span
     poses, slopes = kinematics.derivatives(angles, 1)
     bodies, work = pose_jets(mechanism, [poses, slopes]), 0.0
     for load in mechanism.loads:
@@ -146,7 +146,7 @@ def _mechanical_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Arra
 
 
 def _judge_free_run(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> RunVerdict:
-    """Judge a free run by its own motion (T, 3 n); a branch change needs the exact motion to be noticed."""
+    """Judge a free run by its own motion (T, 3 n); a change of branch shows only against the exact motion."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():
         return RunVerdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")

@@ -87,7 +87,7 @@ SettingsChange: TypeAlias = Callable[[AnyEngineSettings], AnyEngineSettings]
 
 
 class Quantity(Enum):
-    """Quantities besides motion for which a model may be used; the values are the texts in reports."""
+    """Quantities besides motion for which a model may be used, with their texts in reports."""
 
     DRIVE_TORQUE = "drive torque"
     REACTIONS = "joint reactions"

@@ -140,7 +140,7 @@ class ArcLengthContinuation:
 
 
 def too_close_message(name: str) -> str:
-    """Error message where branches come too close to each other to be distinguished."""
+    """Error message for branches that come too close to each other to be distinguished."""
     return (
         f"{name}: branches of its motion come too close to each other to be distinguished, or it ends: change a length "
         "by a millionth, or make it exact"

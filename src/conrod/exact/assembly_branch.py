@@ -201,7 +201,7 @@ class AssemblyBranch:
 
     @contextmanager
     def _limited_steps(self, distance: float) -> Iterator[None]:
-        """Limit the single steps while open to those that a distance [rad] may take."""
+        """Context that limits single steps to the number that a distance [rad] may take."""
         self._tracker.tries_left = MAX_STEPS_PER_REVOLUTION * math.ceil(abs(distance) / REVOLUTION)
         try:
             yield

@@ -25,7 +25,7 @@ MIN_PIVOT = 0.5
 
 @dataclass(frozen=True)
 class _Step:
-    """One unknown eliminated: its pivot, the other entries of its row, and the factors of the rows changed."""
+    """One unknown eliminated: its pivot, the rest of its row, and the multiples of it subtracted from other rows."""
 
     row: int
     column: int
@@ -141,7 +141,7 @@ class _Block:
                     self._before.append((row, column, value))
 
     def solve(self, known: list[Entry], unknown: list[Entry]) -> None:
-        """Write the block's unknowns, after subtracting those of earlier blocks from its right-hand sides."""
+        """Write the block's unknowns; those of earlier blocks are subtracted from its right-hand sides first."""
         for row, column, value in self._before:
             known[row] = known[row] - value * unknown[column]
         right = [known[row] for row in self._rows]

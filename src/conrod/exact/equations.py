@@ -71,6 +71,7 @@ class Equations:
         return self._factor(pose_jets(self.mechanism, [poses]), len(poses), arcs)
 
     def _factor(self, bodies: dict[str, PoseJet], samples: int, arcs: Arcs | None = None) -> Elimination:
+        """Factor the Jacobian of pose jets, with the pivot order of earlier calls."""
         factors = Elimination(self._rows(bodies, arcs), samples, self._order)
         self._order = factors.order
         return factors
@@ -110,6 +111,7 @@ class Equations:
         return self._residual(pose_jets(self.mechanism, coefficients), len(coefficients) - 1, angle, arcs)
 
     def _residual(self, bodies: dict[str, PoseJet], order: int, angle: Array, arcs: Arcs | None = None) -> list[Entry]:
+        """Residual of all equations of pose jets: the Taylor coefficient of one order."""
         joints = [
             equation.coefficients[order]
             for joint in self.mechanism.joints

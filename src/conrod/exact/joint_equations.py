@@ -111,8 +111,8 @@ def joint_residual(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             ax, ay = a.point(joint.point_a)
             bx, by = b.point(joint.point_b)
             ux, uy = np.cos(joint.direction), np.sin(joint.direction)
-            way = (ax - bx) * (b.cosine * ux - b.sine * uy) + (ay - by) * (b.sine * ux + b.cosine * uy)
-            return [way + (a.phi - b.phi) * joint.radius - joint.offset]
+            displacement = (ax - bx) * (b.cosine * ux - b.sine * uy) + (ay - by) * (b.sine * ux + b.cosine * uy)
+            return [displacement + (a.phi - b.phi) * joint.radius - joint.offset]
         case _:
             assert_never(joint)
 
@@ -134,14 +134,14 @@ def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
             bx, by = b.to_document_frame(joint.point_b)
             nx, ny = a.to_document_frame((-np.sin(joint.direction), np.cos(joint.direction)))
             px, py = b.x + bx - a.x, b.y + by - a.y
-            # The line turns about the origin of `a` with its anchor, so the arm is the whole way to point_b.
+            # The line turns about the origin of `a` with its anchor, so the arm reaches to point_b.
             offset = ((-nx, -ny, nx * py - ny * px), (nx, ny, ny * bx - nx * by))
             return [offset, ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))]
         case CamContact():
             bx, by = b.to_document_frame(joint.roller_centre)
             active = active_arcs(joint, poses) if arcs is None else arcs
             if isinstance(joint.profile, LawProfile):
-                ax, ay = b.x + bx - a.x, b.y + by - a.y  # the whole way to the roller, along with which the cam turns
+                ax, ay = b.x + bx - a.x, b.y + by - a.y  # from the cam's axis to the roller
                 ux, uy = a.to_document_frame(law_cam_gradient(joint.profile, *a.to_body_frame(ax, ay), active))
             else:
                 cx, cy, _ = joint.profile.arc_geometry(active)
@@ -153,14 +153,14 @@ def joint_jacobian(joint: Joint, poses: dict[str, PoseJet], arcs: NDArray[np.int
         case Rolling():
             (ax, ay), (bx, by) = a.to_document_frame(joint.point_a), b.to_document_frame(joint.point_b)
             dx, dy = b.x + bx - a.x - ax, b.y + by - a.y - ay
-            # The line of centres turns by (ux, uy) of the way of its end; both turns count against it.
+            # A displacement d of its end rotates the line of centres by u . d; bodies turn against that line.
             over = (joint.radius_a + joint.radius_b) / (dx * dx + dy * dy)
             ux, uy = over * dy, -over * dx
             return [((-ux, -uy, joint.radius_a + ux * ay - uy * ax), (ux, uy, joint.radius_b + uy * bx - ux * by))]
         case Rack():
             (ax, ay), (bx, by) = a.to_document_frame(joint.point_a), b.to_document_frame(joint.point_b)
             ux, uy = b.to_document_frame((np.cos(joint.direction), np.sin(joint.direction)))
-            # The line turns about the origin of `b`, so the arm is the whole way to the wheel's centre.
+            # The line turns about the origin of `b`, so the arm reaches to the wheel's centre.
             px, py = a.x + ax - b.x, a.y + ay - b.y
             return [((ux, uy, uy * ax - ux * ay + joint.radius), (-ux, -uy, ux * py - uy * px - joint.radius))]
         case _:
@@ -221,7 +221,7 @@ def law_cam_gradient(profile: LawProfile, x: Array, y: Array, segment: NDArray[n
     rate = np.hypot(across, on_curve)
     cosine = on_curve / rate
     cosine_first = first / rate - on_curve * (across * second + on_curve * first) / rate**3
-    # By the way outwards and by the way round (counter-clockwise): of H, and of the law's angle.
+    # Derivatives of H and of the law's angle, radially outwards and counter-clockwise around the axis.
     height_out = reach / height
     angle_out, angle_round = -sense * e / (reach * height), -sense / reach
     by_angle = (height - on_curve) * cosine_first - cosine * first

@@ -45,7 +45,7 @@ class Motion:
     points: Mapping[str, PointMotion]
 
     def point(self, name: str) -> PointMotion:
-        """Motion of an observed point by name; UnknownName lists the choices if there is no such point."""
+        """Motion of an observed point by name; UnknownName lists the choices for an unknown name."""
         return self.points[name]
 
 
@@ -125,7 +125,7 @@ def diameter(points: Array) -> float:
 
 
 def cache_blocks(count: int, length: int) -> Iterator[slice]:
-    """Yield slices of at most `length` that cover `count` samples in order; one empty slice if there are none.
+    """Yield slices of at most `length` that cover `count` samples in order; one empty slice for a count of 0.
 
     Blocks whose intermediate arrays fit a core's cache take less time than a long series at once.
     """

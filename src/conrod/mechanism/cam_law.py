@@ -37,7 +37,7 @@ class PitchCurve(NamedTuple):
     points: Array  # (T, 2) [m] in the cam's frame
     normals: Array  # outward unit normals (T, 2)
     curvature: Array  # (T,) [1/m], positive where it is convex
-    rate: Array  # way along the curve by the law's angle (T,) [m]
+    rate: Array  # arc length of the curve by the law's angle (T,) [m]
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class LawProfile:
 
     @property
     def lowest_angle(self) -> float:
-        """A law angle [rad] of the least lift: the middle of a dwell, if there is one."""
+        """Law angle [rad] of the least lift; the middle of a dwell if the follower dwells there."""
         least = self._start_lifts <= self._start_lifts.min() + JUMP_TOLERANCE * self.prime_radius
         low = [i for i in range(len(self.segments)) if least[i]]
         dwells = [i for i in low if self.segments[i].law == DWELL]
@@ -231,7 +231,7 @@ def concave_reason(profile: Profile) -> str | None:
 
 
 def least_base_radius(profile: LawProfile, accepts: Callable[[LawProfile], bool]) -> float:
-    """Least base radius [m], rounded up, from which a profile of the same law is accepted.
+    """Least base radius [m], rounded up, for which a profile of the same law is accepted.
 
     Args:
         profile: one that is not accepted.

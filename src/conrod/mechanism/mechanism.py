@@ -284,12 +284,12 @@ class Mechanism:
 
 
 def joint_partner(joint: LowerPair, body: str) -> tuple[str, Point, Point]:
-    """The other body of a joint, the joint's point on that body, and its point on the given body [m]."""
+    """The body that a joint connects to a given one, the joint's point on it, and that on the given body [m]."""
     return (joint.a, joint.point_a, joint.point_b) if joint.b == body else (joint.b, joint.point_b, joint.point_a)
 
 
 def pin_points(mechanism: Mechanism, body: str) -> list[Point]:
-    """Points of the pins on a body, in its own frame [m]."""
+    """Pins on a body, as points in its own frame [m]."""
     return [joint_partner(joint, body)[2] for joint in mechanism.joints_on(body) if isinstance(joint, Revolute)]
 
 

@@ -145,7 +145,7 @@ def _find_open_joint(kinematics: Kinematics, bodies: BodyTracks, speed: float) -
 
 
 def _find_branch_flip(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
-    """FLIPPED if the linkage is on the other assembly branch, away from change points."""
+    """FLIPPED if the linkage has changed its assembly branch, away from change points."""
     at = bodies.position.instants.angle
     other = kinematics.branch(bodies.position.poses) != kinematics.branch_at(at)
     other &= ~kinematics.near_change(at, CHANGE_POINT_DISTANCE)

@@ -19,7 +19,8 @@ from conrod.runs.comparison import QUANTITIES, Size, Stretch
 class Recorder(Protocol):
     """A receiver of the stretches of a run in their order, until the run ends or breaks."""
 
-    def add(self, stretch: Stretch) -> None: ...
+    def add(self, stretch: Stretch) -> None:
+        """Take the next stretch of the run."""
 
 
 class SeriesSplitter:

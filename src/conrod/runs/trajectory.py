@@ -90,8 +90,8 @@ class BodyStates:
 class BodyTracks:
     """States of the bodies at the instants that positions, velocities and accelerations belong to.
 
-    Where an engine gives the three at one instant they are one object. A state holds all three quantities; those
-    that do not belong to its instants are what the comparison of the other one needs, second-order accurate.
+    An engine that gives the three at one instant has one object for them. A state holds all three quantities; those
+    that do not belong to its instants are second-order accurate, and serve the comparison of the quantity that does.
     """
 
     position: BodyStates
@@ -163,7 +163,7 @@ Part = TypeVar("Part", Instants, Track, PointTracks, BodyStates, BodyTracks)
 
 
 def concatenate_pieces(pieces: Sequence[Piece]) -> Piece:
-    """Concatenate the samples of several pieces; outcome and warnings are those of the last one."""
+    """Concatenate the samples of several pieces; outcome and warnings come from the last one."""
     if len(pieces) == 1:
         return pieces[0]
     first, last, join = pieces[0], pieces[-1], ArrayMapper(np.concatenate)

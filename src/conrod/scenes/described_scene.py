@@ -17,7 +17,7 @@ from conrod.exact.branch_tracking import TooManyStepsError
 from conrod.exact.equations import check_meshes
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, PointDerivatives, Side
-from conrod.mechanism.files import Description, read_description, read_tables
+from conrod.mechanism.files import MachineDescription, read_description, read_tables
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import REVOLUTION, Parameter
 from conrod.scenes.scene import Scene, canonical_json
@@ -58,14 +58,14 @@ class DescribedScene(Scene):
         return _cached_scene, (type(self), self.document, self.given_anew)
 
     @cached_property
-    def described(self) -> Description:
+    def described(self) -> MachineDescription:
         """The parsed content of the file."""
         return read_description(json.loads(self.document), dict(self.given_anew))
 
     # -- facts ---------------------------------------------------------------------------------------------------
 
     def _change_point_sentence(self) -> str:
-        """Sentence on the change points for the description; empty if there are none."""
+        """Sentence on change points for the description; empty for a linkage without them."""
         angles = [f"{angle:.6g}" for angle in np.degrees(self.kinematics.change_angles)]
         listed = " and ".join([", ".join(angles[:-1]), angles[-1]] if angles[1:] else angles)
         if not angles:
@@ -188,7 +188,7 @@ def _cached_scene(
 
 
 def read_scene(path: Path) -> DescribedScene:
-    """Read a scene from a file; InvalidInput names the file, the field and what was expected."""
+    """Read a scene from a file; InvalidInput names the file, the field and the expected content."""
     tables = read_tables(path)
     try:
         return scene_from_tables(tables)
@@ -197,7 +197,7 @@ def read_scene(path: Path) -> DescribedScene:
 
 
 def scene_from_tables(tables: Mapping[str, Any]) -> DescribedScene:
-    """Build a scene from the tables of a TOML text; InvalidInput names the field and what was expected."""
+    """Build a scene from the tables of a TOML text; InvalidInput names the field and the expected content."""
     # Parsed before it is written as JSON, so that values that JSON lacks (dates, nan) are refused with their place.
     read_description(tables, {})
     return DescribedScene(canonical_json(tables))

@@ -167,5 +167,6 @@ def combine(*terms: tuple[float, Derivatives]) -> Derivatives:
 
 def _weighted_sum(terms: list[tuple[float, Array | float]]) -> Array | float:
     # Zeros and weights of 1 need no pass over the samples.
+    """Weighted sum of numbers and arrays (T,), without passes over the samples for zeros and weights of 1."""
     found = [v if w == 1.0 else w * v for w, v in terms if not (isinstance(v, float) and v == 0.0)]
     return sum(found[1:], found[0]) if found else 0.0

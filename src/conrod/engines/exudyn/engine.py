@@ -230,7 +230,7 @@ def _simulation_settings(settings: ExudynSettings) -> Any:
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
-    """Hold the crank at each angle (T,) [rad], and place the others by Exudyn's static solver."""
+    """Hold the crank at each angle (T,) [rad] while Exudyn's static solver places the bodies."""
     mechanism = machine.kinematics.mechanism
     start = machine.kinematics.start[0]
     made = build(mechanism, start, np.zeros_like(start), rate=None)
@@ -306,7 +306,7 @@ class Exudyn(Engine[ExudynSettings]):
     stepper = ExudynStepper
 
     def reference_loop(self) -> ExudynStepper:
-        """The slider-crank to which timings are ratios, at 1000 steps per revolution."""
+        """The fixed slider-crank that timings are divided by, at 1000 steps per revolution."""
         return ExudynStepper(TIMED_REFERENCE, ExudynSettings.stock(TIMED_REFERENCE, 1000))
 
 

@@ -34,7 +34,7 @@ from conrod.engines.mujoco.engine import MUJOCO_ENGINE as MUJOCO
 from conrod.engines.mujoco.error_bound import (
     PREDICTION_MARGIN,
     SECOND_ORDER_MARGIN,
-    ExactCourse,
+    DrivenCourse,
     compliance_acceleration,
     integrate_gaps,
     largest_point_errors,
@@ -135,7 +135,7 @@ def stepper(machine: Machine, settings: MJXSettings) -> Callable[[int], None]:
 
 
 def reference_loop() -> Callable[[int], None]:
-    """MuJoCo's slider-crank to which timings are ratios, in single precision."""
+    """The fixed slider-crank of MuJoCo that timings are divided by, in single precision."""
     loop = MUJOCO.reference_loop()
     return _compiled_stepper(mjx.put_model(loop.model), mjx.put_data(loop.model, loop.data), double=False)
 
@@ -179,7 +179,7 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
         return ExpectedError()
     made, step = build(machine, settings), 2.0 * math.pi / settings.steps_per_revolution
     constant = abs(machine.speed) * settings.solref[0]
-    course = ExactCourse.sample_course(machine, start_angle, step, constant)
+    course = DrivenCourse.sample_course(machine, start_angle, step, constant)
     lacking, giving = missing_acceleration(made, course), compliance_acceleration(machine, settings, made, course)
     still = np.zeros_like(giving)
     (position, *_), (_, velocity, acceleration) = (
@@ -193,7 +193,7 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
     return ExpectedError(position, velocity, acceleration, law=LAW, ripple=varying)
 
 
-def missing_acceleration(made: MuJoCoModel, course: ExactCourse) -> Array:
+def missing_acceleration(made: MuJoCoModel, course: DrivenCourse) -> Array:
     """The term dJ/dt v of all joints (T, 3 n) per unit of travel squared, by central difference.
 
     It is how the joints' gaps would accelerate with constant joint rates.

@@ -41,11 +41,11 @@ def harden(model: mujoco.MjModel, factor: float = HARDENING_FACTOR) -> None:
 
 
 def set_armature(model: mujoco.MjModel, dofs: Iterable[int], armature: float) -> None:
-    """Set the armature of degrees of freedom [kg m^2, kg], and what MuJoCo makes of it, in place.
+    """Set the armature of degrees of freedom [kg m^2, kg], and the fields that MuJoCo derives from it, in place.
 
     MuJoCo derives from `dof_armature` (mj_setConst):
 
-    - `dof_M0`, which stands in the mass matrix *in place of* armature and inertia where `dof_simplenum` > 0 (mj_makeM):
+    - `dof_M0`, which *replaces* armature and inertia in the mass matrix where `dof_simplenum` > 0 (mj_makeM):
       a body without children that hangs on the world, centred on a joint along an axis of its own;
     - `body_`, `dof_` and `tendon_invweight0`, by which constraints are softened (mj_diagApprox). They keep the factor
       that they have been scaled by, so that a hardened model stays as hard;

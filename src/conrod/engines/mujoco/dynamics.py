@@ -57,7 +57,7 @@ del WARNING_KINDS["mjNWARNING"]
 
 
 def warning_counts(data: mujoco.MjData) -> dict[str, int]:
-    """Number of the engine's warnings since the start, by name, without those that did not occur."""
+    """Number of the engine's warnings since the start, by name; only warnings that occurred."""
     counted = {name: int(data.warning[kind].number) for name, kind in WARNING_KINDS.items()}
     return {name: number for name, number in counted.items() if number}
 
@@ -191,7 +191,10 @@ def simulate(
 
 
 def combine_verdicts(judged: RunVerdict, ended: RunVerdict | None) -> RunVerdict:
-    """Return the engine's own verdict if it has one that outranks the verdict on the motion, else the latter."""
+    """Return the verdict on the motion, unless the engine's own verdict outranks it.
+
+    A reset outranks every verdict on the motion; a stop only `completed`.
+    """
     if ended is None or (judged.outcome is not Outcome.COMPLETED and ended.outcome is not Outcome.RESET):
         return judged
     return ended

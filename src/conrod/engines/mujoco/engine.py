@@ -43,7 +43,7 @@ MAX_NEWTON_STEPS = 20
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
-    """Hold the crank at each angle (T,) [rad], and place the other bodies by the engine's own constraints."""
+    """Hold the crank at each angle (T,) [rad] while MuJoCo's own constraints place the bodies."""
     settings = MuJoCoSettings.tuned(machine, 1000)
     made = build(machine, settings)
     data = mujoco.MjData(made.model)
@@ -128,7 +128,7 @@ class MuJoCoStepper:
 
 
 def reference_loop() -> MuJoCoStepper:
-    """The slider-crank to which timings are ratios, with a flywheel of 10 kg m^2 and MuJoCo's solver tolerance."""
+    """The fixed slider-crank that timings are divided by, with a flywheel of 10 kg m^2 and stock tolerance."""
     return MuJoCoStepper(TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
 
 

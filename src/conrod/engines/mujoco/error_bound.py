@@ -44,7 +44,7 @@ START_TIME_CONSTANTS = 10.0  # after which gaps no longer depend on the start
 
 
 @dataclass(frozen=True)
-class ExactCourse:
+class DrivenCourse:
     """Exact states of a run, as functions of the crank's travel.
 
     Attributes:
@@ -64,7 +64,7 @@ class ExactCourse:
         return np.abs(np.diff(self.angles))
 
     @classmethod
-    def sample_course(cls, machine: Machine, start_angle: float, step: float, constant: float) -> ExactCourse:
+    def sample_course(cls, machine: Machine, start_angle: float, step: float, constant: float) -> DrivenCourse:
         """Sample the exact states of a run until its gaps repeat: from an angle [rad], or over the driver's span."""
         kinematics, sense = machine.kinematics, math.copysign(1.0, machine.speed)
         spacing, way, span = max(step, MIN_SPACING), 2.0 * math.pi, kinematics.mechanism.driver.span
@@ -88,7 +88,7 @@ class ExactCourse:
         return self.kinematics.residual(states, crank[len(states) - 1])
 
 
-def rk4_local_errors(tree: SpanningTree, course: ExactCourse, constant: float, step: float) -> tuple[Array, Array]:
+def rk4_local_errors(tree: SpanningTree, course: DrivenCourse, constant: float, step: float) -> tuple[Array, Array]:
     """Gaps and gap rates (T, 3 n) that one step of RK4 from each exact state leaves, over the step.
 
     Args:
@@ -122,7 +122,7 @@ def rk4_local_errors(tree: SpanningTree, course: ExactCourse, constant: float, s
 
 
 def compliance_acceleration(
-    machine: Machine, settings: MuJoCoSettings, made: MuJoCoModel, course: ExactCourse
+    machine: Machine, settings: MuJoCoSettings, made: MuJoCoModel, course: DrivenCourse
 ) -> Array:
     """Push p = -(1 - d) w f / omega^2 of each gap (T, 3 n), by the closures' compliance.
 
@@ -171,10 +171,10 @@ def integrate_gaps(
 
 def predicted_gaps(
     machine: Machine, settings: MuJoCoSettings, made: MuJoCoModel, start_angle: float
-) -> tuple[ExactCourse, Array, tuple[Array, Array, Array]]:
+) -> tuple[DrivenCourse, Array, tuple[Array, Array, Array]]:
     """Exact states of a run, the push on its gaps (T, 3 n), and the gaps with two derivatives by s."""
     constant, step = abs(machine.speed) * settings.solref[0], 2.0 * math.pi / settings.steps_per_revolution
-    course = ExactCourse.sample_course(machine, start_angle, step, constant)
+    course = DrivenCourse.sample_course(machine, start_angle, step, constant)
     left = rk4_local_errors(made.tree, course, constant, step)
     pushed = compliance_acceleration(machine, settings, made, course)
     return course, pushed, integrate_gaps(course.steps, left, pushed, constant)
@@ -196,7 +196,7 @@ def closure_errors(
     return largest_point_errors(course, gaps), rounded * _largest_gain(course, np.flatnonzero(pushed.any(axis=0)))
 
 
-def _largest_gain(course: ExactCourse, rows: Any) -> float:
+def _largest_gain(course: DrivenCourse, rows: Any) -> float:
     """Largest displacement of an observed point, over its L, per gap of the largest travel; at least 1."""
     kinematics, poses = course.kinematics, course.states[0][:: max(1, len(course.angles) // GAIN_POSES)]
     largest = 1.0
@@ -208,7 +208,7 @@ def _largest_gain(course: ExactCourse, rows: Any) -> float:
     return largest
 
 
-def states_with_gaps(course: ExactCourse, gaps: tuple[Array, Array, Array]) -> list[Array]:
+def states_with_gaps(course: DrivenCourse, gaps: tuple[Array, Array, Array]) -> list[Array]:
     """Poses and their derivatives by s, (T, 3 n) each, of a machine whose joints have given gaps."""
     moved: list[Array] = []
     for k, (exact, gap) in enumerate(zip(course.states, gaps, strict=True)):
@@ -220,7 +220,7 @@ def states_with_gaps(course: ExactCourse, gaps: tuple[Array, Array, Array]) -> l
     return moved
 
 
-def largest_point_errors(course: ExactCourse, gaps: tuple[Array, Array, Array]) -> Array:
+def largest_point_errors(course: DrivenCourse, gaps: tuple[Array, Array, Array]) -> Array:
     """Largest changes (3,) over L that gaps make in observed points and their derivatives by s."""
     moved = states_with_gaps(course, gaps)
     before, after = course.kinematics.point_derivatives(list(course.states)), course.kinematics.point_derivatives(moved)
@@ -328,7 +328,7 @@ def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:
     # Semi-implicit Euler's velocity is the difference of the last two positions, half a step old.
     stale = h * float(np.abs(follower.acceleration).max()) / abs(machine.speed)
     settling = follower.corner_slope_rms(polygon, abs(machine.speed) * constant / 2.0)
-    # The fall's speed, in one step of a turn; what the contact makes of it is a fifth of that.
+    # The fall's speed in one step per revolution; the contact returns a fifth of it.
     fallen = FALL_RMS * fall / h / abs(machine.speed) / math.sqrt(settings.steps_per_revolution)
     slope = math.hypot(follower.facet_slope_rms(polygon), settling, fallen) + stale
     return ExpectedError(

@@ -111,7 +111,7 @@ FORCE_LAW = "forces of the states and accelerations that the closures' predicted
 def expected_forces(
     machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
 ) -> ExpectedForces | None:
-    """Forces at the states whose gaps the closures' error law predicts; None if there is no law.
+    """Forces at the states with the gaps that the error law predicts; None without such a law.
 
     MuJoCo solves M q'' - Q = J' lambda for the accelerations that its closures prescribe, g'' of the gaps g they have,
     so its forces are those of the state with gaps at these accelerations.
@@ -161,8 +161,8 @@ def _iterate_again(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Solve a state once more if the solver stopped after its first iteration.
 
     A closure's force is D (aref - J qacc) with D = 1 / R, 1e8 and more where it is hardened, so an error of 1e-15 in
-    the accelerations is 1e-7 N: little beside the pins' forces, and 1e-3 of the moment that a light slide carries. The
-    solver does not correct it, being shorter than mjMINVAL; it does where it begins a little beside the solution.
+    the accelerations is 1e-7 N: little compared with the pins' forces, but 1e-3 of the moment of a light slide. The
+    solver does not correct an error shorter than mjMINVAL, unless it starts at a small distance from the solution.
     """
     if int(data.solver_niter[0]) < MIN_SOLVER_ITERATIONS:
         data.qacc_warmstart[:] = data.qacc + WARM_START_SHIFT * (data.qacc_smooth - data.qacc)

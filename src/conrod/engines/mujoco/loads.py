@@ -61,7 +61,7 @@ def format_numbers(values: list[float] | tuple[float, ...]) -> str:
 
 
 def format_short(value: float) -> str:
-    """A number in four digits, enough for what is only looked at."""
+    """A number in four digits, for values that affect only the picture."""
     return f"{zero_if_rounding(value):.4g}"
 
 
@@ -154,7 +154,7 @@ def load_points(body: str, tree: SpanningTree) -> list[tuple[str, Point]]:
 
 
 def _site_name(load: Load, body: str) -> str:
-    # Not that of a joint's site, should the two have one name.
+    # Differs from a joint's site if load and joint share a name.
     """Name of a load's site on a body."""
     return f"{load.name}.load.{body}"
 
@@ -190,7 +190,7 @@ def _tendon_attributes(load: Load, tree: SpanningTree) -> dict[str, str]:
             return {}
         case Viscous(damping):
             return {"damping": format_number(damping)}
-        # A length of -1 stands in MJCF for the one of the compiled pose.
+        # In MJCF a length of -1 means the length in the compiled pose.
         case Elastic(stiffness, rest) if rest - coordinate_offset(load, tree) != -1.0:
             return {
                 "stiffness": format_number(stiffness),

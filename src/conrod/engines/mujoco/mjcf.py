@@ -74,7 +74,7 @@ def mjcf_text(
     if dress:
         keyframe = add_element(root, "keyframe")
         zero = format_numbers([0.0] * len(tree.branches))
-        rates = [dress.start_rates[tree.branches.index(branch)] for branch in _depth_first(tree, GROUND)]
+        rates = [dress.start_rates[tree.branches.index(branch)] for branch in _branches_depth_first(tree, GROUND)]
         add_element(keyframe, "key", name="start", qpos=zero, qvel=format_numbers(rates))
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
@@ -100,12 +100,12 @@ def _add_option(root: ET.Element, mechanism: Mechanism, settings: MuJoCoSettings
     add_element(option, "flag", **{name: "disable" for name, on in kept.items() if not on})
 
 
-def _depth_first(tree: SpanningTree, body: str) -> list[Branch]:
-    """Branches below a body in the order of their joints in the text, which is MuJoCo's."""
+def _branches_depth_first(tree: SpanningTree, body: str) -> list[Branch]:
+    """Branches below a body in MuJoCo's order of joints, depth first."""
     branches = []
     for branch in tree.branches:
         if branch.parent == body:
-            branches += [branch, *_depth_first(tree, branch.child)]
+            branches += [branch, *_branches_depth_first(tree, branch.child)]
     return branches
 
 

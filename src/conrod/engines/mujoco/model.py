@@ -155,7 +155,7 @@ def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> M
 
 
 def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Jacobian (nefc, nv) of all active constraints, dense whatever format the model uses."""
+    """Jacobian (nefc, nv) of all active constraints, as a dense array for sparse models too."""
     jacobian = np.empty((data.nefc, model.nv))
     for k, direction in enumerate(np.eye(model.nv)):
         column = np.empty(data.nefc)

@@ -50,7 +50,7 @@ def standalone_mjcf(
         settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     kinematics = machine.kinematics
     poses, slopes = kinematics.derivatives(np.array([run_extent(machine, 1, 1.0)[0]]), 1)
-    # Coordinates count from the poses that the model begins in: an input that makes one pass begins where that does.
+    # Coordinates are zero in the model's start pose; an input that makes one pass starts where the pass does.
     turns = kinematics.mechanism.driver.span is None
     tree = grow_spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
     rates = tree.rates(poses, slopes * machine.speed)[0]
@@ -97,7 +97,7 @@ def _settings_paragraphs(settings: MuJoCoSettings) -> list[str]:
 
 
 def _load_paragraphs(tree: SpanningTree) -> list[str]:
-    """Paragraphs on the loads that are in the model, and on those that are not."""
+    """Paragraphs on the loads in the model, and on the loads left out of it."""
     loads = tree.mechanism.loads
     left_out = [load for load in loads if load in callback_loads(tree.mechanism) or does_no_work(load, tree)]
     kept = ", ".join(load.name for load in loads if load not in left_out)
@@ -109,7 +109,7 @@ def _load_paragraphs(tree: SpanningTree) -> list[str]:
 
 
 def _free_motion_paragraphs(machine: DescribedMachine) -> list[str]:
-    """Paragraph on free motion; none for a machine without loads and start rates of its own."""
+    """Paragraph on free motion; none for a machine without loads and without start rates."""
     mechanism = machine.kinematics.mechanism
     driven = {mechanism.crank: mechanism.driver.sense * machine.speed}
     if not mechanism.loads and dict(machine.start_rates) == driven:

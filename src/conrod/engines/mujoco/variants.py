@@ -72,7 +72,7 @@ LOOP_BASES: tuple[Knobs, ...] = (
 
 
 def loop_grid() -> Iterator[Knobs]:
-    """Knobs of a sweep besides the presets, for a machine whose loops are closed by joints."""
+    """Knobs that a full sweep adds to the presets, for a machine whose loops are closed by joints."""
     yield from knob_combinations(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "8 h", "T/100", "T/10"),
@@ -99,7 +99,7 @@ CONTACT_BASES: tuple[Knobs, ...] = (
 
 
 def contact_grid() -> Iterator[Knobs]:
-    """Knobs of a sweep besides the presets, for a machine with a cam."""
+    """Knobs that a full sweep adds to the presets, for a machine with a cam."""
     yield from knob_combinations(
         integrator=("Euler", "implicitfast", "RK4"),
         stabilisation=(STOCK_CONSTANT, "2 h", "4 h", "T/1000"),
@@ -202,7 +202,7 @@ def minimal_settings(machine: Machine, steps_per_revolution: int) -> MuJoCoSetti
 
 
 def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Ingredients:
-    """Ingredients that apply to the machine: optional ones first, then those of the minimal model."""
+    """Ingredients that apply to the machine: optional ones first, then the parts of the minimal model."""
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
     found = (*_optional_ingredients(minimal, contact, any(mechanism.gravity)), *_minimal_ingredients(minimal, contact))
@@ -213,7 +213,7 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Ingredients:
 
 
 def _optional_ingredients(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
-    """Optional ingredients: what the model can contain, what can be measured on it, what the solver can do."""
+    """Optional ingredients: parts the model can contain, sensors, work the solver can do."""
     yield model_edit_ingredient("visual-geoms", "bars, pins and blocks to be seen, which cannot collide")
     overlap = "bars, pins and blocks able to collide, all in the plane of motion: links overlap where pins join them"
     yield model_edit_ingredient("touching-geoms", overlap, IMPACT)

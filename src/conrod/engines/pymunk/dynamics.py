@@ -31,7 +31,7 @@ from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, Poin
 
 @dataclass(frozen=True)
 class SampleInstants:
-    """Instants to which the T samples of a run belong, for positions, velocities and accelerations.
+    """Instants of the T samples of a run, separately for positions, velocities and accelerations.
 
     A step moves positions first, x_(n+1) = x_n + h v_n, and then makes v_(n+1) fit the joints there. So v_n is the
     difference of two positions and belongs to the middle of the step that follows, t_n + h / 2; v_0, given at t = 0, is
@@ -215,7 +215,7 @@ def free_run(
 
 
 def _half_step(made: PymunkSpace, h: float, pushes: LoadForces | None) -> None:
-    """Advance the velocities to h / 2, with the bodies where they are."""
+    """Advance the velocities by half a step h / 2 [s], and keep the bodies in place."""
     if pushes is None:
         for body, force in made.constant_forces:
             body.force = force

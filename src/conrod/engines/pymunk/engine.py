@@ -36,7 +36,7 @@ PLACE_TOLERANCE = 1e-16
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
-    """Hold the crank at each angle (T,) [rad], and place the others by the engine's joints or distance query."""
+    """Hold the crank at each angle (T,) [rad] while pymunk's joints or distance query place the bodies."""
     settings = PymunkSettings.tuned(machine, 1000)
     still = replace(settings, iterations=KINEMATIC_ITERATIONS, gravity=False, error_bias=0.0)
     made = build(machine, still)
@@ -152,12 +152,12 @@ def _place_follower(made: PymunkSpace, contact: CamContact, turn: float) -> tupl
     assert isinstance(slide, Prismatic)  # or the machine is refused
     along = pymunk.Vec2d(1.0, 0.0).rotated(slide.direction)
 
-    def gap(way: float) -> float:
-        centre = start + along * way
+    def gap(displacement: float) -> float:
+        centre = start + along * displacement
         return min(shape.point_query(centre).distance for shape in made.crank.shapes) - contact.roller_radius
 
-    way = secant_root(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
-    follower.position = start + along * way
+    displacement = secant_root(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
+    follower.position = start + along * displacement
     return _centres(made), np.zeros(3 * len(made.bodies))
 
 
@@ -180,7 +180,7 @@ class PymunkStepper:
 
 
 def reference_loop() -> PymunkStepper:
-    """The slider-crank to which timings are ratios, with pymunk's defaults."""
+    """The fixed slider-crank that timings are divided by, with pymunk's defaults."""
     return PymunkStepper(TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
 
 

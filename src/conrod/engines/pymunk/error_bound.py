@@ -236,10 +236,10 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
 
 
 def _free_fall_share(follower: FollowerMotion, falls: Array) -> Array:
-    """Share (T,) of steps in which a follower falls freely, where the curve falls away under it.
+    """Share (T,) of steps in which a follower falls freely, at each crank angle.
 
-    A step uses up h^2 |s''| / 2 of the overlap g h^2 / 2; a free step restores it by a fall of at most
-    g h^2 - 2 h^2 |s''|, which is not all of it if |s''| exceeds g / 4.
+    A follower falls where the cam's curve falls away under it. A step uses up h^2 |s''| / 2 of the overlap g h^2 / 2; a
+    free step restores it by a fall of at most g h^2 - 2 h^2 |s''|, which is not all of it if |s''| exceeds g / 4.
 
     Args:
         falls: g (T,) [m/s^2], or (1,) if it is constant.

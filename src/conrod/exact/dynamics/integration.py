@@ -113,7 +113,7 @@ class EventIntegrator:
     def _first_kink(
         self, start: float, stop: float, dense: Callable[[float], Array], sides: list[float]
     ) -> float | None:
-        """Time of the first kink in a step, just after it; None if there is none."""
+        """Time of the first kink in a step, just after it; None in a step without kinks."""
         found = []
         for kink, side in zip(self._kinks, sides, strict=True):
             if side * kink(stop, dense(stop)) < 0.0 and kink(start, dense(start)) * side > 0.0:

@@ -44,7 +44,7 @@ MIN_RELATIVE_CHANGE = 1e-10
 
 
 @dataclass(frozen=True)
-class CrankMotion:
+class CrankStates:
     """Motion of the crank at T samples: its angle, rate and angular acceleration, and the time."""
 
     angle: Array
@@ -68,7 +68,7 @@ class JointForces:
     drive_torque: Array  # (T,) on the crank, in the sense of the crank angle [N m]
 
 
-def joint_forces(kinematics: Kinematics, state: CrankMotion) -> JointForces:
+def joint_forces(kinematics: Kinematics, state: CrankStates) -> JointForces:
     """Joint forces and drive torque for a motion of the crank."""
     return joint_forces_of_motion(kinematics, *motion_of_bodies(kinematics, state), state.time)
 
@@ -97,7 +97,7 @@ def steady_joint_forces(kinematics: Kinematics, angle: Array, speed: float) -> J
     return _joint_forces_from(mechanism, kinematics.factors(poses).solve_transposed(list(right.T)))
 
 
-def motion_of_bodies(kinematics: Kinematics, state: CrankMotion) -> tuple[Array, Array, Array]:
+def motion_of_bodies(kinematics: Kinematics, state: CrankStates) -> tuple[Array, Array, Array]:
     """Poses, rates and accelerations of all bodies, each (T, 3 n), for a motion of the crank."""
     poses, first, second = kinematics.derivatives(state.angle, 2)
     rate, acceleration = state.rate[:, None], state.acceleration[:, None]
@@ -166,7 +166,7 @@ class Sensitivity:
     derivatives: dict[str, Array]
 
 
-def sensitivities(kinematics: Kinematics, state: CrankMotion) -> Iterator[Sensitivity]:
+def sensitivities(kinematics: Kinematics, state: CrankStates) -> Iterator[Sensitivity]:
     """Yield the derivatives of drive torque and reactions by each mass property of each body."""
     mechanism = kinematics.mechanism
     poses, rates, accelerations = motion_of_bodies(kinematics, state)

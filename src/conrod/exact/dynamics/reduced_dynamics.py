@@ -30,7 +30,7 @@ MIN_INERTIA_RATIO = 1e-6  # least over largest inertia on a piece: below it the 
 
 @dataclass(frozen=True)
 class ReducedState:
-    """The reduced mechanism at one arc length; load coordinates and derivatives of L loads without a potential."""
+    """Reduced inertia, potential and loads at one arc length, for L loads without a potential."""
 
     inertia: float  # I [kg m^2]
     inertia_derivative: float  # I'

@@ -22,7 +22,7 @@ ANGLE_ROUNDING = 1e-9  # [rad], below a full turn: taken for angle 0
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """A position in which a driven link rests and turns back."""
+    """A position of a driven link at which it rests and turns back."""
 
     angle: float  # crank angle [rad] at which the link comes to rest; in [0, 2 pi) where the crank turns fully
     until: float  # crank angle [rad] at which it leaves again, `angle` unless it dwells; may pass 2 pi
@@ -51,7 +51,7 @@ class OutputLink:
 
     @property
     def time_ratio(self) -> float | None:
-        """Time of the slower stroke over that of the quicker one at constant speed; 1 without a quick return."""
+        """Ratio of the slower stroke's time to the quicker one's at constant speed; 1 without a quick return."""
         if self.forward is None or self.backward is None:
             return None
         return max(self.forward, self.backward) / min(self.forward, self.backward)
@@ -104,7 +104,7 @@ def _steady_gain(course: SampledMotion, weights: Array, values: Array) -> float:
 
 
 def _weights(course: SampledMotion, link: str, joint: LowerPair) -> Array:
-    """Weights (3 n,) of the stacked poses that give a link's displacement along its slide, or its rotation."""
+    """Weights w (3 n,) for which w . q is a link's displacement along its slide, or its rotation."""
     mechanism = course.kinematics.mechanism
     weights = np.zeros(3 * len(mechanism.bodies))
     first = 3 * mechanism.body_index[link]

@@ -79,7 +79,7 @@ def sample_motion(kinematics: Kinematics) -> SampledMotion:
 
 
 def crank_range(kinematics: Kinematics) -> CrankRange:
-    """Range of crank angles on the assembly branch of the start poses, whatever the driver's span."""
+    """Range of crank angles on the assembly branch of the start poses, regardless of the driver's span."""
     driver = kinematics.mechanism.driver
     free = kinematics
     if driver.span is not None:
@@ -144,7 +144,7 @@ class _CrankRangeSearch:
         return "none" if same else "change point"
 
     def _last_point(self, here: CurvePoint, step: float, end: RangeEnd, direction: Array) -> Array:
-        """Last point (1, 3 n) before the limit, at most one step from a given point."""
+        """Last curve point (1, 3 n) before a limit of the crank, at most one step from a given point."""
         curve = self._curve.with_arcs(here.arcs)
 
         def point_at(step: float) -> Array | None:

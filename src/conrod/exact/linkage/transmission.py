@@ -198,7 +198,7 @@ def _rod_ends(mechanism: Mechanism, name: str) -> list[RodEnd]:
 
 
 def _path_direction(mechanism: Mechanism, poses: Array, driven: str, body: str, point: Point) -> Array:
-    """Direction (T, 2) in which a guided body moves at a point of a body."""
+    """Direction (T, 2) of a guided body's velocity at one of its points."""
     joint = mechanism.guide(driven)
     if isinstance(joint, Prismatic):
         direction = np.array([math.cos(joint.direction), math.sin(joint.direction)])

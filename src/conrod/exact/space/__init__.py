@@ -195,25 +195,25 @@ def coordinate_lengths(tree: SpatialTree, joint: SpatialJoint, numbers: Mapping[
     return np.array([1.0] * straight + [tree.extent] * (numbers[joint.kind] - straight))
 
 
-def displace(tree: SpatialTree, coordinates: Array, way: Array) -> Array:
+def displace(tree: SpatialTree, coordinates: Array, displacement: Array) -> Array:
     """Coordinates (nq, T) after displacements (nv, T) of all joints; balls rotate in their own frame."""
     made = np.array(coordinates)
     for joint in tree.joints:
         q, v = joint.coordinate, joint.rate
         if joint.kind == "free":
-            made[q : q + 3] += way[v : v + 3]
+            made[q : q + 3] += displacement[v : v + 3]
             q, v = q + 3, v + 3
         if joint.kind in ("free", "ball"):
-            made[q : q + 4] = _rotate_quaternion(made[q : q + 4], way[v : v + 3])
+            made[q : q + 4] = _rotate_quaternion(made[q : q + 4], displacement[v : v + 3])
         else:
-            made[q] += way[v]
+            made[q] += displacement[v]
     return made
 
 
-def _rotate_quaternion(quaternion: Array, way: Array) -> Array:
+def _rotate_quaternion(quaternion: Array, displacement: Array) -> Array:
     """Unit quaternions (4, T) after rotation by vectors (3, T) [rad] in the body's frame."""
-    angle = np.linalg.norm(way, axis=0)
-    b, c = np.cos(0.5 * angle), 0.5 * np.sinc(angle / REVOLUTION) * way
+    angle = np.linalg.norm(displacement, axis=0)
+    b, c = np.cos(0.5 * angle), 0.5 * np.sinc(angle / REVOLUTION) * displacement
     a, v = quaternion[0], quaternion[1:]
     made = np.concatenate([(a * b - (v * c).sum(axis=0))[None], a * c + b * v + np.cross(v, c, axis=0)])
     return np.asarray(made / np.linalg.norm(made, axis=0))

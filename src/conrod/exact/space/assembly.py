@@ -29,11 +29,11 @@ MAX_MISFIT = 1e-2  # constraint violation, over the extent, of closures that con
 
 @dataclass(frozen=True, eq=False)
 class Knot:
-    """A solved pose along the motion, from which neighbouring poses are predicted.
+    """A solved pose along the motion, used to predict the poses near it.
 
     Attributes:
         rates: Taylor coefficients of the rates in time (3, nv).
-        rows, columns: bases of the Jacobian's row and column spaces (rows, r) and (free, r).
+        rows, columns: bases of the Jacobian's column space (rows, r) and of its row space (free, r).
         values: singular values (n,) of the scaled Jacobian of the joints that are not driven.
     """
 
@@ -177,7 +177,7 @@ class Assembly:
         matrix = jacobian(found, len(rows))[:, :, self.free]
         return np.asarray(np.swapaxes(rows, 1, 2) @ matrix @ columns)
 
-    def joints_of(self, directions: Array) -> list[str]:
+    def most_moved_joints(self, directions: Array) -> list[str]:
         """Names of the joints that directions (free, k) move most, largest first, at most six."""
         share = np.abs(directions).max(axis=1)
         names = [joint.name for joint in self.tree.joints for _ in range(RATES[joint.kind])]

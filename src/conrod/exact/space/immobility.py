@@ -121,13 +121,13 @@ def _close_along_motion(
     """
     coordinates, change, before = np.repeat(start, times.shape[1], axis=1), np.zeros(2), np.zeros(times.shape[1])
     left = np.inf
-    for way in times:
+    for at in times:
         if before[-1]:  # extrapolate from the last two times before
             slope = (coordinates[:, -1:] - coordinates[:, -2:-1]) / (before[-1] - before[-2])
-            inside = np.array([np.interp(way, before, row) for row in coordinates])
-            coordinates = inside + slope * np.maximum(way - before[-1], 0.0)
-        left, change, coordinates = _close_at(machine, coordinates, way, changed, change)
-        before = way
+            inside = np.array([np.interp(at, before, row) for row in coordinates])
+            coordinates = inside + slope * np.maximum(at - before[-1], 0.0)
+        left, change, coordinates = _close_at(machine, coordinates, at, changed, change)
+        before = at
     return left, change
 
 
@@ -162,9 +162,9 @@ def _close_at(
         step = -np.linalg.lstsq(matrix, open_rows, rcond=1e-9)[0]
         step *= min(1.0, MAX_STEP * tree.extent / max(float(np.abs(step).max()), 1e-300))
         own = step[: count * len(machine.free)].reshape(count, -1).T
-        way = np.zeros((tree.freedom, count))
-        way[machine.free] = machine.weights[:, None] * own
-        here = displace(tree, here, way)
+        displacement = np.zeros((tree.freedom, count))
+        displacement[machine.free] = machine.weights[:, None] * own
+        here = displace(tree, here, displacement)
         change = change + size * step[own.size :] if changed is not None else change
         if np.abs(step).max() < STEP_TOLERANCE * tree.extent:
             break

@@ -80,7 +80,7 @@ def coupling_length(tree: SpatialTree, closure: SpatialClosure) -> float:
 
 
 def jacobian(found: Poses, samples: int) -> Array:
-    """Derivatives of the residuals by the joint rates (T, rows, nv), at order 0; of a weld where it is closed."""
+    """Jacobian (T, rows, nv) of the residuals by the joint rates; rows of a weld hold where it is closed."""
     tree = found.tree
     made = np.zeros((sum(c.rows for c in tree.closures), tree.freedom, samples))
     for closure in tree.closures:

@@ -86,7 +86,7 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     number, missing = _missing_drives(machine, found, left_free) if left_free.shape[1] else (0, [])
     if not number:
         return
-    others = [name for name in machine.joints_of(left_free) if name not in missing][:3]
+    others = [name for name in machine.most_moved_joints(left_free) if name not in missing][:3]
     instead = f", or in their place {', '.join(others)}" if others else ""
     hold = f"drive {number} more, or hold them (JOINT=hold): {', '.join(missing)}{instead}"
     idle = f", {left_free.shape[1] - number} of them idle" if left_free.shape[1] > number else ""
@@ -133,7 +133,7 @@ def count_mobility(machine: DrivenTree) -> Mobility:
             free_directions(machine, machine.knots[k].coordinates),
             forward_kinematics(machine.tree, machine.knots[k].coordinates),
         )
-        idle |= dict.fromkeys(machine.joints_of(left_free)) if left_free.shape[1] else {}
+        idle |= dict.fromkeys(machine.most_moved_joints(left_free)) if left_free.shape[1] else {}
         for name, point in machine.tree.points.items() if left_free.shape[1] else ():
             if np.abs(_point_velocity(machine, found, point, left_free)).max() > MIN_MOTION:
                 undetermined[name] = None
@@ -147,7 +147,7 @@ def count_mobility(machine: DrivenTree) -> Mobility:
 
 
 def rigid_points(machine: DrivenTree, points: Mapping[str, SpatialPoint]) -> tuple[str, ...]:
-    """Names of points that closures cannot move along the motion, rigid with driven or held bodies."""
+    """Names of points that no loop can move, because they are rigid with driven or held bodies."""
     directions, looked_at = np.eye(len(machine.free)), _examined_knots(machine)
     every = [forward_kinematics(machine.tree, machine.knots[k].coordinates) for k in looked_at]
 
@@ -172,13 +172,13 @@ def _scaled_jacobian(machine: DrivenTree, found: Poses) -> tuple[Array, list[int
 
 
 def _rank(matrix: Array) -> int:
-    """Number of singular values that are not rounding."""
+    """Numerical rank of a matrix: singular values above `RANK_TOLERANCE` times the largest."""
     values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(1)
     return int(np.sum(values > RANK_TOLERANCE * values[0]))
 
 
 def free_directions(machine: DrivenTree, coordinates: Array) -> Array:
-    """Basis (free, k) of the directions in which the closures let a pose (nq, 1) move with its drives held."""
+    """Basis (free, k) of the motions that closures allow at a pose (nq, 1) with its drives held."""
     return _null_space(machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates)))
 
 
@@ -191,11 +191,12 @@ def _null_space(matrix: Array) -> Array:
 
 def _point_velocity(machine: DrivenTree, found: Poses, point: SpatialPoint, free_directions: Array) -> Array:
     """Velocity (3, k) of a point in directions (free, k)."""
-    way = np.zeros((machine.tree.freedom, free_directions.shape[1]))
-    way[machine.free] = machine.weights[:, None] * free_directions
+    displacement = np.zeros((machine.tree.freedom, free_directions.shape[1]))
+    displacement[machine.free] = machine.weights[:, None] * free_directions
     linear, _ = point_jacobian(found, point)
     return sum(
-        (np.einsum("int,nk->ik", block, way[rates]) for rates, block in linear), np.zeros((3, free_directions.shape[1]))
+        (np.einsum("int,nk->ik", block, displacement[rates]) for rates, block in linear),
+        np.zeros((3, free_directions.shape[1])),
     )
 
 

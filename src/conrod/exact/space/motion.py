@@ -60,18 +60,18 @@ class DrivenTree(Assembly):
         self.misfit = 0.0
 
     def assemble_start(self) -> Array:
-        """Return the closed pose (nq, 1) in which the laws begin, on the branch of the tree's start.
+        """Return the closed pose (nq, 1) at the beginning of the laws, on the branch of the tree's start.
 
         Raises:
             InvalidInput: the loops cannot be closed there, or the drives cannot move from there to where their laws
             begin.
         """
-        start, ways = self.tree.start[:, None], dict[str, DriveLaw]()
+        start, start_laws = self.tree.start[:, None], dict[str, DriveLaw]()
         for joint, law in zip(self.driven, self.laws.values(), strict=True):
             begin, end = float(start[joint.coordinate, 0]), float(law.derivatives(np.zeros(1))[0, 0])
-            ways[joint.name] = DriveLaw(law.text, 1.0, quintic(begin, end, 1.0))
-        if any(way.derivatives(np.array([0.5]))[1, 0] for way in ways.values()):
-            there = DrivenTree(self.tree, ways, self.held)
+            start_laws[joint.name] = DriveLaw(law.text, 1.0, quintic(begin, end, 1.0))
+        if any(law.derivatives(np.array([0.5]))[1, 0] for law in start_laws.values()):
+            there = DrivenTree(self.tree, start_laws, self.held)
             there.track_branch(there.close_loops(start, 0.0)[0], 1.0)
             start = there.knots[-1].coordinates
         return self.close_loops(start, 0.0)[0]
@@ -108,14 +108,16 @@ class DrivenTree(Assembly):
 
     def _next_knot(self, here: Knot, time: float) -> Knot | None:
         """Return the closed pose at a later time if it is near its prediction, else None."""
-        way = _displacement(here.rates, time - here.time)
-        predicted = self.with_driven_joints(displace(self.tree, here.coordinates, way[:, None]), np.array([time]))
+        displacement = _displacement(here.rates, time - here.time)
+        predicted = self.with_driven_joints(
+            displace(self.tree, here.coordinates, displacement[:, None]), np.array([time])
+        )
         try:
             found, gap = self.close_loops(predicted, time)
         except InvalidInput:
             return None
-        strayed, gone = self.coordinate_sizes * np.abs(found - predicted), self.rate_sizes * np.abs(way)
-        if strayed.max() > MAX_DEVIATION * gone.max() + 1e-9 * self.tree.extent:
+        deviation, travelled = self.coordinate_sizes * np.abs(found - predicted), self.rate_sizes * np.abs(displacement)
+        if deviation.max() > MAX_DEVIATION * travelled.max() + 1e-9 * self.tree.extent:
             return None
         # Where branches meet the determinant is 0, and beyond its sign is another; at a knot it is positive.
         if (
@@ -186,9 +188,11 @@ class DrivenTree(Assembly):
         at = np.array([knot.time for knot in self.knots])
         nearest = np.abs(at[:, None] - times).argmin(axis=0)
         elapsed = times - at[nearest]
-        ways = _displacement(np.array([knot.rates for knot in self.knots])[nearest].transpose(1, 2, 0), elapsed)
+        displacements = _displacement(
+            np.array([knot.rates for knot in self.knots])[nearest].transpose(1, 2, 0), elapsed
+        )
         start = np.concatenate([knot.coordinates for knot in self.knots], axis=1)[:, nearest]
-        coordinates = self.with_driven_joints(displace(self.tree, start, ways), times)
+        coordinates = self.with_driven_joints(displace(self.tree, start, displacements), times)
         rows, columns = (np.array([getattr(knot, name) for knot in self.knots]) for name in ("rows", "columns"))
         return coordinates, rows[nearest], columns[nearest]
 

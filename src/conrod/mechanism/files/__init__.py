@@ -33,7 +33,7 @@ LONG_NUMBER = re.compile(r"[0-9_]{1000}")
 
 
 @dataclass(frozen=True)
-class Description:
+class MachineDescription:
     """The checked content of a mechanism file."""
 
     name: str
@@ -55,7 +55,7 @@ class Description:
         return {name: hint.rate for name, hint in self.hints.items() if hint.rate is not None}
 
 
-def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) -> Description:
+def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) -> MachineDescription:
     """Read a description from a file's tables, with some of its numbers replaced.
 
     Args:
@@ -86,7 +86,9 @@ def read_description(given: Mapping[str, Any], given_anew: Mapping[str, float]) 
     # Named parameters come first.
     values = {name: numbers.values[name] for name in numbers.named} | numbers.values
     facts = {name: numbers.facts[name] for name in values}
-    return Description(name, title, source, about, assumptions, frame, mechanism, speed, output, hints, values, facts)
+    return MachineDescription(
+        name, title, source, about, assumptions, frame, mechanism, speed, output, hints, values, facts
+    )
 
 
 def _read_parameters(fields: Fields) -> dict[str, object]:

@@ -36,7 +36,7 @@ _TYPE_NAMES: dict[type, str] = {
 
 @dataclass
 class Numbers:
-    """All numbers that were read, by their place in the file; those of [parameters] by their names.
+    """All numbers read from a file, by their place in it; those of [parameters] by their name.
 
     Attributes:
         given_anew: values [SI] that replace the file's.
@@ -135,7 +135,7 @@ def describe_value(given: object) -> str:
 
 
 class Fields:
-    """One table of a file; its methods raise InvalidInput that names the place and what is expected."""
+    """One table of a file; its methods raise InvalidInput that names the place and the expected content."""
 
     def __init__(self, given: object, place: str, numbers: Numbers) -> None:
         if not isinstance(given, dict):

@@ -41,11 +41,13 @@ def read_joints(fields: Fields, places: Places) -> tuple[Joint, ...]:
 
 
 def _revolute(fields: Fields, name: str, places: Places) -> Revolute:
+    """Read a pin between two bodies."""
     first, second = places.pair(fields, "connects")
     return Revolute(name, first.body, second.body, first.point, second.point)
 
 
 def _prismatic(fields: Fields, name: str, places: Places) -> Prismatic:
+    """Read a slide of one body along a line on another."""
     guide, direction = _line(fields, "guide", places)
     slider = places.field(fields, "slider")
     check_apart(fields.place, guide, slider)
@@ -60,6 +62,7 @@ def _line(fields: Fields, name: str, places: Places) -> tuple[BodyPoint, float]:
 
 
 def _gear(fields: Fields, name: str, places: Places) -> Rolling:
+    """Read a pair of gears, one of which may be a ring gear."""
     first, second = places.pair(fields, "wheels")
     radii = fields.entries("radii", "the pitch radii of the two wheels are wanted")
     signed = [
@@ -73,6 +76,7 @@ def _gear(fields: Fields, name: str, places: Places) -> Rolling:
 
 
 def _rack(fields: Fields, name: str, places: Places) -> Rack:
+    """Read a wheel that rolls on a rack."""
     wheel = places.field(fields, "wheel")
     line, direction = _line(fields, "rack", places)
     check_apart(fields.place, wheel, line)
@@ -81,6 +85,7 @@ def _rack(fields: Fields, name: str, places: Places) -> Rack:
 
 
 def _cam(fields: Fields, name: str, places: Places) -> CamContact:
+    """Read a cam and the roller that rests on it."""
     cam, roller = places.field(fields, "cam"), places.field(fields, "roller")
     check_apart(fields.place, cam, roller)
     if cam.name != ORIGIN:

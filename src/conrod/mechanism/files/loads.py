@@ -62,6 +62,7 @@ def _finished_load(table: Fields, along: Distance | Turn | Displacement, law: Lo
 
 
 def _spring(table: Fields, name: str, places: Places) -> Load:
+    """Read a spring between two points, or on the rotation of two bodies."""
     along = _distance_or_turn(table, places)
     turns = isinstance(along, Turn)
     stiffness = table.number("stiffness", STIFFNESSES[turns], f"stiffness of the spring {name}")
@@ -73,6 +74,7 @@ def _spring(table: Fields, name: str, places: Places) -> Load:
 
 
 def _damper(table: Fields, name: str, places: Places) -> Load:
+    """Read a damper between two points, or on the rotation of two bodies."""
     along = _distance_or_turn(table, places)
     damping = table.number("damping", DAMPING[isinstance(along, Turn)], f"damping of the damper {name}")
     return _finished_load(table, along, Viscous(damping))
@@ -101,6 +103,7 @@ def _turn(table: Fields, places: Places) -> Turn:
 
 
 def _force(table: Fields, name: str, places: Places) -> Load:
+    """Read a force on a point along a direction."""
     place = places.field(table, "point")
     if place.body == GROUND:
         raise InvalidInput(f"{table.place_of('point')}: a force on the ground moves nothing")

@@ -46,7 +46,7 @@ def check_proportions(
 
 
 def _check_lengths(numbers: Numbers, bodies: int) -> None:
-    """Refuse a length far above the others; ground points may be as far apart as all bodies in line."""
+    """Refuse a length far above all other lengths; ground points may be as far apart as all bodies in line."""
     # Start positions are guesses for the assembly and may be far off.
     lengths = {
         name: abs(value)
@@ -72,7 +72,7 @@ def _check_lengths(numbers: Numbers, bodies: int) -> None:
 
 
 def _check_masses(numbers: Numbers, bodies: tuple[Body, ...]) -> None:
-    """Refuse a mass far above the others."""
+    """Refuse a mass far above all other masses."""
     masses = {body.name: body.mass for body in bodies}
     for name, mass in masses.items():
         place = f"bodies.{name}.mass"

@@ -161,5 +161,5 @@ def with_start_offset(joint: Joint, poses: Mapping[str, Pose]) -> Joint:
         alpha = math.atan2(by - ay, bx - ax)
         return replace(joint, offset=joint.radius_a * (a[2] - alpha) + joint.radius_b * (b[2] - alpha))
     direction = b[2] + joint.direction
-    way = (ax - bx) * math.cos(direction) + (ay - by) * math.sin(direction)
-    return replace(joint, offset=way + joint.radius * (a[2] - b[2]))
+    displacement = (ax - bx) * math.cos(direction) + (ay - by) * math.sin(direction)
+    return replace(joint, offset=displacement + joint.radius * (a[2] - b[2]))

@@ -37,7 +37,7 @@ class LinkJoint:
 
 
 @dataclass(frozen=True)
-class Link:
+class ModelLink:
     """A rigid link; all positions are in the world, in the reference pose [m]."""
 
     name: str
@@ -45,7 +45,7 @@ class Link:
     joints: tuple[LinkJoint, ...]
     rods: tuple[Array, ...] = ()  # far ends of straight rods from the origin
     sites: Mapping[str, Array] = field(default_factory=dict)
-    links: tuple[Link, ...] = ()  # carried by this one
+    links: tuple[ModelLink, ...] = ()  # carried by this one
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class SpatialMachine:
 
     name: str
     title: str
-    links: Sequence[Link]
+    links: Sequence[ModelLink]
     closures: Sequence[LoopClosure]
     drives: Mapping[str, str]
     closed_form: ClosedForm
@@ -122,7 +122,7 @@ class SpatialMachine:
 
 
 def reference_pose(closed_form: ClosedForm, driven: Iterable[str]) -> dict[str, Array]:
-    """Points (3,) [m] of a closed form where all driven coordinates are 0, from which a model is built."""
+    """Points (3,) [m] of a closed form at driven coordinates 0, the pose in which the model is built."""
     points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven})
     return {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
 
@@ -138,7 +138,7 @@ def hinge_closure(name: str, pin: Array, axis: Array) -> tuple[dict[str, Array],
     return pins, eyes, [LoopClosure(f"{name}_{k}", f"{name}_pin_{k}", f"{name}_eye_{k}") for k in ends]
 
 
-def _add_link(parent: ET.Element, link: Link, parent_origin: Array) -> None:
+def _add_link(parent: ET.Element, link: ModelLink, parent_origin: Array) -> None:
     """Add a link, its joints, rods, sites and children to an XML element."""
     body = ET.SubElement(parent, "body", name=link.name, pos=_coordinates_text(link.origin - parent_origin))
     for joint in link.joints:
@@ -155,7 +155,7 @@ def _add_link(parent: ET.Element, link: Link, parent_origin: Array) -> None:
 
 
 def _coordinates_text(vector: Array) -> str:
-    """Coordinates in full precision; what is below rounding of a metre is written as 0."""
+    """Coordinates in full precision; values below rounding of a metre are written as 0."""
     return " ".join(repr(round(float(x), 17) + 0.0) for x in vector)
 
 

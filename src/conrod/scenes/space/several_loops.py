@@ -11,9 +11,9 @@ from conrod.scenes.space.machine import (
     DEGREE,
     ORIGIN,
     Drives,
-    Link,
     LinkJoint,
     LoopClosure,
+    ModelLink,
     SpatialMachine,
     Vector,
     X,
@@ -63,13 +63,13 @@ def double_cardan(
     at = reference_pose(closed_form, ["input"])
     third, fourth = at["middle_arm"] - centre, at["output_arm"] - centre
     pins, forks, closures = hinge_closure("cross", centre, fourth)
-    cross_2 = Link("cross_2", centre, (LinkJoint("cross_2", third / arm),), tuple(pins.values()), pins)
-    middle_shaft = Link("middle_shaft", ORIGIN, (LinkJoint("middle", across_middle),), (centre,),
+    cross_2 = ModelLink("cross_2", centre, (LinkJoint("cross_2", third / arm),), tuple(pins.values()), pins)
+    middle_shaft = ModelLink("middle_shaft", ORIGIN, (LinkJoint("middle", across_middle),), (centre,),
                         {"middle_arm": at["middle_arm"]}, (cross_2,))  # fmt: skip
-    cross_1 = Link("cross_1", ORIGIN, (LinkJoint("cross_1", Z),), (arm * across_middle,), {}, (middle_shaft,))
+    cross_1 = ModelLink("cross_1", ORIGIN, (LinkJoint("cross_1", Z),), (arm * across_middle,), {}, (middle_shaft,))
     links = (
-        Link("input_shaft", ORIGIN, (LinkJoint("input", X),), (-shaft * X,), {"input_arm": arm * Z}, (cross_1,)),
-        Link("output_shaft", centre, (LinkJoint("output", out),), (centre + shaft * out,),
+        ModelLink("input_shaft", ORIGIN, (LinkJoint("input", X),), (-shaft * X,), {"input_arm": arm * Z}, (cross_1,)),
+        ModelLink("output_shaft", centre, (LinkJoint("output", out),), (centre + shaft * out,),
              {"output_arm": at["output_arm"], **forks}),
     )  # fmt: skip
     heading = ("double-cardan", "Double Cardan joint")
@@ -109,19 +109,19 @@ def sarrus(
     plate, knee, other_knee = at["plate"], at["knee"], at["other_knee"]
     pins, eyes, closures = hinge_closure("other_plate", plate + offset * Y, HINGE_HALF_LENGTH * X)
     corner, other_corner = plate + offset * X, plate + offset * Y
-    plate_link = Link("plate", corner, (LinkJoint("plate", -Y),), (plate, other_corner), {"plate": plate, **pins})
-    upper_link = Link("upper", knee, (LinkJoint("knee", -Y),), (corner,), {}, (plate_link,))
-    other_upper_link = Link("other_upper", other_knee, (LinkJoint("other_knee", X),), (other_corner,), eyes)
+    plate_link = ModelLink("plate", corner, (LinkJoint("plate", -Y),), (plate, other_corner), {"plate": plate, **pins})
+    upper_link = ModelLink("upper", knee, (LinkJoint("knee", -Y),), (corner,), {}, (plate_link,))
+    other_upper_link = ModelLink("other_upper", other_knee, (LinkJoint("other_knee", X),), (other_corner,), eyes)
     links = (
-        Link("lower", offset * X, (LinkJoint("input", -Y),), (knee,), {"knee": knee}, (upper_link,)),
-        Link("other_lower", offset * Y, (LinkJoint("other_lower", X),), (other_knee,), {"other_knee": other_knee},
+        ModelLink("lower", offset * X, (LinkJoint("input", -Y),), (knee,), {"knee": knee}, (upper_link,)),
+        ModelLink("other_lower", offset * Y, (LinkJoint("other_lower", X),), (other_knee,), {"other_knee": other_knee},
              (other_upper_link,)),
     )  # fmt: skip
     return SpatialMachine("sarrus", "Sarrus linkage", links, closures, {"input": "sine:20deg,1Hz"}, closed_form)
 
 
 def sphere_intersection(centres: tuple[Jet, Jet, Jet], radius: float) -> Jet:
-    """Point at one distance from three moving centres, on the side from which they appear clockwise.
+    """Point at one distance from three moving centres, on the side that sees them in clockwise order.
 
     It lies on the normal through the centre of the circle through the three.
 
@@ -171,15 +171,15 @@ def delta(
         rods = []
         for name, side in ((f"{k}_left", half_width * axis), (f"{k}_right", -half_width * axis)):
             swing = LinkJoint(f"swing_{name}", np.cross(axis, end - elbow))
-            rods.append(Link(f"rod_{name}", elbow + side, (swing,), (end + side,), {f"rod_{name}": end + side}))
+            rods.append(ModelLink(f"rod_{name}", elbow + side, (swing,), (end + side,), {f"rod_{name}": end + side}))
             sites[f"platform_{name}"] = end + side
             closures.append(LoopClosure(f"wrist_{name}", f"rod_{name}", f"platform_{name}"))
         ends = (elbow + half_width * axis, elbow - half_width * axis)
-        crossbar = Link(f"crossbar_{k}", elbow, (LinkJoint(f"elbow_{k}", axis),), ends, {}, tuple(rods))
+        crossbar = ModelLink(f"crossbar_{k}", elbow, (LinkJoint(f"elbow_{k}", axis),), ends, {}, tuple(rods))
         hinge = (LinkJoint(f"input_{k}", axis),)
-        links.append(Link(f"arm_{k}", base * radial, hinge, (elbow,), {f"elbow_{k}": elbow}, (crossbar,)))
+        links.append(ModelLink(f"arm_{k}", base * radial, hinge, (elbow,), {f"elbow_{k}": elbow}, (crossbar,)))
     wrists = tuple(at["platform"] + platform * radial for radial in outward)
-    links.append(Link("platform", at["platform"], PLATFORM_SLIDES + PLATFORM_HINGES, wrists, sites))
+    links.append(ModelLink("platform", at["platform"], PLATFORM_SLIDES + PLATFORM_HINGES, wrists, sites))
     return SpatialMachine("delta", "Delta robot", links, closures, drives, closed_form)
 
 
@@ -220,10 +220,10 @@ def stewart(
     links = []
     for k, (foot, end) in enumerate(zip(feet, ends, strict=True), 1):
         universal = (LinkJoint(f"swing_{k}", Y), LinkJoint(f"tilt_{k}", np.cross(Y, end - foot)))
-        piston = Link(f"piston_{k}", 0.5 * (foot + end), (LinkJoint(f"leg_{k}", end - foot, "slide"),), (end,),
+        piston = ModelLink(f"piston_{k}", 0.5 * (foot + end), (LinkJoint(f"leg_{k}", end - foot, "slide"),), (end,),
                       {f"leg_{k}_end": end})  # fmt: skip
-        links.append(Link(f"cylinder_{k}", foot, universal, (0.5 * (foot + end),), {}, (piston,)))
+        links.append(ModelLink(f"cylinder_{k}", foot, universal, (0.5 * (foot + end),), {}, (piston,)))
         sites[f"platform_joint_{k}"] = end
-    links.append(Link("platform", centre, PLATFORM_SLIDES + PLATFORM_HINGES, tuple(ends), sites))
+    links.append(ModelLink("platform", centre, PLATFORM_SLIDES + PLATFORM_HINGES, tuple(ends), sites))
     closures = [LoopClosure(f"ball_{k}", f"leg_{k}_end", f"platform_joint_{k}") for k in range(1, 7)]
     return SpatialMachine("stewart", "Stewart platform", links, closures, drives, closed_form)

@@ -13,9 +13,9 @@ from conrod.scenes.space.machine import (
     DEGREE,
     ORIGIN,
     Drives,
-    Link,
     LinkJoint,
     LoopClosure,
+    ModelLink,
     SpatialMachine,
     X,
     Y,
@@ -57,10 +57,10 @@ def cardan_joint(bend: float = 30.0 * DEGREE, arm: float = 0.04, shaft: float = 
         }
 
     pins, forks, closures = hinge_closure("cross", ORIGIN, arm * across)
-    cross_link = Link("cross", ORIGIN, (LinkJoint("cross", Z),), tuple(pins.values()), pins)
+    cross_link = ModelLink("cross", ORIGIN, (LinkJoint("cross", Z),), tuple(pins.values()), pins)
     links = (
-        Link("input_shaft", ORIGIN, (LinkJoint("input", X),), (-shaft * X, arm * Z), {"input_arm": arm * Z},
-        (cross_link,)), Link("output_shaft", ORIGIN, (LinkJoint("output", out),), (shaft * out, *forks.values()),
+        ModelLink("input_shaft", ORIGIN, (LinkJoint("input", X),), (-shaft * X, arm * Z), {"input_arm": arm * Z},
+        (cross_link,)), ModelLink("output_shaft", ORIGIN, (LinkJoint("output", out),), (shaft * out, *forks.values()),
              {"output_arm": arm * across, **forks}),
     )  # fmt: skip
     return SpatialMachine("cardan", "Cardan joint", links, closures, {"input": "60rpm"}, closed_form)
@@ -106,11 +106,11 @@ def spherical_four_bar(
 
     at = reference_pose(closed_form, ["input"])
     pin, rocker_pin = at["crank_pin"], at["rocker_pin"]
-    coupler_link = Link("coupler", pin, (LinkJoint("coupler", crank_start),), (rocker_pin,),
+    coupler_link = ModelLink("coupler", pin, (LinkJoint("coupler", crank_start),), (rocker_pin,),
                         {"coupler_pin": rocker_pin, "coupler_middle": at["coupler_middle"]})  # fmt: skip
     links = (
-        Link("crank", ORIGIN, (LinkJoint("input", Z),), (pin,), {"crank_pin": pin}, (coupler_link,)),
-        Link("rocker", ORIGIN, (LinkJoint("output", out),), (rocker_pin,), {"rocker_pin": rocker_pin}),
+        ModelLink("crank", ORIGIN, (LinkJoint("input", Z),), (pin,), {"crank_pin": pin}, (coupler_link,)),
+        ModelLink("rocker", ORIGIN, (LinkJoint("output", out),), (rocker_pin,), {"rocker_pin": rocker_pin}),
     )
     closures = [LoopClosure("rocker_pin", "coupler_pin", "rocker_pin")]
     drives = {"input": "60rpm"}
@@ -144,10 +144,10 @@ def rssr(
     sites = {"rod_end": rocker_pin, "rod_middle": at["rod_middle"]}
     universal = (LinkJoint("rod_swing", Z), LinkJoint("rod_pitch", np.cross(Z, rocker_pin - pin)))
     rod_joints = universal if rod_joint == "universal" else (LinkJoint("rod", Z, "ball"),)
-    rod_link = Link("rod", pin, rod_joints, (rocker_pin,), sites)
+    rod_link = ModelLink("rod", pin, rod_joints, (rocker_pin,), sites)
     links = (
-        Link("crank", ORIGIN, (LinkJoint("input", Z),), (pin,), {"crank_pin": pin}, (rod_link,)),
-        Link("rocker", pivot, (LinkJoint("output", X),), (rocker_pin,), {"rocker_pin": rocker_pin}),
+        ModelLink("crank", ORIGIN, (LinkJoint("input", Z),), (pin,), {"crank_pin": pin}, (rod_link,)),
+        ModelLink("rocker", pivot, (LinkJoint("output", X),), (rocker_pin,), {"rocker_pin": rocker_pin}),
     )
     heading = {
         "universal": ("rssr", "RSSR, its rod held against idle spin"),
@@ -195,11 +195,11 @@ def bennett(
     crank_axis = rotate_fixed(Z, unit(crank_pin), twist)
     rocker_axis = rotate_fixed(crank_axis, unit(rocker_pin - crank_pin), other_twist)
     pins, eyes, closures = hinge_closure("rocker", rocker_pin, HINGE_HALF_LENGTH * rocker_axis)
-    coupler_link = Link("coupler", crank_pin, (LinkJoint("coupler", crank_axis),), (rocker_pin,),
+    coupler_link = ModelLink("coupler", crank_pin, (LinkJoint("coupler", crank_axis),), (rocker_pin,),
                         {"coupler_middle": at["coupler_middle"], **pins})  # fmt: skip
     links = (
-        Link("crank", ORIGIN, (LinkJoint("input", Z),), (crank_pin,), {"crank_pin": crank_pin}, (coupler_link,)),
-        Link("rocker", pivot, (LinkJoint("output", out),), (rocker_pin,), {"rocker_pin": rocker_pin, **eyes}),
+        ModelLink("crank", ORIGIN, (LinkJoint("input", Z),), (crank_pin,), {"crank_pin": crank_pin}, (coupler_link,)),
+        ModelLink("rocker", pivot, (LinkJoint("output", out),), (rocker_pin,), {"rocker_pin": rocker_pin, **eyes}),
     )
     return SpatialMachine("bennett", "Bennett linkage", links, closures, {"input": "60rpm"}, closed_form)
 
@@ -231,11 +231,11 @@ def tilted_slider_crank(
 
     at = reference_pose(closed_form, ["input"])
     pin, slider, middle = at["crank_pin"], at["slider"], at["rod_middle"]
-    rod_link = Link("rod", pin, (LinkJoint("rod", shaft),), (middle,), {"rod_middle": middle})
-    wrist_link = Link("rod_end", slider, (LinkJoint("wrist", shaft),), (middle,))
+    rod_link = ModelLink("rod", pin, (LinkJoint("rod", shaft),), (middle,), {"rod_middle": middle})
+    wrist_link = ModelLink("rod_end", slider, (LinkJoint("wrist", shaft),), (middle,))
     links = (
-        Link("crank", origin, (LinkJoint("input", shaft),), (pin,), {"crank_pin": pin}, (rod_link,)),
-        Link("slider", slider, (LinkJoint("output", along, "slide"),), (), {"slider": slider}, (wrist_link,)),
+        ModelLink("crank", origin, (LinkJoint("input", shaft),), (pin,), {"crank_pin": pin}, (rod_link,)),
+        ModelLink("slider", slider, (LinkJoint("output", along, "slide"),), (), {"slider": slider}, (wrist_link,)),
     )
     closures, drives = [LoopClosure("rod_weld", "rod", "rod_end", "weld")], {"input": "60rpm"}
     return SpatialMachine("tilted-slider-crank", "Slider-crank turned in space", links, closures, drives, closed_form)

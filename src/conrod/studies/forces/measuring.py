@@ -24,7 +24,7 @@ from conrod.exact import ExactReference
 from conrod.exact.dynamics.inverse import (
     MIN_RELATIVE_CHANGE,
     TORQUE,
-    CrankMotion,
+    CrankStates,
     component_names,
     joint_forces,
     quantities,
@@ -101,22 +101,22 @@ def tolerance_of(
     return allowed, reason
 
 
-def exact_quantities(kinematics: Kinematics, state: CrankMotion) -> dict[str, Array]:
+def exact_quantities(kinematics: Kinematics, state: CrankStates) -> dict[str, Array]:
     """The exact forces in a motion by quantity, (T,) each."""
     parts = []
     for start in range(0, len(state.angle), CHUNK):
         some = slice(start, start + CHUNK)
-        one = CrankMotion(state.angle[some], state.rate[some], state.acceleration[some], state.time[some])
+        one = CrankStates(state.angle[some], state.rate[some], state.acceleration[some], state.time[some])
         parts.append(quantities(joint_forces(kinematics, one)))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def even_state(scene: ExactReference) -> CrankMotion:
+def even_state(scene: ExactReference) -> CrankStates:
     """A turn, or the one pass, at constant speed; change points are left out."""
     angle = np.linspace(*scene.kinematics.span, SAMPLES)
     angle = angle[~scene.kinematics.near_change(angle, NEAR)]
     still = np.zeros_like(angle)
-    return CrankMotion(angle, still + scene.speed, still, angle / scene.speed)
+    return CrankStates(angle, still + scene.speed, still, angle / scene.speed)
 
 
 def peaks_of(scene: Scene) -> dict[str, tuple[float, bool]]:
@@ -146,7 +146,7 @@ class Measured:
     def __init__(self, scene: ExactReference, tracks: ForceTracks, peaks: Peaks, step: float) -> None:
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, NEAR)
-        self.state = state = CrankMotion(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
+        self.state = state = CrankStates(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
         self.angle, self.peaks = state.angle, peaks
         reported = {f"{j}.{name}": values for j, some in tracks.joints.items() for name, values in some.items()}
         if tracks.drive_torque is not None:
@@ -199,7 +199,7 @@ class LawOfForces:
         ]
         return (1.0 + self._share) * max(found, default=0.0)
 
-    def at(self, state: CrankMotion, name: str) -> Array:
+    def at(self, state: CrankStates, name: str) -> Array:
         """Errors (T,) of a quantity in a run; zero where the law has other instants than these."""
         if np.array_equal(self._errors.state.time, state.time) and name in self._errors.reported:
             return self._errors.signed(name)
@@ -249,7 +249,7 @@ def likenesses(
     some = measured.clear()
     some = some[np.unique(np.linspace(0, len(some) - 1, MOST).astype(int))]
     at = measured.state
-    state = CrankMotion(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
+    state = CrankStates(*(values[some] for values in (at.angle, at.rate, at.acceleration, at.time)))
     peaks = {name: measured.peaks[name][0] for name in reported}
     own = {name: 0.0 if law is None else law.at(at, name) for name in reported}
     errors = np.concatenate([(measured.signed(n) - own[n])[some] / peaks[n] for n in reported])
