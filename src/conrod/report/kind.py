@@ -164,6 +164,10 @@ class Kind(Generic[F]):
     tile: str = ""
     schema: int = 2
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle a kind as its name, for its functions are those of a module."""
+        return kind_named, (self.name,)
+
     def page_of(self, part: Part[F]) -> Page:
         """The page of a part; its template speaks of `part`, its findings `study`, and the kind's module `report`."""
         from conrod.report.template import page  # it has templates draw figures
