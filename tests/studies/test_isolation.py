@@ -145,7 +145,7 @@ def start(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_too_little_memory_for_linear_algebra_is_one_line(tmp_path: Path) -> None:
-    command = f"ulimit -v 300000; exec {sys.executable} -m conrod validate saw-40rpm --ledger l.sqlite"
+    command = f"ulimit -v 250000; exec {sys.executable} -m conrod validate saw-40rpm --ledger l.sqlite"
     done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
     assert "allowed here (ulimit -v)" in done.stderr
