@@ -93,7 +93,7 @@ FAULTS = {
     "command": "import conrod.cli.console as m; m.catalogue = lambda: 1 / 0",
     "import": "import sys; sys.modules['conrod.cli.show'] = None",
     "command line": "import sys; sys.modules['conrod.cli'] = None",
-    "output": "import conrod.report.terminal as m; m.tell = lambda *_: 1 / 0",
+    "output": "import conrod.report.terminal as m; m.print_parts = lambda *_: 1 / 0",
 }
 
 
