@@ -77,7 +77,7 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a FILE of your own by an exact motion, as it stands.
 
     A MuJoCo model (.xml, .mjb), an FMU (.fmu) or a table (.csv, .npz, ...) by that of --scene; closed loops of a model
-    by its own, with --drive. Presets of an FMU are model-exchange and co-simulation.
+    by its own, with --drive.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.api.files import FILES, FMUS, MODELS
