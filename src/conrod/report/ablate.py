@@ -35,7 +35,7 @@ CAPTION = (
 
 
 def cost_text(cost: PairedTiming | None) -> str:
-    """A ratio with its interval, to a hundredth, large ones to a tenth: `1.44 (1.43 .. 1.45)`."""
+    """Return a cost ratio with its 95 % interval: `1.44 (1.43 .. 1.45)`."""
     if cost is None:
         return numbers.MISSING
     ratio, low, high = (f"{x:.{2 if x < 9.995 else 1}f}" for x in (cost.ratio, cost.low, cost.high))
@@ -46,7 +46,7 @@ def cost_text(cost: PairedTiming | None) -> str:
 
 
 def ingredients_table(found: EngineAblation, title: str = "") -> Table:
-    """A row for each ingredient: cost, change, verdict, and which studies need it."""
+    """Return a row for each ingredient: cost, change, verdict, and the studies that need it."""
     head = ("ingredient", "cost alone", "cost in full", "change", "verdict", "needed by")
     return table(head, [_ingredient(one) for one in found.ingredients], title=title)
 
@@ -65,12 +65,12 @@ def _ingredient(one: IngredientResult) -> list[Cell]:
 
 
 def engines_of(studies: Mapping[str, AblationStudy]) -> list[str]:
-    """The engines of all studies."""
+    """Names of the engines of all studies, each once."""
     return list(dict.fromkeys(found.engine for study in studies.values() for found in study.engines))
 
 
 def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
-    """A row for each ingredient of an engine, a column for each machine."""
+    """Return a row for each ingredient of an engine, with its verdict on each machine."""
     found = {name: one for name, study in studies.items() for one in study.engines if one.engine == engine}
     named = {name: {one.name: one for one in of_engine.ingredients} for name, of_engine in found.items()}
     rows = []
@@ -83,7 +83,7 @@ def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
 
 
 def speed_up(found: EngineAblation) -> str:
-    """Ratio of the full model's cost to the minimal one's, and by how much their motion differs."""
+    """Say how much faster the minimal model is than the full one, and how their motions differ."""
     full = found.variant(Role.FULL)
     if full is None:
         return "There is no ingredient that could be added."
@@ -101,7 +101,7 @@ def speed_up(found: EngineAblation) -> str:
 
 # -- pages -------------------------------------------------------------------------------------------------------------
 
-RULES = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}  # of the pages
+RULES = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}  # quoted in pages
 
 
 def _summary(study: AblationStudy) -> dict[str, Any]:
@@ -116,7 +116,7 @@ def _summary(study: AblationStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
-    """For each scene and engine, what every ingredient costs and changes, and what follows."""
+    """Yield for each scene and engine the costs and changes of all ingredients, and the speed-up."""
     for study in studies:
         for found in study.engines:
             if found.ingredients:
@@ -127,7 +127,7 @@ def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
 
 
 def verdict(study: AblationStudy) -> str:
-    """What a user gains in each engine by leaving out what the scene does not require."""
+    """Say for each engine how much faster the minimal model runs than the full one."""
     return f"{study.name}: {' '.join(speed_up(found).replace('**', '') for found in study.engines)}"
 
 

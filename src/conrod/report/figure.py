@@ -1,6 +1,6 @@
-"""A figure as a value: a name, what it shows in words, how it is drawn when a file of it is wanted; and its spots.
+"""A figure as a value: its name, a text alternative, the function that draws it, and its spots.
 
-Spots are places that say what is there: to the pointer, and by a slider to the keyboard.
+A spot is a place in a figure with words that a page shows there: under the pointer, or by a slider for the keyboard.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from conrod.report.table import safe_svg
 
-if TYPE_CHECKING:  # what draws is loaded when a figure is drawn
+if TYPE_CHECKING:  # matplotlib is loaded when a figure is drawn
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
 FOLDER = "figures"
-# Parts of the figure's width and height from its upper left corner, and the words; further lines are to be copied.
+# Shares of the figure's width and height from its upper left corner, and words; lines after the first are to be copied.
 Spot: TypeAlias = tuple[float, float, str]
 
 
@@ -29,10 +29,10 @@ class Figure:
     """A figure of a report.
 
     Attributes:
-        name: of its file, without suffix.
-        alt: what it shows, for those who cannot see it.
-        draw: makes it, as a matplotlib figure or as SVG text.
-        spots: of what was made.
+        name: name of its file, without suffix.
+        alt: its content in words, for readers who cannot see it.
+        draw: draws it, as a matplotlib figure or as SVG text.
+        spots: returns the spots of the drawn figure.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Figure:
         return f"{FOLDER}/{self.name}.svg"
 
     def svg(self) -> str:
-        """The figure drawn, the same byte for byte wherever that is done."""
+        """Draw the figure as SVG, the same byte for byte on every machine."""
         from conrod.report.charts.canvas import drawing_style, svg_text
 
         with drawing_style():
@@ -54,7 +54,7 @@ class Figure:
             return safe_svg(drawn if isinstance(drawn, str) else svg_text(drawn))
 
     def laid_out_spots(self) -> list[Spot]:
-        """The spots, where the figure has them once it is laid out."""
+        """Draw and lay out the figure, and return its spots."""
         from conrod.report.charts.canvas import drawing_style
 
         with drawing_style():
@@ -66,7 +66,7 @@ class Figure:
 
 
 def spots_in_axes(figure: Canvas, axes: Axes, places: Iterable[Spot]) -> list[Spot]:
-    """Spots from places in the units of some axes; those outside of these are left out."""
+    """Return spots for places in data units of some axes, without the places outside the axes."""
     width, height = figure.bbox.width, figure.bbox.height
     found = []
     for x, y, words in places:
@@ -77,7 +77,7 @@ def spots_in_axes(figure: Canvas, axes: Axes, places: Iterable[Spot]) -> list[Sp
 
 
 def with_spots(figure: str, spots: Sequence[Spot]) -> str:
-    """A figure's markup with its spots, from left to right: lists of places and of words between commas, compressed."""
+    """Return a figure's HTML with its spots from left to right, as compressed JSON columns."""
     columns = list(zip_longest(*((x, y, *words.split(", ")) for x, y, words in sorted(spots))))
     data = base64.b64encode(zlib.compress(json.dumps(columns, separators=(",", ":")).encode(), 9)).decode()
     return f'<span class="spots">{figure}<script type="application/octet-stream">{data}</script></span>'

@@ -1,4 +1,4 @@
-"""The answer of every study: findings by machine or file, shown, written and judged in one way."""
+"""Findings of every study by machine or file: how they are shown, written and judged."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ HTML = ".html"
 
 @dataclass(frozen=True)
 class Findings(Mapping[str, F], Generic[F]):
-    """Findings of a study, by name of the machine or file that they are on.
+    """Findings of a study, by name of machine or file.
 
     Attributes:
-        kind: of the report that shows them.
+        kind: the kind of report that shows them.
         parts: findings by name.
         call: the Python call that finds the same, for a report; a command names itself when it writes.
-        typed: what a command names for a part, such as a file's path, where that is not the part's name.
-        baseline: comparison with the baseline that was named; None where none was.
+        typed: arguments of a command, such as a file's path, by the name of their part.
+        baseline: comparison with a baseline; None if none was named.
     """
 
     kind: Kind[F]
@@ -64,30 +64,30 @@ class Findings(Mapping[str, F], Generic[F]):
 
     @property
     def within_tolerance(self) -> bool | None:
-        """True if all that was judged is within tolerance, a baseline apart; None where nothing was judged."""
+        """True if everything judged is within tolerance; None if nothing was judged."""
         judge = self.kind.passed or findings_passed
         verdicts = [judge(found) for found in self.parts.values()]
         return False if False in verdicts else True if True in verdicts else None
 
     @property
     def passed(self) -> bool | None:
-        """True if all that was judged is within tolerance and as in the baseline; None where nothing was judged."""
+        """True if everything judged is within tolerance and as in the baseline; None if nothing was judged."""
         if self.baseline is None or self.within_tolerance is False:
             return self.within_tolerance
         return self.baseline.passed
 
     @property
     def verdict(self) -> str:
-        """The answer in a few sentences for each machine or file, the first of which says it."""
+        """The verdict on each machine or file, in a few sentences."""
         return "\n".join(self.kind.verdict(found) for found in self.parts.values())
 
     def tables(self) -> list[Table]:
-        """The tables that the command prints, those without rows left out as there."""
+        """The tables that the command prints, without empty ones."""
         return [part for part in self.kind.printed(list(self.parts.values())) if isinstance(part, Table) and part]
 
     @property
     def text(self) -> str:
-        """All that the command prints."""
+        """The text that the command prints."""
         with redirect_stdout(io.StringIO()) as printed:
             print_parts(self.kind.printed(list(self.parts.values())))
         return "\n".join([printed.getvalue(), *([self.baseline.text] if self.baseline else [])])
@@ -103,13 +103,13 @@ class Findings(Mapping[str, F], Generic[F]):
         """Write the report: a folder of pages, figures and data, or one page where the name ends in .html.
 
         Args:
-            command: what makes the report again, printed in it; None for the Python call.
+            command: command that makes the report again, printed in it; None for the Python call.
 
         Returns:
             The page to read first.
 
         Raises:
-            InvalidInput: something is in the way.
+            InvalidInput: a file or folder is in the way.
         """
         from conrod.report.folder import ReportFolder
         from conrod.report.html.page import html_report
@@ -132,12 +132,12 @@ class Findings(Mapping[str, F], Generic[F]):
         return f"<{type(self).__name__} passed={self.passed}: {first}>"
 
     def _repr_html_(self) -> str:
-        """The verdict and the tables, as a notebook shows them."""
+        """Return the verdict and the tables as HTML for a notebook."""
         return safe_html("".join([f"<p>{escape(self.verdict)}</p>", *map(_html_table, self.tables())]))
 
 
 def findings_passed(findings: Any) -> bool | None:
-    """True if all that was judged in findings is within tolerance; None where nothing was judged, or nothing is."""
+    """True if everything judged is within tolerance; None where nothing was judged."""
     results = getattr(findings, "results", None)
     judged = results is None or any(one.passed is not None for one in results)
     passed: bool | None = getattr(findings, "passed", None) if judged else None
@@ -145,7 +145,7 @@ def findings_passed(findings: Any) -> bool | None:
 
 
 def text_of_call(function: str, subject: object, **arguments: object) -> str:
-    """A call of the API as Python text, with the arguments that were given, for reports to print."""
+    """Return a call of the API as Python text, with the arguments that were given."""
     given = {name: value for name, value in arguments.items() if value not in (None, (), False)}
     return f"conrod.{function}({', '.join([repr(subject), *(f'{name}={value!r}' for name, value in given.items())])})"
 

@@ -1,6 +1,6 @@
-"""The folder of a report: its own files, what must not be replaced by them, and findings as JSON.
+"""The folder of a report: files that it owns, files that it must not replace, and findings as JSON.
 
-JSON is written in reproducible digits, and as text that people compare.
+JSON is written in reproducible digits, and laid out so that two versions can be compared line by line.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 def check_other_file(file: Path, folder: Path, names: Iterable[str]) -> None:
-    """Refuse a file that is one of those that a report in a folder consists of, or stands in the folder's way.
+    """Refuse to write a file over a file of a report, or in place of the report's folder.
 
     Args:
-        names: of the report's files, in the folder.
+        names: names of the report's files in the folder.
 
     Raises:
         InvalidInput: names the file.
@@ -44,16 +44,16 @@ def check_other_file(file: Path, folder: Path, names: Iterable[str]) -> None:
         raise InvalidInput(f"cannot write {file}: it is where the folder {folder} has to be")
 
 
-MAX_JSON_BYTES = 50_000_000  # bytes of a JSON file of a report: more than ten times those of the largest
+MAX_JSON_BYTES = 50_000_000  # of a JSON file of a report: ten times the largest that conrod ever wrote
 
 
 def read_document(file: Path) -> Any:
-    """Content of a report's JSON file.
+    """Read a report's JSON file.
 
     Raises:
-        InvalidInput: it has more than any report has.
+        InvalidInput: it is larger than any report.
         OSError: it cannot be read.
-        ValueError: it is no JSON, or has what conrod writes nowhere: NaN, infinities, halves of characters.
+        ValueError: it is no JSON, or has values that conrod never writes: NaN, infinities, halves of characters.
     """
     if (size := file.stat().st_size) > MAX_JSON_BYTES:
         raise InvalidInput(
@@ -78,9 +78,9 @@ def _refuse_number(text: str) -> float:
 
 
 SUBFOLDERS = ("figures", "data")
-# Names that conrod gives to files of a report: what else a results file calls its own is not touched.
+# Names that conrod gives to files of a report. A file of another name is not touched, even if the document lists it.
 REPORT_FILE_NAME = re.compile(r"(figures/[^/]+\.svg|data/[^/]+\.json|[^/]+\.(md|json))")
-# Of a document, while the files of its report are being replaced: by part, what says whether its data are in place.
+# Key of a document while the files of its report are being replaced: hashes of the new data, and the document before.
 UNFINISHED = "unfinished"
 
 
@@ -97,7 +97,7 @@ class _PartEntry(msgspec.Struct):
 
 
 class _ReportDocument(msgspec.Struct):
-    """What a report's document has at least."""
+    """Fields that every report's document has."""
 
     conrod: str
     environment: dict[str, str]
@@ -107,19 +107,19 @@ class _ReportDocument(msgspec.Struct):
 
 
 class ReportFolder:
-    """A folder with reports, and which of its files are those of one kind of report.
+    """A folder with reports, and its files that belong to one kind of report.
 
     Attributes:
-        path: of the folder, which need not be there.
-        document: what the results file of the kind holds; {} where there is none.
-        unfinished: whether writing it was stopped; then parts and data fit each other, and pages may be of others.
+        path: path of the folder, which need not exist.
+        document: content of the kind's results file; {} where there is none.
+        unfinished: True if writing it was stopped; then parts and data agree, but pages may belong to earlier data.
     """
 
     def __init__(self, path: Path, kind: Kind[Any]) -> None:
-        """Read what the folder holds.
+        """Read the results file of the kind, if the folder has one.
 
         Raises:
-            InvalidInput: a file is in the place of the results that is not of this kind and schema.
+            InvalidInput: the results file is not of this kind and schema.
         """
         self.path, self.kind, self.unfinished = path, kind, False
         self.document: dict[str, Any] = self._read_document()
@@ -173,11 +173,11 @@ class ReportFolder:
     def _recovered_document(
         self, found: Mapping[str, Any], before: Mapping[str, Any], data: Mapping[str, str]
     ) -> dict[str, Any]:
-        """The document of the findings that are there: of each part the new ones or, not yet replaced, those before.
+        """Return the document that fits the data in the folder, part by part the new or the earlier one.
 
         Args:
-            found: what the document was to be.
-            before: what it was.
+            found: the document that was being written.
+            before: the document before that.
             data: SHA-256 of the data of the parts that were being written.
         """
         places = {name: self.path / entry["data"] for name, entry in found["parts"].items()}
@@ -207,11 +207,11 @@ class ReportFolder:
         return {*self.document.get("files", ()), *(name for files in parts for name in files)}
 
     def unfinished_document(self, document: Mapping[str, Any], texts: Mapping[str, str]) -> str:
-        """The text of the document while its report is being written.
+        """Return the text of the document to store while its report is being written.
 
         Args:
-            document: as it will be.
-            texts: of the parts that are replaced, those of their data.
+            document: the finished document.
+            texts: new data of the parts that are replaced, as text.
         """
         files = (name for entry in document["parts"].values() for name in entry["files"])
         data = {name: _sha256(text.encode(errors="replace")) for name, text in texts.items()}
@@ -219,7 +219,7 @@ class ReportFolder:
         return json_text({**document, "files": sorted({*self.owned, *document["files"], *files}), UNFINISHED: begun})
 
     def values(self, part: str) -> Any:
-        """The saved findings of a part.
+        """Read the saved findings of a part as plain values.
 
         Raises:
             InvalidInput: their file cannot be read.
@@ -231,10 +231,10 @@ class ReportFolder:
             raise InvalidInput(f"{self.path / name}: cannot be read: {error}") from None
 
     def check(self, parts: Iterable[str], *beside: Path | None) -> None:
-        """Refuse, before any work, a folder in which a report of some parts would replace what is not its own.
+        """Refuse the folder if a report of some parts would replace files of others.
 
         Args:
-            beside: files that the user names for something else, which must be none of the report's.
+            beside: other output files, which must not be files of the report.
 
         Raises:
             InvalidInput: names the file that is in the way.
@@ -257,7 +257,7 @@ class ReportFolder:
                     raise InvalidInput(f"cannot write {file}: that folder is the report's")
 
     def check_free(self, names: Iterable[str]) -> None:
-        """Refuse names of files that there are and that are not the report's.
+        """Refuse names of existing files that the report does not own.
 
         Raises:
             InvalidInput: names the file.
@@ -275,20 +275,20 @@ def _sha256(content: bytes) -> str:
 
 
 T = TypeVar("T")
-# Digits of an array, which is there to be drawn; single numbers keep all of theirs.
+# Digits of arrays, which are only drawn; single numbers keep all digits.
 DRAWN_DIGITS = 7
 MAX_JSON_LINE = 100
-# Of what is given, and not measured, all digits are kept.
+# Fields of given values, not measured ones: all their digits are kept.
 EXACT_FIELDS: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew", "settings", "changes"))
 
 
 def plain_findings(findings: Any) -> Any:
-    """The findings as what JSON can hold; raises TypeError where they cannot be restored from it."""
+    """Return findings as plain values for JSON; raises TypeError where they could not be restored."""
     return plain_values(findings, DRAWN_DIGITS)
 
 
 def restore_findings(wanted: type[T], values: Any) -> T:
-    """The findings of a type that `values_of` made these values of; raises InvalidInput where they do not fit it."""
+    """Restore findings of a type from their plain values; raises InvalidInput where these do not fit."""
     return restore(wanted, values, {Scene: _restore_scene})
 
 
@@ -299,7 +299,12 @@ def _restore_scene(values: Mapping[str, Any]) -> Scene:
 
 
 def round_findings(values: Any, digits: int | None, digits_of: Mapping[str, int | None] = EXACT_FIELDS) -> Any:
-    """The values with so many reproducible digits of fractions, of parts by name with others; None keeps all."""
+    """Round fractions to the digits that another machine reproduces.
+
+    Args:
+        values: plain values.
+        digits: significant digits; None keeps all.
+        digits_of: other digits for the fields of some names."""
     match values:
         case _ if digits is None:
             return values
@@ -314,7 +319,7 @@ def round_findings(values: Any, digits: int | None, digits_of: Mapping[str, int 
 
 
 def json_text(values: Any) -> str:
-    """The values as JSON: lists of numbers on one line, all else on lines of its own."""
+    """Return plain values as JSON with one entry a line, and each list of numbers on one line."""
     return _json_lines(values, "") + "\n"
 
 

@@ -28,13 +28,13 @@ TITLE = "largest error over the run, by the exact peak; of contact rms between a
 
 
 def reasons(results: Iterable[ForceResult]) -> list[str]:
-    """The reasons of the tolerances, each once with its engine and preset."""
+    """Reasons of the tolerances, each once, with engine and preset."""
     given = [(r.engine, r.preset, r.reason_of_tolerance) for r in results if r.reason_of_tolerance]
     return [f"{engine_title(engine)} {preset}, {why}" for engine, preset, why in dict.fromkeys(given)]
 
 
 def lacking(result: ForceResult) -> list[str]:
-    """Quantities that the engine does not report, a phrase for each reason; nothing of a run that did not complete."""
+    """List the quantities that the engine does not report, by reason; empty if the run did not complete."""
     reasons: dict[str, dict[str, None]] = {}
     for name, reason in (result.unsupported or {}).items() if result.completed else ():
         reasons.setdefault(reason, {})[name.rpartition(".")[0] or name] = None
@@ -54,7 +54,7 @@ def verdicts_table(found: Sequence[ForceStudy]) -> Table:
 
 
 def errors_tables(study: ForceStudy) -> list[Table]:
-    """A table for each group, with a row for each quantity, joint by joint, with max and rms of each run."""
+    """Return a table for each group of quantities, with max and rms of each run."""
     return [_errors_table([r for r in study.results if r.errors], group) for group in GROUPS]
 
 
@@ -88,7 +88,7 @@ def _judged_sizes(result: ForceResult) -> dict[str, Any]:
 
 
 def results_to_print(found: Sequence[ForceStudy]) -> Iterator[PrintedPart]:
-    """Largest errors of forces, observed orders, verdict; why tolerances are what they are."""
+    """Yield the largest errors of forces, observed orders, verdicts and the reasons of tolerances."""
     yield from distrusted_scenes(found)
     yield verdicts_table(found)
     yield from (f"tolerance: {reason}" for reason in reasons(result for one in found for result in one.results))

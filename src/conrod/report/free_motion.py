@@ -18,7 +18,7 @@ from conrod.studies.free_motion.results import EXACT_DRIFT, QUANTITIES, MotionRe
 
 
 def loads_words(study: MotionStudy) -> str:
-    """The loads that act."""
+    """Say which loads act in the study."""
     mechanism = study.scene.kinematics.mechanism
     acting = ["its weight"] if any(mechanism.gravity) else []
     acting += [f"a constant force on {force.body}" for force in mechanism.forces]
@@ -31,7 +31,7 @@ def loads_words(study: MotionStudy) -> str:
 
 
 def exact_words(study: MotionStudy) -> str:
-    """The exact motion's own balance of energy, and where it had a choice."""
+    """Say how well the exact motion balances its energy, and how it continued where branches cross."""
     drift = study.exact.drift
     compared = "<=" if drift <= EXACT_DRIFT else "above"
     seconds, turn = study.results[0].seconds, study.exact.turn
@@ -39,10 +39,10 @@ def exact_words(study: MotionStudy) -> str:
         f"Run: {seconds:.3g} s, {seconds / turn:.3g} times the fastest turn. "
         f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
     )
-    return ". ".join(filter(None, (said, *map(_capitalised, (study.exact.continuation, study.exact.unresolved))))) + "."
+    return ". ".join(filter(None, (said, *map(_capitalise, (study.exact.continuation, study.exact.unresolved))))) + "."
 
 
-def _capitalised(words: str) -> str:
+def _capitalise(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
@@ -50,7 +50,7 @@ def _capitalised(words: str) -> str:
 
 
 def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
-    """A row for each result: errors, when it leaves the exact motion, observed order and verdict."""
+    """Return a row for each result: errors, time of departure from the exact motion, order, verdict."""
     lengths = {study.name: study.scene.lengths for study in studies}
     leaving = next((r.leaving for study in studies for r in study.results), plan.LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {
@@ -77,7 +77,7 @@ def _departure_text(result: MotionResult) -> str:
 
 
 def figures(studies: Iterable[MotionStudy]) -> list[Figure]:
-    """A figure for each study of which a run has curves."""
+    """Return an error figure for each study with at least one completed run."""
     from conrod.report.charts.panels import free_motion_figure
 
     alt = "Errors of position and energy of {} over time"
@@ -93,7 +93,7 @@ def _sizes(result: MotionResult) -> dict[str, float | None]:
 
 
 def results_to_print(studies: Sequence[MotionStudy]) -> Iterator[PrintedPart]:
-    """Errors in time, and how well the exact motion is known."""
+    """Yield the errors in time, and how well the exact motion is known."""
     yield verdicts_table(studies)
     yield from (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies)
 

@@ -1,4 +1,4 @@
-"""The report on invariances: changes that must not matter, what each changed, and the finding in a sentence."""
+"""The report on invariances: changes that must not matter, the difference that each made, and a verdict."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from conrod.report.terminal import PrintedPart, verdict_line
 
 
 def finding(study: InvarianceStudy) -> str:
-    """Summary of what holds and what does not, in a sentence."""
+    """Say in a sentence how many invariances hold, and which are broken."""
     tried = sum(one.outcome is not Kept.UNSUPPORTED for one in study.found)
     if not study.broken:
         return f"None of {tried} invariances is broken."
@@ -22,7 +22,7 @@ def finding(study: InvarianceStudy) -> str:
 
 
 def _size_words(one: Invariance) -> str:
-    """Size of a difference, and the smallest case in which it is out of bounds."""
+    """Say how large a difference is, and when it first occurs."""
     if one.difference is None:
         return ""
     when = "" if one.time is None else f", first at {one.time:.4g} s"
@@ -30,7 +30,7 @@ def _size_words(one: Invariance) -> str:
 
 
 def invariances_table(study: InvarianceStudy) -> Table:
-    """A row for each change."""
+    """Return a row for each change, with the difference that it made."""
     rows: list[tuple[Cell, ...]] = []
     for one in study.found:
         difference, over = (
@@ -53,7 +53,7 @@ def _verdict(one: Invariance) -> Cell:
 
 
 def notes(study: InvarianceStudy) -> list[str]:
-    """The smallest case of what is broken, and how the states were made."""
+    """List the smallest model that breaks each broken invariance, and the runs."""
     cases = [f"{one.change}: broken in the model with {one.case}" for one in study.broken if one.case]
     return [*cases, f"MuJoCo {study.engine_version}; {study.run}"]
 
@@ -63,7 +63,7 @@ def _summary(study: InvarianceStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[InvarianceStudy]) -> Iterator[PrintedPart]:
-    """The finding on each model, what was changed, and notes."""
+    """Yield the verdict on each model, a table of the changes, and notes."""
     for study in studies:
         yield verdict_line(f"{study.name}: {finding(study)}", study.passed)
         yield invariances_table(study)

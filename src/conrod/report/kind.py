@@ -1,13 +1,13 @@
-"""Kinds of reports: how findings are saved, and how pages and figures are made of what was saved.
+"""Kinds of reports: how findings are saved, and how pages and figures are made from saved findings.
 
 To add a kind: findings, a frozen dataclass of plain values, arrays, scenes, enums and further dataclasses; templates
-`NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, where all prose stands, and which
-ask a module for its tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `KIND = Kind(...)`,
-such as `report/free_motion.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before
-any work and writes with `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
+`NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, which have all prose and call a
+module for tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `KIND = Kind(...)`, such as
+`report/free_motion.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before any work and writes with
+`report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
-conrod, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` are those that the
+conrod, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` names the files that the
 report owns, and may replace or remove.
 """
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from conrod.report.template import Page
 
 F = TypeVar("F")
-SCENE = "{scene}"  # in a command, what stands for the scenes
+SCENE = "{scene}"  # placeholder of the scenes in a command
 
-# By name, the module whose `KIND` it is: a kind is imported when a folder holds one. An application may add its own.
+# Modules by the name of their `KIND`, imported when a folder has a report of that kind. An application may add some.
 KINDS: dict[str, str] = {
     "ablate": "conrod.report.ablate",
     "printed-values": "conrod.report.printed_values",
@@ -51,22 +51,22 @@ KINDS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A command of which the scenes are left open.
+    """A command with a placeholder for the scenes.
 
     Attributes:
         text: the command, quoted for a shell; the first {scene} in it stands for the scenes.
-        typed: what is typed for those scenes that do not go by their names, such as a mechanism file's path, by name.
+        typed: arguments by scene name, such as a mechanism file's path, where they are not the name itself.
     """
 
     text: str
     typed: Mapping[str, str] = field(default_factory=dict)
 
     def command_for(self, *names: str) -> str:
-        """The command for some scenes."""
+        """Return the command for some scenes."""
         return self.text.replace(SCENE, " ".join(shlex.quote(self.typed.get(name, name)) for name in names), 1)
 
     def command_for_all(self, names: Collection[str]) -> str:
-        """The command for all scenes of a report, in the shortest way that a user would type."""
+        """Return the shortest command for all scenes of a report."""
         if set(names) == set(SCENES):
             return self.text.replace(f"{SCENE} ", "", 1)
         is_catalogue = not self.typed and set(names) == set(catalogue_names())
@@ -78,9 +78,9 @@ class Part(Generic[F]):
     """Findings on one machine or file.
 
     Attributes:
-        name: of its page and files.
-        command: what finds the same again.
-        conrod: version that found it.
+        name: stem of the names of its page and files.
+        command: command that finds the same again.
+        conrod: version of conrod that found it.
     """
 
     name: str
@@ -91,13 +91,13 @@ class Part(Generic[F]):
 
 @dataclass(frozen=True)
 class Index(Generic[F]):
-    """Material of the first page.
+    """Values that the template of a report's first page prints.
 
     Attributes:
-        entries: those of `results.json` by part: title, command, conrod, summary, page, data.
-        environment: of what was found last: Python, machine, system, and versions of engines and packages by name.
+        entries: entries of `results.json` by part: title, command, conrod, summary, page, data.
+        environment: Python, machine, system, and versions of packages by name, at the last measurement.
         origin: how to make the report again, in a sentence.
-        findings: of a part, read when they are asked for.
+        findings: reads the findings of a part.
     """
 
     entries: Mapping[str, Mapping[str, Any]]
@@ -112,7 +112,7 @@ class Index(Generic[F]):
 
     @property
     def versions(self) -> Table:
-        """All versions of conrod that occur, and the environment of what was found last; pages name their engines."""
+        """Table of all versions of conrod in the report, and the environment of the last measurement."""
         conrod = "; ".join(sorted({entry["conrod"] for entry in self.entries.values()}))
         title = "versions of what was measured last; each page names its own"
         return table(["what", "which"], [("conrod", conrod), *self.environment.items()], title=title)
@@ -123,25 +123,25 @@ class Kind(Generic[F]):
     """One kind of report.
 
     Attributes:
-        name: as `KINDS` has it.
+        name: key in `KINDS`.
         findings: type of a part's findings.
-        title: of a part, from its findings.
-        summary: what the index and scripts read of a part, plain values.
-        printed: tables and sentences that the command prints of some findings.
-        verdict: findings in a few sentences, the first of which says the answer.
-        passed: whether findings are within tolerance, None where nothing was judged; without it by their own `passed`.
-        one_part: whether a report has one part, whose page is the first; others have an index.
+        title: returns the title of a part.
+        summary: returns plain values of a part for the index and for scripts.
+        printed: returns the tables and sentences that a command prints.
+        verdict: returns the verdict in a few sentences, the answer first.
+        passed: True if findings are within tolerance, None if nothing was judged; by default their attribute `passed`.
+        one_part: True if a report has only one part, and so no index.
         results, index_file: names of its files in a folder, which several kinds may share.
-        suffix: of the names of its pages and data.
-        kept: what of the findings is saved.
-        merged: earlier findings of a part with new ones; None where these replace them.
-        digits: of measured fractions in a folder, see `round_findings`; all of them where it is None.
-        digits_of: the same of what has these names, and of all in it.
-        live: markup of its own that a part's page has in HTML below its first sentence, with ids that begin with a
-            text; empty where there is none.
-        in_live: figures by the end of their names that it makes needless.
-        tile: of a part on the first page in HTML, a figure by the end of its name; empty for none.
-        schema: of the findings.
+        suffix: ending of the names of its pages and data.
+        kept: returns the findings as they are saved.
+        merged: merges earlier findings of a part with new ones; None if new ones replace them.
+        digits: digits of measured fractions in a folder, see `round_findings`; None keeps all.
+        digits_of: other digits for fields of these names.
+        live: returns HTML to insert below the first sentence of a part's page, with ids that begin with a prefix;
+            empty if there is none.
+        in_live: endings of the names of figures that this HTML replaces.
+        tile: ending of the name of a part's figure on the first page in HTML; empty for none.
+        schema: version of the layout of the findings.
     """
 
     name: str
@@ -169,35 +169,35 @@ class Kind(Generic[F]):
         return kind_named, (self.name,)
 
     def page_of(self, part: Part[F]) -> Page:
-        """The page of a part; its template speaks of `part`, its findings `study`, and the kind's module `report`."""
-        from conrod.report.template import page  # it has templates draw figures
+        """Render the page of a part; its template knows `part`, `study` (the findings) and `report` (the module)."""
+        from conrod.report.template import page  # loaded late: it loads jinja2
 
         return page(self.name, import_module(KINDS[self.name]), part=part, study=part.findings)
 
     def index_of(self, index: Index[F]) -> Page:
-        """The first page of several parts; its template speaks of `index` and the kind's module `report`."""
+        """Render the first page of several parts; its template knows `index` and `report` (the kind's module)."""
         from conrod.report.template import page
 
         return page(f"{self.name}-index", import_module(KINDS[self.name]), index=index)
 
     def page_file(self, part: str) -> str:
-        """Name of a part's page."""
+        """Return the file name of a part's page."""
         return self.index_file if self.one_part else f"{part}{self.suffix}.md"
 
     def data_file(self, part: str) -> str:
-        """Name of the file of a part's findings."""
+        """Return the file name of a part's findings."""
         return f"data/{part}{self.suffix}.json"
 
     def first_page(self, parts: Mapping[str, Any]) -> str:
-        """Name of the page to read first: that of the only part, or the index."""
+        """Return the file name of the page to read first: the only part's page, or the index."""
         return self.page_file(next(iter(parts))) if len(parts) == 1 else self.index_file
 
 
 def kind_named(name: str) -> Kind[Any]:
-    """The kind of a name.
+    """Return the kind of report of a name.
 
     Raises:
-        InvalidInput: there is none.
+        InvalidInput: no kind has the name.
     """
     if name not in KINDS:
         raise unknown_choice("kind of report", name, KINDS)

@@ -1,4 +1,4 @@
-"""The report on a model's closed loops: what moves, how far its engine is off, and what would suffice."""
+"""The report on a model's closed loops: what moves, the errors of its engine, and settings that would suffice."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ RIGHT_COLUMNS = (
     "cost",
 )
 UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
-MAX_NAMED = 4  # differences that the finding names
+MAX_NAMED = 4  # differences, points or bodies named in a sentence
 MIN_CONTRADICTION = 1e-9  # of the travel; less is rounding
 
 
 def finding(study: LoopStudy) -> str:
-    """The answer in a few sentences: on the file as it is, on its runs along the drives, and what was not judged.
+    """Return the verdict on the file's own run and on its driven runs, and the scope of both.
 
-    That it is another machine comes first, unless its own run failed.
+    If it is another machine than the scene, the verdict says so first, unless its own run failed.
     """
     shipped, own = study.shipped, study.own
     said = [_own_run_words(study), _driven_run_words(study)]
@@ -64,7 +64,7 @@ def finding(study: LoopStudy) -> str:
 
 
 def _other_forces_words(study: LoopStudy) -> Iterator[str]:
-    """What acts besides the loops in the driven run and, if anything else, in the file's own."""
+    """Yield sentences on forces other than the loops', of the driven run and of the file's own run."""
     driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
     named = {one.title for one in driven}
     yield from acting_sentences(driven, engine)
@@ -73,7 +73,7 @@ def _other_forces_words(study: LoopStudy) -> Iterator[str]:
 
 
 def _own_run_words(study: LoopStudy) -> str:
-    """The verdict on the file as it is, in a sentence."""
+    """Say in a sentence whether the file's own run is within tolerance."""
     shipped, asked = study.shipped, study.question.tolerance
     did = f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}"
     if shipped.failed:
@@ -86,7 +86,7 @@ def _own_run_words(study: LoopStudy) -> str:
 
 
 def _not_judged(study: LoopStudy) -> Iterator[str]:
-    """What the verdict says nothing on, in words; nothing where all is measured and not judged."""
+    """Yield the quantities that the verdict does not cover, in words."""
     asked, idle = study.question.tolerance, study.mobility.idle
     if study.judges_loops_alone:
         named = f"{', '.join(study.points[:MAX_NAMED])}{', ..' if len(study.points) > MAX_NAMED else ''}"
@@ -127,20 +127,20 @@ def _driven_run_words(study: LoopStudy) -> str:
 
 
 def _difference_words(other: Comparison) -> str:
-    """Name what a model has otherwise than a machine; empty where nothing is found."""
+    """Name the differences between the model and the machine; empty where none is found."""
     if other.other_branch:
         return "it is assembled on another branch"
     return _first_differences(other.differences)
 
 
 def _first_differences(differences: Sequence[str]) -> str:
-    """The first differences, and how many more there are."""
+    """List the first differences, and the number of the rest."""
     more = len(differences) - MAX_NAMED
     return "; ".join([*differences[:MAX_NAMED], *([f"{more} more differences"] if more > 0 else [])])
 
 
 def shipped_words(shipped: ShippedRun) -> str:
-    """Outcome of the file's own run, with `it` before it."""
+    """Say how the file's own run ended, to follow the word `it`."""
     if shipped.outcome is not Outcome.COMPLETED:
         return f"ended as {shipped.outcome.slug}: {shipped.reason}"
     if shipped.chatter is not None:
@@ -159,7 +159,7 @@ def _cheapest_words(study: LoopStudy) -> str:
 
 
 def in_mm(size: float) -> str:
-    """A length in mm."""
+    """Return a length [m] as text in mm."""
     return f"{measured_text(1e3 * size)} mm"
 
 
@@ -169,7 +169,7 @@ def _size_text(name: str, size: float) -> str:
 
 
 def runs_table(study: LoopStudy) -> Table:
-    """A row for each run at the model's own step, and for the cheapest within tolerance where that is another."""
+    """Return a row for each run at the model's own step, and for the cheapest run within tolerance."""
     runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
     rows = [(run.label, *_sizes(run), order(run.order), measured_text(run.cost), _verdict(study, run)) for run in runs]
     title = "driven along the exact motion: largest errors"
@@ -192,7 +192,7 @@ def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
 
 
 def what_moves(study: LoopStudy) -> Iterator[str]:
-    """Drives, mobility and what is redundant, idle or singular."""
+    """Yield drives, mobility, redundant equations, idle joints and the nearest singular configuration."""
     one, drives = study.mobility, ", ".join(f"`{name}={law}`" for name, law in study.question.drives.items())
     yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
     taken = f"{one.rows} equations of its closures take {one.rank}"
@@ -213,7 +213,7 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
 
 
 def how_exact(study: LoopStudy) -> Iterator[str]:
-    """Agreement of MuJoCo's kinematics, closed form and forces."""
+    """Yield how MuJoCo's kinematics, the closed form and the forces agree with the exact motion."""
     off = ", ".join(f"{name} {measured_text(size)}" for name, size in study.kinematic.items())
     yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
     if study.compared is not None and study.compared.closed_form is not None:
@@ -255,7 +255,7 @@ def _summary(study: LoopStudy) -> dict[str, Any]:
 
 
 def index_table(index: Index[LoopStudy]) -> Table:
-    """A row for each model."""
+    """Return a row for each model: mobility, outcome, errors and the cheapest settings."""
     rows = []
     for entry in index.entries.values():
         one = entry["summary"]
@@ -275,7 +275,7 @@ def index_table(index: Index[LoopStudy]) -> Table:
 
 
 def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
-    """The finding on each model, what moves, the runs and how exact they are."""
+    """Yield the verdict on each model, what moves, how exact the runs are, and their errors."""
     for study in studies:
         yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
         yield from (

@@ -10,11 +10,11 @@ from typing import Any, TypeAlias
 # Below this every normalised error is rounding noise, different on another machine: its digits mean nothing.
 ROUNDING = 1e-12
 BELOW_ROUNDING = "< 1e-12"
-NOISE_DECIMALS = 14  # that leave three digits of an error of that size; those beyond may be others the next time
+NOISE_DECIMALS = 14  # keep three digits of an error of that size; digits beyond may differ the next time
 MISSING = "n/a"
 QUANTITIES_OVER_L = ("position", "total")  # quantities whose errors are over L
 IN_MM = "position [mm]"
-PLAIN_RANGE = (1e-3, 1e4)  # sizes that read best without an exponent
+PLAIN_RANGE = (1e-3, 1e4)  # sizes printed without an exponent
 
 # SI unit of a parameter -> the unit people use, and the factor to it.
 SHOWN_UNITS: Mapping[str, tuple[str, float]] = {
@@ -28,7 +28,7 @@ SHOWN_UNITS: Mapping[str, tuple[str, float]] = {
 
 
 def measured_text(value: float | None) -> str:
-    """A measured size, normalised or not, in two significant digits; 'n/a' where there is none."""
+    """Return a measured value in two significant digits; 'n/a' for None."""
     if value is None:
         return MISSING
     if not math.isfinite(value):
@@ -41,18 +41,18 @@ def measured_text(value: float | None) -> str:
 
 
 def scaled_text(value: float | None, factor: float) -> str:
-    """A normalised error or an angle in a unit that people use; below rounding it stays there."""
+    """Return a normalised error or an angle in another unit; below rounding only its bound."""
     if value is not None and abs(value) < ROUNDING:
         return f"< {quantity(ROUNDING * factor, 1)}"
     return measured_text(None if value is None else factor * value)
 
 
-# Errors over L by point; or their largest, where no more was kept.
+# Errors over L by point; or the largest of them, where only that was kept.
 ErrorsOverL: TypeAlias = float | Mapping[str, float | None] | None
 
 
 def in_mm(errors: ErrorsOverL, lengths: Mapping[str, float]) -> str:
-    """The largest of errors over L in mm; at most that, `<= 7.9`, where L differs and the point is not known.
+    """Return the largest of errors over L in mm; `<= 7.9` where L differs and the point is unknown.
 
     Args:
         lengths: L of each point [m].
@@ -68,7 +68,12 @@ def in_mm(errors: ErrorsOverL, lengths: Mapping[str, float]) -> str:
 
 
 def with_mm(errors: ErrorsOverL, lengths: Mapping[str, float], of: str = "") -> str:
-    """The largest of errors over L, as it is, with what it is a share of, and in mm: `0.038 (7.9 mm)`."""
+    """Return the largest of errors over L, and the same in mm: `0.038 (7.9 mm)`.
+
+    Args:
+        errors: over L.
+        lengths: L of each point [m].
+        of: words to add to the share, such as ` of its travel`."""
     known = errors.values() if isinstance(errors, Mapping) else (errors,)
     over = measured_text(max((error for error in known if error is not None), default=None))
     shown = in_mm(errors, lengths)
@@ -76,7 +81,7 @@ def with_mm(errors: ErrorsOverL, lengths: Mapping[str, float], of: str = "") -> 
 
 
 def error(name: str, size: ErrorsOverL, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
-    """The largest error of a quantity: of a place in mm too where L [m] is given, of the crank angle in deg."""
+    """Return the largest error of a quantity; positions also in mm if L [m] is given, the phase in deg."""
     if name in QUANTITIES_OVER_L:
         return with_mm(size, lengths)
     assert not isinstance(size, Mapping)
@@ -84,25 +89,25 @@ def error(name: str, size: ErrorsOverL, lengths: Mapping[str, float] = MappingPr
 
 
 def allowed_text(name: str, size: float | None, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
-    """A limit of what `error` shows; one of the crank angle is rounding itself, and no noise."""
+    """Return a tolerance as `error` would print it, without hiding a phase below rounding."""
     if name == "phase" and size is not None:
         return f"{quantity(math.degrees(size), 2)} deg"
     return error(name, size, lengths)
 
 
 def lengths(travels: Mapping[str, float]) -> str:
-    """The travels [m] of points, which errors are divided by, to end a sentence; a full stop where none is known."""
+    """Return the travels [m] of points to end a sentence that names L; a full stop if none is known."""
     known = ", ".join(f"{point} {quantity(1e3 * length, 6)} mm" for point, length in travels.items())
     return f", which is of {known}." if known else "."
 
 
 def in_degrees(angle: float | None) -> str:
-    """An error of an angle [rad] in degrees."""
+    """Return an error of an angle [rad] in degrees."""
     return scaled_text(angle, 180.0 / math.pi)
 
 
 def quantity(value: float, digits: int = 4) -> str:
-    """An exact value, such as a parameter, without digits that carry nothing."""
+    """Return an exact value, such as a parameter, without needless digits."""
     if value == 0.0:
         return "0"
     if PLAIN_RANGE[0] <= abs(value) < 10.0 ** max(digits, 4):
@@ -113,18 +118,18 @@ def quantity(value: float, digits: int = 4) -> str:
 
 
 def defect_size_text(size: float, unit: str) -> str:
-    """The size of a planted defect in its unit, two digits; nothing where it has none."""
+    """Return the size of a planted defect in its unit, in two digits; empty if it has no unit."""
     factor = 100.0 if unit.startswith("%") else 180.0 / math.pi if unit == "deg" else 1.0
     return f"{quantity(size * factor, 3 if size * factor >= 99.5 else 2)} {unit}" if unit else ""
 
 
 def order(value: float | None) -> str:
-    """An observed order of convergence."""
+    """Return an observed order of convergence in two digits; 'n/a' for None."""
     return MISSING if value is None else _plain(round_to_digits(value, 2), 2)
 
 
 def duration(seconds: float | None) -> str:
-    """A measured time in two significant digits, in µs, ms or s; 'n/a' where there is none."""
+    """Return a measured time [s] in two significant digits, in µs, ms or s; 'n/a' for None."""
     if seconds is None:
         return MISSING
     value = round_to_digits(seconds, 2)
@@ -133,7 +138,7 @@ def duration(seconds: float | None) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share as a whole percentage; neither 0 % nor 100 % where it is not quite that."""
+    """Return a share as a whole percentage; `< 1 %` or `> 99 %` rather than rounding to 0 or 100."""
     if share is None:
         return MISSING
     whole = round(100.0 * share)
@@ -143,13 +148,13 @@ def percent(share: float | None) -> str:
 
 
 def in_shown_unit(value: float, unit: str, digits: int = 6) -> tuple[str, str]:
-    """A parameter's value and unit as people write them: ('32.5', 'mm') for 0.0325 m."""
+    """Return a parameter's value and unit as engineers write them: ('32.5', 'mm') for 0.0325 m."""
     shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
     return quantity(value * factor, digits), shown or "-"
 
 
 def setting(value: Any) -> str:
-    """A setting's value, short."""
+    """Return a setting's value as short text."""
     match value:
         case None:
             return "none"
@@ -164,12 +169,12 @@ def setting(value: Any) -> str:
 
 
 def round_reproducibly(value: float, digits: int) -> float:
-    """A measured number in so many significant digits, and none that are rounding noise."""
+    """Round a measured number to significant digits, and rounding noise to 0."""
     return 0.0 if abs(value) < ROUNDING else round(round_to_digits(value, digits), NOISE_DECIMALS)
 
 
 def round_to_digits(value: float, digits: int) -> float:
-    """A number rounded to so many significant digits."""
+    """Round a number to significant digits."""
     return float(f"{value:.{digits - 1}e}")
 
 

@@ -36,30 +36,30 @@ MACHINE = "machine.toml"
 FIGURES = "figures"
 DRAWING = f"{FIGURES}/mechanism.svg"
 PAGES = (README, PARAMETERS, MECHANISM, TRAJECTORY)
-# Of the parameters' file, by which a pack is known.
+# Keys of the parameters' file, which show that a folder is a pack.
 PACK_KEYS = {"schema", "scene", "kind", "parameters"}
 ARCHIVE = ".zip"
-FILE_MODE = 0o644 << 16  # by all, once unpacked
-ARCHIVE_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can say
+FILE_MODE = 0o644 << 16  # readable by all, once unpacked
+ARCHIVE_DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that a zip archive can hold
 JOINT_KINDS: Mapping[type[Joint], str] = {
     Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack",
 }  # fmt: skip
 # Column suffix, attribute of the motion, SI unit.
 QUANTITIES = (("", "position", "m"), ("v", "velocity", "m/s"), ("a", "acceleration", "m/s^2"), ("j", "jerk", "m/s^3"))
 
-PASS_END_ROUNDING = 1e-12  # of a pass, by which its last sample may seem to lie beyond its end
+PASS_END_ROUNDING = 1e-12  # of a pass's duration, by which rounding may put its last sample beyond its end
 
 
 def pack_files(
     name: str, scene: Scene, samples: int, revolutions: int, machine: bytes | None = None
 ) -> dict[str, str | bytes]:
-    """Content of all files of a pack by their names, the README last.
+    """Return the contents of all files of a pack by name, the README last.
 
     Args:
-        name: of the scene.
-        samples: of the trajectory, a revolution.
-        revolutions: of the trajectory; an input that makes one pass makes that.
-        machine: the mechanism file that the scene comes from; None of a scene in closed form.
+        name: name of the scene.
+        samples: samples of the trajectory in a revolution.
+        revolutions: revolutions of the trajectory; ignored for an input that makes one pass.
+        machine: the mechanism file of the scene; None for a scene in closed form.
     """
     return {
         **({} if machine is None else {MACHINE: machine}),
@@ -72,7 +72,7 @@ def pack_files(
 
 
 def _readme(name: str, scene: Scene, samples: int) -> str:
-    """The page: what to solve, what to hand in, and the one figure that counts."""
+    """Render the page that states the task, the table to hand in, and the figure that counts."""
     mechanism = scene.mechanism()
     lengths = [(point, numbers.quantity(1e3 * length, 9)) for point, length in scene.lengths.items()]
     return page(
@@ -84,7 +84,7 @@ def _readme(name: str, scene: Scene, samples: int) -> str:
 
 
 def _drive_words(scene: Scene) -> str:
-    """From which crank angle to which, and when."""
+    """Say how the crank is driven: its angles and times."""
     span = scene.kinematics.mechanism.driver.span
     if span is None:
         turn = f"{scene.period:.15g} s each"
@@ -98,7 +98,7 @@ def _drive_words(scene: Scene) -> str:
 
 
 def _command(name: str, scene: Scene) -> str:
-    """The command that judges a table, with what makes the scene of the one that ships, or that the file describes."""
+    """Return the command that judges a table of the scene, with the parameters that were changed."""
     usual = (DescribedScene(scene.document) if isinstance(scene, DescribedScene) else SCENES[name]).parameters
     changed = [f"--set {shlex.quote(f'{p}={value!r}')}" for p, value in scene.parameters.items() if value != usual[p]]
     machine = name if scene.closed_form else MACHINE
@@ -106,7 +106,7 @@ def _command(name: str, scene: Scene) -> str:
 
 
 def zip_archive(files: Mapping[str, str | bytes]) -> bytes:
-    """The files in one archive; the same files give the same bytes."""
+    """Zip files into one archive; the same files give the same bytes."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
@@ -118,7 +118,7 @@ def zip_archive(files: Mapping[str, str | bytes]) -> bytes:
 
 
 def parameters_document(name: str, scene: Scene) -> dict[str, Any]:
-    """All parameters, SI, in full precision."""
+    """Return all parameters in SI and full precision as plain values."""
     facts = scene.parameter_facts()
     return {
         "schema": SCHEMA,
@@ -139,7 +139,7 @@ def parameters_document(name: str, scene: Scene) -> dict[str, Any]:
 
 
 def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
-    """Bodies, joints, drive and start poses as plain values, SI."""
+    """Return bodies, joints, drive and start poses as plain values in SI."""
     return {
         "schema": SCHEMA,
         "units": "m, kg, s, rad; kg m² about the centre of gravity",
@@ -161,10 +161,10 @@ def _json(document: dict[str, Any]) -> str:
 
 
 def pack_to_write(text: str | None) -> Path:
-    """The folder or archive that a user names, refused where anything but an earlier pack would be replaced.
+    """Return the folder or archive that a user names, if it is free or an earlier pack.
 
     Raises:
-        InvalidInput: none is named, or it cannot be written.
+        InvalidInput: none is named, it cannot be written, or it holds other files.
     """
     if text is None:
         raise InvalidInput("--format pack is a folder or an archive: name it with -o DIR or -o FILE.zip")
@@ -186,7 +186,7 @@ def pack_to_write(text: str | None) -> Path:
 
 
 def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
-    """All files in the folder, or in one archive."""
+    """Return the files to write: all in the folder, or one archive."""
     if place.name.lower().endswith(ARCHIVE):
         folder = place.name[: -len(ARCHIVE)]
         return single(place, zip_archive({f"{folder}/{name}": content for name, content in files.items()}))
@@ -198,7 +198,7 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
 
 
 def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, tuple[str, Array]]:
-    """Columns of the exact trajectory: name -> (unit, values (T,)).
+    """Return the columns of the exact trajectory: name -> (unit, values (T,)).
 
     Args:
         samples: instants in a revolution, equally spaced; the last instant of the run is included.
@@ -218,7 +218,7 @@ def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, t
 
 
 def _instants(scene: Scene, samples: int, revolutions: float) -> tuple[Array, Array]:
-    """Times [s] and crank angles [rad], each (T,)."""
+    """Return times [s] and crank angles [rad], each (T,)."""
     step, span = scene.period / samples, scene.mechanism().driver.span
     if span is None:
         times = np.asarray(np.arange(round(samples * revolutions) + 1) * step, dtype=float)
@@ -230,7 +230,7 @@ def _instants(scene: Scene, samples: int, revolutions: float) -> tuple[Array, Ar
 
 
 def as_csv(columns: dict[str, tuple[str, Array]]) -> str:
-    """Columns as CSV with the unit in each heading; numbers in full precision."""
+    """Return columns as CSV with units in the headings and numbers in full precision."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(f"{name} [{unit}]" for name, (unit, _) in columns.items())

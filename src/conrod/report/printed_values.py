@@ -14,36 +14,36 @@ from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart
 
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
-EXTRA_DIGITS = 3  # digits of an exact value beyond the printed ones
+EXTRA_DIGITS = 3  # of an exact value, beyond the digits in print
 
 
-MAX_PRINTED_ITEMS = 20  # items of a document that are printed one by one
+MAX_PRINTED_ITEMS = 20  # of a document, on the console
 
 
 def escape_marks(text: str) -> str:
-    """Text in which Markdown sees no mark of its own."""
+    """Escape the characters that Markdown would read as marks."""
     return re.sub(r"([*_<>\[\]`])", r"\\\1", text)
 
 
 def unsigned_zero(text: str) -> str:
-    """The same without the sign of a zero, which is rounding noise."""
+    """Drop the sign of a number in text if all its digits are zero."""
     return text.lstrip("+-") if not re.search("[1-9]", text) else text
 
 
 def counts_text(audited: Audited) -> str:
-    """Number of items with each verdict, in words."""
+    """Say how many items of a document have each verdict."""
     count = len(audited.verdicts)
     found = (f"{number} {kind.value}" for kind, number in audited.counts.items() if number)
     return f"{count} item{'s' * (count != 1)}, {', '.join(found)}"
 
 
 def verdict_text(verdict: Verdict) -> str:
-    """The verdict, bold where the print is not right."""
+    """Return the verdict in Markdown, bold where the printed value is wrong."""
     return verdict.kind.value if verdict.kind in GOOD else f"**{verdict.kind.value}**"
 
 
 def console_lines(audited: Audited, most: int) -> Iterator[str]:
-    """The items that do not agree, first those to be corrected, each with its computation."""
+    """Yield the items that disagree, with their computation; the ones to correct first."""
     wrong = sorted((v for v in audited.verdicts if v.kind not in GOOD), key=lambda v: CONSOLE_ORDER.index(v.kind))
     for verdict in wrong[:most]:
         place = f"{verdict.place}: " if verdict.place else ""
@@ -55,14 +55,17 @@ def console_lines(audited: Audited, most: int) -> Iterator[str]:
 
 
 def counts_table(audits: Mapping[str, Audited]) -> Table:
-    """Number of items of each document with each verdict; keys are what it is called."""
+    """Return a row for each document: number of items by verdict.
+
+    Args:
+        audits: by the name of the document in the table."""
     head = ["document", *(kind.value.removesuffix(" as printed") for kind in Judgement), "items"]
     rows = [[name, *map(str, one.counts.values()), str(len(one.verdicts))] for name, one in audits.items()]
     return table(head, rows, right=head[1:])
 
 
 def numbers_table(verdicts: Sequence[Verdict]) -> Table:
-    """Every printed number beside the exact one."""
+    """Return a row for each printed number, with the exact one and the difference."""
     head = ["line", "where", "quantity", "for", "unit", "printed", "exact", "difference", "verdict", "computation"]
     rows = [
         [
@@ -77,7 +80,7 @@ def numbers_table(verdicts: Sequence[Verdict]) -> Table:
 
 
 def audits_by_link(index: Index[Audited]) -> dict[str, Audited]:
-    """What was found by a link to the page of it."""
+    """Return the audits of an index by a Markdown link to their pages."""
     return {f"[{escape_marks(one.title)}]({name}.md)": one for name, one in index.studies.items()}
 
 
@@ -86,7 +89,7 @@ def _summary(audited: Audited) -> dict[str, Any]:
 
 
 def results_to_print(audits: Sequence[Audited]) -> Iterator[PrintedPart]:
-    """Counts of verdicts on each document, then the verdicts one by one."""
+    """Yield the counts of verdicts on each document, then the items that disagree."""
     yield counts_table({one.document: one for one in audits})
     for audited in audits:
         yield from console_lines(audited, MAX_PRINTED_ITEMS)

@@ -23,8 +23,8 @@ class Advice:
     """Settings recommended for one scene, as plain values.
 
     Attributes:
-        engines: name -> version.
-        answers: by engine, with the lines that a terminal shows.
+        engines: versions by name.
+        answers: answers by engine, with the lines that a terminal shows.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Advice:
 
 
 def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]) -> Advice:
-    """The answers of all engines for a scene."""
+    """Collect the answers of all engines for a scene as plain values."""
     engines = [(one.choice if isinstance(one, Recommendation) else one.nearest).swept.engine for one in found]
     answers = {engine.name: _answer_values(one, allowed) for engine, one in zip(engines, found, strict=True)}
     versions = {engine.name: engine.version for engine in engines}
@@ -73,14 +73,14 @@ def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[Advice]) -> Iterator[PrintedPart]:
-    """The answer of each engine, and the lines to paste."""
+    """Yield the answer of each engine, and the settings to paste."""
     for one in (answer for study in studies for answer in study.answers.values()):
         yield from one["lines"]
         yield from (Verbatim(f"    {line}") for line in [*one.get("paste", "").splitlines(), ""])
 
 
 def verdict(found: Advice) -> str:
-    """The first line of each engine's answer."""
+    """Return the first line of each engine's answer."""
     return "; ".join(one["lines"][0].rstrip(":") for one in found.answers.values())
 
 

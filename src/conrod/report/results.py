@@ -1,4 +1,4 @@
-"""A scene and the results of a validation of any kind, in words and as tables, the same on terminals and on pages."""
+"""Words and tables on a scene and its judged results, the same on terminals and on pages."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ R = TypeVar("R", bound=Result)
 
 
 def engine_and_preset(result: Result) -> tuple[str, str]:
-    """The first two cells of a row: engine and preset."""
+    """Return engine and preset of a result, the first two cells of its row."""
     return engine_style(result.engine).title, result.preset or KINEMATIC
 
 
 def verdict_words(result: Result) -> str:
-    """Within tolerance or not, and if not why; what ended the run, where it did not complete."""
+    """Say whether a result is within tolerance, and if not why; or why its run did not complete."""
     if not result.completed:
         failed = "" if result.passed is not False else "failed, "
         return f"{failed}{result.outcome}: {result.reason or Outcome.from_slug(result.outcome).meaning}"
@@ -45,7 +45,7 @@ def verdict_words(result: Result) -> str:
 
 
 def lacking_words(result: Result) -> str:
-    """What of accelerations the engine lacks, and its law allows for, with their error; empty where it matters not."""
+    """Name the term of accelerations that the engine lacks, if it shows; empty otherwise."""
     look = engine_style(result.engine)
     if not look.missing_term or not isinstance(result, ValidationResult):
         return ""
@@ -58,7 +58,7 @@ def lacking_words(result: Result) -> str:
 def exceeded_words(
     exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.allowed_text
 ) -> list[str]:
-    """The judged quantities that are out of tolerance, with what was found and allowed."""
+    """List the quantities out of tolerance, each with its error and tolerance."""
     pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in exceeded.items()}
     return [
         f"{name} has no error to judge"
@@ -69,7 +69,7 @@ def exceeded_words(
 
 
 def scene_verdict(study: SceneResults[Any]) -> str:
-    """The verdict on a scene in words: each result that is out of tolerance, or that none is."""
+    """Return the verdict on a scene, with each result that is out of tolerance."""
     failed = [
         f"{' '.join(engine_and_preset(one))}: {verdict_words(one)}" for one in study.results if one.passed is False
     ]
@@ -77,13 +77,13 @@ def scene_verdict(study: SceneResults[Any]) -> str:
 
 
 def distrusted_scenes(studies: Sequence[SceneResults[Any]]) -> Iterator[PrintedPart]:
-    """Scenes whose exact motion contradicts itself, to be said before anything else."""
+    """Yield a line for each scene whose exact motion contradicts itself, to print first."""
     doubted = [study for study in studies if any(result.distrust for result in study.results)]
     yield from (verdict_line(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
 
 
 def verdict_cell(result: Result, more: str = "") -> Cell:
-    """The verdict in its colour, with what more is to be said."""
+    """Return the verdict on a result as a coloured cell, with more words added."""
     words = verdict_words(result) + more
     if not result.completed and result.passed is None:
         return Toned(words, "odd")
@@ -91,7 +91,7 @@ def verdict_cell(result: Result, more: str = "") -> Cell:
 
 
 def summary_words(results: Iterable[Result]) -> str:
-    """The verdict on a scene in a sentence or two."""
+    """Return the verdict on a scene's results in a sentence or two."""
     judged = [r for r in results if r.passed is not None]
     failed = [r for r in judged if not r.passed]
     if doubted := [r for r in judged if r.distrust]:
@@ -108,7 +108,7 @@ def summary_words(results: Iterable[Result]) -> str:
 
 
 def versions_words(results: Iterable[Result]) -> str:
-    """Engines and their versions."""
+    """Name the engines of some results with their versions."""
     return ", ".join(dict.fromkeys(f"{engine_style(r.engine).title} {r.engine_version}" for r in results))
 
 
@@ -118,7 +118,7 @@ def results_table(
     title: str,
     verdict: Callable[[R], Cell] = verdict_cell,
 ) -> Table:
-    """A row for each result: scene, engine, preset, some columns, verdict."""
+    """Return a row for each result: scene, engine, preset, given columns, verdict."""
     rows = [
         (study.name, *engine_and_preset(r), *(text(r) for text in columns.values()), verdict(r))
         for study in studies
@@ -128,10 +128,10 @@ def results_table(
 
 
 def scene_summary(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]) -> dict[str, Any]:
-    """Summary of a scene for the index and scripts.
+    """Return a summary of a scene's results as plain values, for the index and for scripts.
 
     Args:
-        more: what a kind of result has besides its verdict.
+        more: returns further values of a result.
     """
     results = [
         {
@@ -150,7 +150,7 @@ def scene_summary(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]
 
 
 def scene_description(scene: Scene) -> str:
-    """The scene's description, with a number and its unit where it names a parameter."""
+    """Return the scene's description, with the values of the parameters that it names."""
     facts = scene.parameter_facts()
     words = {
         name: " ".join(numbers.in_shown_unit(value, facts[name].unit)).removesuffix(" -")
@@ -160,7 +160,7 @@ def scene_description(scene: Scene) -> str:
 
 
 def parameters_table(scene: Scene) -> Table:
-    """Values, units and meanings of the scene's parameters."""
+    """Return a row for each parameter of the scene: value, unit, meaning."""
     facts = scene.parameter_facts()
     rows = [
         (f"`{name}`", *numbers.in_shown_unit(value, facts[name].unit), facts[name].meaning)

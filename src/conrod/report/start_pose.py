@@ -1,18 +1,18 @@
-"""Words on the pose that a model's own run starts in."""
+"""Words on the pose in which a model's own run starts."""
 
 from __future__ import annotations
 
 from conrod.own.models.request import OpenStart
 from conrod.report.numbers import quantity
 
-MAX_POSE_NUMBERS = 20  # of a pose in a sentence
+MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 
 
 def open_start_words(begins: OpenStart, unit: float = 1.0) -> str:
     """Say how far the loops are open at the start, and where they would be closed.
 
     Args:
-        unit: of the model's lengths [m].
+        unit: unit of the model's lengths [m].
     """
     worst, more = begins.worst, len(begins.gaps) - 1
     others = f" ({more} more closure{'s' if more > 1 else ''} open)" if more else ""

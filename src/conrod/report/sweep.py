@@ -32,7 +32,7 @@ from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
 
 def diagram_of(study: SweepStudy) -> Figure | None:
-    """Error against cost; None where nothing was timed."""
+    """Return the figure of error against cost; None where nothing was timed."""
     if not tables.timed_points(study):
         return None
     alt = f"Error against cost of every run, {study.name}"
@@ -40,7 +40,7 @@ def diagram_of(study: SweepStudy) -> Figure | None:
 
 
 def spots(study: SweepStudy, diagram: Drawing) -> Iterator[Spot]:
-    """Spots of the diagram, one for each timed point, with its settings to paste in further lines."""
+    """Yield a spot for each timed point of the diagram, with its settings to paste."""
     points = tables.timed_points(study)
     for axes, quantity in zip(diagram.axes, QUANTITIES, strict=True):
         places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(study, p)) for p in points]
@@ -60,7 +60,7 @@ def _summary(study: SweepStudy) -> dict[str, Any]:
 
 
 def cheapest_table(index: Index[SweepStudy]) -> Table:
-    """The cheapest settings of all machines within tolerances of the position."""
+    """Return the cheapest settings of all machines for several tolerances of the position."""
     rows = [
         [f"[{name}]({entry['page']})", *row]
         for name, entry in index.entries.items()
@@ -71,7 +71,7 @@ def cheapest_table(index: Index[SweepStudy]) -> Table:
 
 
 def first_figure(studies: Iterable[SweepStudy]) -> Figure | None:
-    """The diagram of one quantity, of the study with most points; None where none was timed."""
+    """Return the position diagram of the study with most points; None where none was timed."""
     study = max((study for study in studies if tables.timed_points(study)), key=lambda s: len(s.points), default=None)
     if study is None:
         return None
@@ -87,10 +87,11 @@ WIDTH, PANEL, MARGINS = 10.5, 5.1, 1.4  # of a figure, of a panel, beside the pa
 
 
 def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Drawing:
-    """Error against CPU time for each quantity.
+    """Draw error against CPU time, a panel for each quantity.
 
     Args:
         study: with timings.
+        quantities: names of the panels' quantities.
     """
     points = tables.timed_points(study)
     figure = Drawing(figsize=(WIDTH, PANEL * len(quantities) + MARGINS))
@@ -106,7 +107,7 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
 
 
 def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
-    """A logarithmic axis of CPU time, with its decades in words."""
+    """Give the axes a logarithmic scale of CPU time, with its decades in words."""
     first, last = np.ceil(np.log10(limits[0])), np.floor(np.log10(limits[1]))
     decades = [10.0**k for k in range(int(first), int(last) + 1)]
     set_log_axis(axes, limits, decades, [numbers.duration(x).replace(".0", "") for x in decades])
@@ -129,7 +130,7 @@ def _plot(axes: Axes, points: Sequence[SweptPoint], quantity: str, style: dict[s
 
 
 def _points_without_preset(points: Sequence[SweptPoint], engine: str) -> list[SweptPoint]:
-    """Points of an engine that are no preset's."""
+    """Points of an engine that belong to no preset."""
     return [p for p in points if p.engine == engine and p.preset is None]
 
 
@@ -138,13 +139,13 @@ def _errors(points: Sequence[SweptPoint], quantity: str) -> Any:
 
 
 def _dot_style(engine: str) -> dict[str, Any]:
-    """Arguments of `Axes.plot` for runs that are nothing in particular."""
+    """Arguments of `Axes.plot` for runs of no preset."""
     dots = {"linestyle": "none", "marker": engine_style(engine).marker, "markersize": 2.6, "markeredgewidth": 0.0}
     return {**dots, "color": colour(engine), "alpha": 0.35, "zorder": 2}
 
 
 def _front_style(engine: str) -> dict[str, Any]:
-    """Arguments of `Axes.plot` for the front of an engine."""
+    """Arguments of `Axes.plot` for an engine's Pareto front."""
     line = {"color": colour(engine), "linewidth": 2.2, "alpha": 0.9, "zorder": 6, "linestyle": "-"}
     dots = {
         "marker": engine_style(engine).marker,
@@ -170,7 +171,7 @@ def _legend(study: SweepStudy) -> list[Line2D]:
 
 
 def results_to_print(studies: Sequence[SweepStudy]) -> Iterator[PrintedPart]:
-    """For each scene and engine the settings that no other one beats in both cost and position error."""
+    """Yield for each scene the settings that no other beats in both cost and position error."""
     for study in studies:
         yield tables.front_table(study, f"{study.name}: settings that none beats in both cost and position")
         yield tables.RATIO_NOTE
@@ -179,7 +180,7 @@ def results_to_print(studies: Sequence[SweepStudy]) -> Iterator[PrintedPart]:
 
 
 def points_words(study: SweepStudy) -> str:
-    """How many settings were run, and how those ended that did not complete."""
+    """Say how many settings were run, and how the runs ended."""
     return f"{len(study.points)} settings and steps: {tables.end_words(study)}"
 
 

@@ -1,4 +1,4 @@
-"""Tables of a sweep, and the points that they name: of a preset, on a front, the cheapest within a tolerance."""
+"""Tables of a sweep, and its points by preset, by cost and by tolerance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
 
-COMPARED_QUANTITY, COMPARED_ERROR = "position", 1e-6  # that engines are compared at
+COMPARED_QUANTITY, COMPARED_ERROR = "position", 1e-6  # the error at which engines are compared
 UNSUPPORTED = Outcome.UNSUPPORTED.slug
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 STEPS = "steps per revolution"
@@ -31,7 +31,7 @@ RATIO_NOTE = "ratio: a revolution costs as much as so many steps of the engine's
 
 @dataclass(frozen=True)
 class PresetCurve:
-    """The points of one preset of one engine, at increasing numbers of steps; failed ones among them."""
+    """The points of a preset of an engine, at increasing numbers of steps, failed runs included."""
 
     engine: str
     preset: str
@@ -39,13 +39,13 @@ class PresetCurve:
 
     @property
     def rule(self) -> str:
-        """The name of the rule that the preset is; of most of its points, where several rules share them."""
+        """The name of the preset's rule; where several rules share its points, the most frequent."""
         names = [point.rule for point in self.points]
         return max(names, key=names.count)
 
 
 def preset_curves(study: SweepStudy) -> tuple[PresetCurve, ...]:
-    """A curve for each engine and preset that the sweep holds, both in their order."""
+    """Return a curve for each engine and preset of the sweep."""
     curves = []
     for engine in study.engines:
         of_engine = [p for p in study.points if p.engine == engine and p.preset is not None]
@@ -57,41 +57,41 @@ def preset_curves(study: SweepStudy) -> tuple[PresetCurve, ...]:
 
 
 def cheapest_within(points: Iterable[SweptPoint], quantity: str, allowed: float, engine: str) -> SweptPoint | None:
-    """The cheapest point of an engine whose error of a quantity is within a tolerance; None where there is none."""
+    """Return an engine's cheapest point whose error of a quantity is within a tolerance, or None."""
     timed = (p for p in points if p.engine == engine and p.completed and p.cost is not None)
     within = [p for p in timed if (p.error(quantity) or 0.0) <= allowed]
     return min(within, key=lambda p: (p.cost or 0.0, p.error(quantity) or 0.0), default=None)
 
 
 def least_error(study: SweepStudy, quantity: str, engine: str, preset: str | None = None) -> float | None:
-    """The least error of a quantity that any completed run of an engine has, or one of a preset; None without runs."""
+    """Return the least error of a quantity among an engine's completed runs, or None without runs."""
     runs = [p for p in study.points if p.completed and p.engine == engine and preset in (None, p.preset)]
     return min((p.error(quantity) or 0.0 for p in runs), default=None)
 
 
 def timed_points(study: SweepStudy) -> list[SweptPoint]:
-    """Completed runs with a cost; that of a run that did not complete means nothing."""
+    """Completed runs with a cost; the cost of a failed run means nothing."""
     return [point for point in study.points if point.completed and point.cost is not None]
 
 
 def timed_engines(study: SweepStudy) -> list[str]:
-    """Engines of which a completed run was timed."""
+    """Engines with at least one timed point."""
     timed = {point.engine for point in timed_points(study)}
     return [engine for engine in study.engines if engine in timed]
 
 
 def tolerance_text(value: float) -> str:
-    """A given tolerance: `1e-6`."""
+    """Return a tolerance as text: `1e-6`."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
 def rule_of(point: SweptPoint) -> str:
-    """The rule, marked where it is a preset."""
+    """Return the name of a point's rule, marked if it is a preset."""
     return rule_title(point.rule, point.preset)
 
 
 def rule_title(rule: str, preset: str | None) -> str:
-    """A rule, with the preset that it is."""
+    """Return a rule's name, with its preset: ``tuned rule (`tuned`)``."""
     if preset is None:
         return rule
     return f"`{preset}`" if rule == preset else f"{rule} (`{preset}`)"
@@ -101,7 +101,7 @@ def rule_title(rule: str, preset: str | None) -> str:
 
 
 def front_table(study: SweepStudy, title: str = "") -> Table:
-    """Every point that no other one of its engine beats in both cost and position error."""
+    """Return a row for each point on its engine's Pareto front of cost and position error."""
     rows = [
         [
             point.label,
@@ -125,7 +125,7 @@ def _errors(study: SweepStudy, point: SweptPoint) -> list[str]:
 
 
 def cheapest_rows(study: SweepStudy, quantity: str) -> list[list[str]]:
-    """For each tolerance and engine the cheapest setting within it, or how near it comes; none without costs.
+    """Return for each tolerance and engine the cheapest setting within it, or the least error.
 
     An engine that a tolerance is too tight for is left out of tighter ones.
     """
@@ -146,13 +146,13 @@ def cheapest_rows(study: SweepStudy, quantity: str) -> list[list[str]]:
 
 
 def cheapest_table(study: SweepStudy) -> Table:
-    """The cheapest setting of each engine for several tolerances of each quantity."""
+    """Return the cheapest setting of each engine for several tolerances of each quantity."""
     rows = [[q, *row] for q in QUANTITIES for row in cheapest_rows(study, q)]
     return table(["error of", *CHEAPEST_HEAD], rows, right=CHEAPEST_HEAD[3:])
 
 
 def findings(study: SweepStudy) -> list[str]:
-    """For each engine with timings the cheapest setting within the tolerance, and whether it gets there as it comes."""
+    """Say for each timed engine the cheapest setting within 1e-6 L, and whether stock settings reach it."""
     found = []
     for engine in timed_engines(study):
         best = cheapest_within(study.points, COMPARED_QUANTITY, COMPARED_ERROR, engine)
@@ -174,14 +174,14 @@ def findings(study: SweepStudy) -> list[str]:
 
 
 def order_words(found: ObservedOrder) -> str:
-    """The order that is claimed, or the plateau where the error has stopped falling."""
+    """Return the observed order, or the plateau at which the error stops falling."""
     if found.plateau is not None:
         return f"plateau {numbers.measured_text(found.plateau)}"
     return numbers.MISSING if found.claimed is None else numbers.order(found.claimed)
 
 
 def orders_table(study: SweepStudy) -> Table:
-    """Order or plateau of every rule that is a preset, and how its runs ended."""
+    """Return a row for each preset: order or plateau by quantity, and how its runs ended."""
     presets = {(curve.engine, curve.rule): curve.preset for curve in preset_curves(study)}
     rows = [
         [
@@ -200,13 +200,13 @@ def orders_table(study: SweepStudy) -> Table:
 
 
 def end_words(study: SweepStudy) -> str:
-    """Counts of runs by outcome: `90 completed, 10 opened`."""
+    """Return the counts of runs by outcome: `90 completed, 10 opened`."""
     counts = Counter(point.outcome for point in study.points)
     return ", ".join(f"{n} {slug}" for slug, n in counts.most_common())
 
 
 def outcome_ranges(points: Sequence[SweptPoint]) -> Iterator[str]:
-    """Outcomes of runs at increasing steps: `20 to 100: diverged`; empty where they completed."""
+    """Yield the outcome of each range of steps: `20 to 100: diverged`; empty where runs completed."""
     for outcome, group in groupby(points, lambda point: point.outcome):
         own = list(group)
         steps = dict.fromkeys(point.steps_per_revolution for point in (own[0], own[-1]))

@@ -1,6 +1,6 @@
-"""A table as a value: what it says, not how a medium shows it; and texts that command no medium.
+"""Tables as values, and texts made safe for a terminal, Markdown, HTML and SVG.
 
-Texts from users' files are shown so that nothing in them commands a terminal, a browser or a reader.
+Nothing in a text from a user's file may act on a terminal, a browser or a reader, such as control characters or links.
 """
 
 from __future__ import annotations
@@ -12,44 +12,44 @@ from typing import Literal, TypeAlias
 
 from conrod.errors import COMMANDING
 
-MAX_ERROR_CHARACTERS = 640  # characters of an error's line: room for two long paths beside the causes
-# In Markdown: what opens a tag or an image, and what makes a link of brackets, unless it leads to a file of the report.
+MAX_ERROR_CHARACTERS = 640  # of an error's line: room for two long paths and the causes
+# In Markdown: the start of a tag, of an image, or of a link that leads out of the report.
 _HAZARD = re.compile(r"<(?=[A-Za-z/!?])|!(?=\[)|\](?=\([^)]*([:&]|//)|:\s*(<[^>]*|\S*)([:&]|//))")
 _ENTITIES = {"<": "&lt;", "!": "&#33;", "]": "&#93;"}
 
 
 def visible_text(text: str) -> str:
-    """The text with a question mark for each control character; tabs and line ends stay."""
+    """Replace control characters by question marks; tabs and line ends stay."""
     return text.translate(COMMANDING)
 
 
 def safe_markdown(text: str) -> str:
-    """The text without HTML and images of its own, and without links that leave the report; other marks stay."""
-    # Entities, not backslashes: one that stands before would escape those.
+    """Escape HTML, images and outward links in Markdown; its other marks stay."""
+    # Entities, not backslashes: a backslash before them would escape them.
     return _HAZARD.sub(lambda found: _ENTITIES[found[0]], visible_text(text))
 
 
 def safe_html(page: str) -> str:
-    """A whole page in which no character commands a reader; names in it are escaped by what makes the page."""
+    """Replace control characters in a whole page, whose maker has escaped the names in it."""
     return visible_text(page)
 
 
 def safe_svg(drawing: str) -> str:
-    """A whole drawing in which no character commands a reader."""
+    """Replace control characters in a drawing."""
     return visible_text(drawing)
 
 
 class Verbatim(str):
-    """Text of a fenced block of code, in which an entity would be read as it is written."""
+    """Text for a fenced block of code, where Markdown decodes no entities."""
 
 
 def verbatim(text: str) -> Verbatim:
-    """The text as a fenced block shows it; nothing in it closes the fence."""
+    """Make text safe for a fenced block, so that it cannot close the fence."""
     return Verbatim(visible_text(text).replace("```", "`` `"))
 
 
 def one_line(message: str) -> str:
-    """The message of an error on one line of bounded length: its beginning, and its end with the nearest choice."""
+    """Return an error message on one line, cut in the middle if it is too long."""
     line = visible_text(" ".join(message.split()))
     return (
         line
@@ -59,12 +59,12 @@ def one_line(message: str) -> str:
 
 
 Tone = Literal["good", "bad", "odd"]
-VERDICT = "verdict"  # the heading of what a row comes to
+VERDICT = "verdict"  # heading of the column of verdicts
 
 
 @dataclass(frozen=True)
 class Toned:
-    """A cell that stands out: `good` within tolerance, `bad` out of it, `odd` for a run that ended otherwise."""
+    """A coloured cell: `good` within tolerance, `bad` out of it, `odd` for a run that did not complete."""
 
     text: str
     tone: Tone
@@ -78,11 +78,11 @@ class Table:
     """Rows of texts under headings.
 
     Attributes:
-        headings: one for each column.
-        rows: cells, as many as there are headings.
+        headings: headings of the columns.
+        rows: cells, one for each heading.
         right: headings of the columns that are set flush right, as numbers are.
-        title: above the table; empty where what stands around it says enough.
-        names: number of the first columns, which name a row.
+        title: title above the table; empty for none.
+        names: number of leading columns that name a row.
     """
 
     headings: tuple[str, ...]
@@ -98,10 +98,10 @@ class Table:
 def table(
     headings: Sequence[str], rows: Iterable[Sequence[Cell]], right: Iterable[str] = (), title: str = "", names: int = 1
 ) -> Table:
-    """A table of rows of any kind.
+    """Make a table from rows of cells.
 
     Raises:
-        ValueError: a row has not as many cells as there are headings.
+        ValueError: a row has more or fewer cells than there are headings.
     """
     body = tuple(tuple(row) for row in rows)
     if any(len(row) != len(headings) for row in body):
@@ -110,5 +110,5 @@ def table(
 
 
 def cell_text(cell: Cell) -> str:
-    """The words of a cell."""
+    """Return the text of a cell."""
     return cell.text if isinstance(cell, Toned) else cell

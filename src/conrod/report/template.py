@@ -1,8 +1,8 @@
-"""Pages in Markdown from templates: all prose of reports lies in `templates/`, or beside a kind that has a folder.
+"""Pages in Markdown from templates, which have all prose of reports: in `templates/`, or in a kind's own folder.
 
-In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None; figures that it shows are
-those of the page. The functions of `conrod.report.numbers` are filters (`{{ size | measured_text }}`), those of
-`conrod.report.results` are there by their names. A paragraph may take several lines of a template.
+In a template `{{ value }}` prints a `Table` or a `Figure` as Markdown, and nothing for None; each figure printed so
+becomes a figure of the page. Some functions of `conrod.report.numbers` are filters (`{{ size | measured_text }}`), some
+of `conrod.report.results` are globals. A paragraph may take several lines of a template.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ BLOCK_STARTS = ("|", "#", "- ", "* ", "!", "```", "<", "$$")
 
 
 def table_text(table: Table) -> str:
-    """A table; a cell's bars are escaped, one that is out of tolerance is bold. Nothing where there are no rows."""
+    """Return a table in Markdown, with cells out of tolerance in bold; empty if it has no rows."""
     if not table:
         return ""
     rule = ["---:" if heading in table.right else "---" for heading in table.headings]
@@ -45,27 +45,27 @@ def table_text(table: Table) -> str:
 
 
 def figure_text(figure: Figure) -> str:
-    """A figure as a page shows it."""
+    """Return the Markdown of a figure."""
     return f"![{safe_markdown(figure.alt)}]({quote(figure.file)})"
 
 
 def bullets(points: Iterable[str]) -> str:
-    """A list of points, each on one line."""
+    """Return points as a Markdown list, each on one line."""
     return "\n".join(f"- {' '.join(point.split())}" for point in points)
 
 
-def capitalised(text: str) -> str:
-    """The text with a capital; `capitalize` would make the others small."""
+def capitalise(text: str) -> str:
+    """Capitalise the first letter, and unlike `str.capitalize` keep the rest."""
     return text[:1].upper() + text[1:]
 
 
 def join_words(words: Sequence[str]) -> str:
-    """Words as a list in a sentence: `a, b and c`."""
+    """Join words into a list in a sentence: `a, b and c`."""
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 
 def unwrap_paragraphs(text: str) -> str:
-    """The text with every paragraph on one line, one empty line between blocks, and one line end at the end."""
+    """Put every paragraph on one line, with one empty line between blocks."""
     lines: list[str] = []
     fenced = False
     for line in (line.rstrip() for line in text.strip().splitlines()):
@@ -102,7 +102,7 @@ FILTERS = {
     "in_shown_unit": numbers.in_shown_unit,
     "file_name": lambda path: PurePath(path).name,
     "bullets": bullets,
-    "capitalised": capitalised,
+    "capitalise": capitalise,
     "verbatim": verbatim,
 }
 
@@ -119,12 +119,12 @@ GLOBALS = {
 
 
 def page(template: str, report: ModuleType | None = None, **names: Any) -> Page:
-    """A page.
+    """Render a template as a page.
 
     Args:
-        template: its file in `templates`, without `.md.jinja`; or beside the module.
-        report: the module that the template asks for tables and figures.
-        names: what else it speaks of; one that is missing is an error.
+        template: name of its file in `templates` or in the module's folder, without `.md.jinja`.
+        report: the module that makes its tables and figures.
+        names: its other variables; a missing one is an error.
     """
     shown = dict[str, Figure]()
     found = _environment(report.__name__.rpartition(".")[0] if report else REPORT_PACKAGE).get_template(

@@ -1,4 +1,4 @@
-"""Tables and sentences on a terminal of any width, or as plain text where there is none; nothing of them is cut."""
+"""Print tables and sentences on a terminal of any width, or as plain text, without cutting any."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from conrod.crash import OutputClosed
 from conrod.report.table import VERDICT, Cell, Table, Toned, Verbatim, cell_text, visible_text
 from conrod.studies.frame.writing import naming
 
-PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; one that is `Verbatim` is to be copied
+PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; a `Verbatim` line is to be copied
 
-UNBOUNDED_WIDTH = 100_000  # columns where there is no terminal to fit
-MIN_FOLDED_WIDTH = 24  # columns: sentences are not folded narrower, so that verdicts of two words stay on a line
+UNBOUNDED_WIDTH = 100_000  # columns, where there is no terminal
+MIN_FOLDED_WIDTH = 24  # columns; verdicts of two words then stay on a line
 COLUMN_GAP, INDENT = "  ", "  "
 STYLES = {"good": "green", "bad": "red", "odd": "yellow"}
 
 
 class _SafeConsole(Console):
-    """A console on which what is printed commands nothing: see `conrod.report.table`."""
+    """A console that prints no control characters of users' texts: see `conrod.report.table`."""
 
     def on_broken_pipe(self) -> None:
         """Raise: rich would end the command with the status of a verdict."""
@@ -35,14 +35,14 @@ class _SafeConsole(Console):
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Standard output or error, as wide as the terminal, or without bounds where there is none."""
+    """Return a console on standard output or error, as wide as its terminal."""
     # A user's file or body may be called ":key:".
     out = _SafeConsole(highlight=False, emoji=False, stderr=stderr)
     return out if out.is_terminal else _SafeConsole(highlight=False, emoji=False, stderr=stderr, width=UNBOUNDED_WIDTH)
 
 
 def print_parts(parts: Iterable[PrintedPart]) -> None:
-    """Print tables and lines on standard output."""
+    """Print tables and lines on standard output, in their order."""
     out = console()
     with naming("standard output"):
         for part in parts:
@@ -53,18 +53,18 @@ def print_parts(parts: Iterable[PrintedPart]) -> None:
 
 
 def verdict_line(text: str, passed: bool | None) -> Text:
-    """A verdict's line in its colour."""
+    """Return a verdict's line in green if it passed, in red if not."""
     return Text(text, {True: "green", False: "red", None: "default"}[passed])
 
 
 def indented_under(subject: str, lines: Iterable[str]) -> list[PrintedPart]:
-    """Sentences under their subject, if there are any."""
+    """Return a subject with sentences indented under it, or nothing without sentences."""
     indented = [f"  {line}" for line in lines]
     return ["", subject, *indented] if indented else []
 
 
 def print_table(out: Console, table: Table) -> None:
-    """Print a table as a grid; where a terminal is too narrow for it, each row as its name, verdict and figures."""
+    """Print a table as a grid, or as records if the terminal is too narrow."""
     if table:
         print_lines(out, [Text(table.title, "bold")] if table.title else [])
         for line in _grid(out, table) or _records(out, table):
@@ -73,10 +73,13 @@ def print_table(out: Console, table: Table) -> None:
 
 
 def print_lines(out: Console, lines: Iterable[str | Text], indent: int = 0, *, verbatim: bool = False) -> None:
-    """Print sentences, each on a line of its own; a terminal's lines end between words.
+    """Print each sentence on a new line, wrapped between words.
 
     Args:
-        verbatim: of what is to be copied: no line is ended.
+        out: where to print.
+        lines: the sentences.
+        indent: columns to indent them by.
+        verbatim: True for lines to be copied, which are not wrapped.
     """
     for line in lines:
         text = line if isinstance(line, Text) else Text(line)
@@ -87,7 +90,7 @@ def print_lines(out: Console, lines: Iterable[str | Text], indent: int = 0, *, v
 
 
 def _grid(out: Console, table: Table) -> list[Text] | None:
-    """The lines of a table; None where it is too wide."""
+    """Return the lines of a table as a grid; None if it is wider than the console."""
     natural = [max(map(cell_len, map(cell_text, column))) for column in zip(table.headings, *table.rows, strict=True)]
     widths = [min(whole, _min_column_width(table, k)) for k, whole in enumerate(natural)]
     spare = out.width - sum(widths) - len(COLUMN_GAP) * (len(widths) - 1)
@@ -102,7 +105,7 @@ def _grid(out: Console, table: Table) -> list[Text] | None:
 
 
 def _min_column_width(table: Table, column: int) -> int:
-    """The narrowest that a column may be: words stay whole, and so do cells but for long sentences."""
+    """Return the least width of a column that breaks no word, and only long sentences."""
     cells = [cell_text(row[column]) for row in table.rows]
     heading, longest = table.headings[column], max(map(cell_len, cells))
     if column >= table.names and heading not in table.right and longest > MIN_FOLDED_WIDTH:
@@ -111,7 +114,7 @@ def _min_column_width(table: Table, column: int) -> int:
 
 
 def _row(out: Console, table: Table, row: Sequence[Cell], widths: Sequence[int]) -> list[Text]:
-    """The lines of a row whose cells may take several."""
+    """Return the lines of a row, whose cells may take several lines."""
     cells = [_wrapped_lines(out, _styled_text(cell), width) for cell, width in zip(row, widths, strict=True)]
     lines = []
     for k in range(max(map(len, cells))):
@@ -123,7 +126,7 @@ def _row(out: Console, table: Table, row: Sequence[Cell], widths: Sequence[int])
 
 
 def _records(out: Console, table: Table) -> list[Text]:
-    """The rows as records: name and verdict on a line, the figures below."""
+    """Return each row as a record: name and verdict on a line, the figures below."""
     lines = list[Text]()
     for row in table.rows:
         verdict = [k for k, heading in enumerate(table.headings) if heading == VERDICT]
@@ -140,7 +143,7 @@ def _records(out: Console, table: Table) -> list[Text]:
 
 
 def _wrapped_lines(out: Console, text: Text, width: int) -> Sequence[Text]:
-    """The text in lines that end between words."""
+    """Wrap text into lines between words."""
     return list(text.wrap(out, width)) or [text]
 
 

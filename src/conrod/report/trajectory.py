@@ -1,4 +1,4 @@
-"""The report on a trajectory that came as a table: on the console, and as a page."""
+"""The report on a user's table of a trajectory, on the console and as a page."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from conrod.report.results import DISTRUST_ADVICE, exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 
-PART = "table"  # of the report, which has one
-# Of what is estimated: the unit that it is shown in, the factor from SI, its meaning.
+PART = "table"  # name of the report's only part
+# Printed unit, factor from SI and meaning of each estimated quantity.
 ESTIMATE_UNITS = {
     "time": ("ms", 1e3, "the table's clock minus the scene's"),
     "phase": ("deg", 180.0 / math.pi, "crank angle at the scene's time 0"),
@@ -29,7 +29,7 @@ ESTIMATE_UNITS = {
 
 
 def summary_line(study: TableStudy) -> str:
-    """The table in a line."""
+    """Return the table's rows, times, revolutions and scene in a line."""
     first, last = (f"{t:.6g}" for t in study.span)
     return f"{study.file}: {study.rows} rows, {first} to {last} s, {_turns(study)} of {study.scene_name} ({study.form})"
 
@@ -39,7 +39,7 @@ def _turns(study: TableStudy) -> str:
 
 
 def verdict_text(study: TableStudy) -> str:
-    """The verdict, with what is out of tolerance and what it does not rest on."""
+    """Return the verdict on a table, with the quantities out of tolerance and those not judged."""
     if study.distrust:
         return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST_ADVICE}"
     if study.passed is None:
@@ -55,12 +55,12 @@ def verdict_text(study: TableStudy) -> str:
 
 
 def _tolerance_text(name: str, limit: float) -> str:
-    """A tolerance that was given or follows from one, that of the crank's angle in deg."""
+    """Return a tolerance as text, the phase's in deg."""
     return numbers.allowed_text(name, limit) if name == "phase" else numbers.quantity(limit)
 
 
 def estimation_lines(study: TableStudy) -> list[str]:
-    """Estimates in words with their standard errors, and what is left."""
+    """List the estimates with their standard errors and the remaining errors."""
     lines = []
     for one in study.estimates:
         unit, factor, meaning = ESTIMATE_UNITS[one.name]
@@ -72,7 +72,7 @@ def estimation_lines(study: TableStudy) -> list[str]:
 
 
 def findings(study: TableStudy) -> list[str]:
-    """Findings beside the errors, in sentences."""
+    """List estimates, unused columns, notes and likely causes, in sentences."""
     unused = ", ".join(name or "(no name)" for name in study.unused)
     lines = [
         *estimation_lines(study),
@@ -86,7 +86,7 @@ def findings(study: TableStudy) -> list[str]:
 
 
 def _cause_line(study: TableStudy, cause: Cause) -> str:
-    """A cause with each error that it explains, as it is and without the cause."""
+    """Name a likely cause, with each error that it explains before and after undoing it."""
     lengths = study.scene.lengths
     without = ", ".join(
         f"{name} is {numbers.error(name, after, lengths)} instead of {numbers.error(name, before, lengths)}"
@@ -99,13 +99,13 @@ def _cause_line(study: TableStudy, cause: Cause) -> str:
 
 
 def columns_table(study: TableStudy) -> Table:
-    """The columns that are used."""
+    """Return a row for each column that was used: quantity, heading, unit."""
     rows = [(column.name, column.heading, unit_in_prose(column.unit), column.unit_from) for column in study.columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 
 def errors_table(study: TableStudy) -> Table:
-    """Errors over the run by point."""
+    """Return a row for each point and error: max, rms, final and tolerance."""
     rows = []
     for point, curves in study.errors.items():
         for name in ERRORS:
@@ -126,7 +126,7 @@ def errors_table(study: TableStudy) -> Table:
 
 
 def figure(study: TableStudy) -> Figure | None:
-    """Errors over the run; None where there are none."""
+    """Return the figure of errors over the run; None without errors."""
     from conrod.report.charts.panels import table_figure
 
     return Figure("error", "Error of the table over the run", lambda: table_figure(study)) if study.errors else None
@@ -143,7 +143,7 @@ def _summary(study: TableStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[TableStudy]) -> Iterator[PrintedPart]:
-    """Verdict, errors, the table's columns, what was estimated, notes and causes."""
+    """Yield the verdict, errors, estimates, notes, likely causes and columns of each table."""
     for study in studies:
         yield verdict_line(f"{study.file}: {verdict_text(study)}", study.passed)
         yield errors_table(study)

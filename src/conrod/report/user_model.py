@@ -1,4 +1,4 @@
-"""The report on a user's model: findings in sentences, the same on the console and on the page, and its runs."""
+"""The report on a user's model: its findings in sentences and its runs, for console and page."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ JOINT_NAMES = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact",
 
 
 def verdict(study: ModelStudy) -> str:
-    """The answer in a few sentences: on the file as it is, on its runs with conrod's drive, and what was not judged.
+    """Return the verdict on the file's own run and on its driven runs, and the scope of both.
 
-    What machine it is comes first, unless its own run failed.
+    Whether it is the machine comes first, unless its own run failed.
     """
     if study.distrust:
         return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST_ADVICE}"
@@ -51,7 +51,7 @@ def verdict(study: ModelStudy) -> str:
 
 
 def _other_forces_words(study: ModelStudy) -> Iterator[str]:
-    """What acts besides the loops in the driven run and, if anything else, in the file's own."""
+    """Yield sentences on forces other than the loops', of the driven run and of the file's own run."""
     driven = () if study.own is None else study.own.acting
     named, engine = {one.title for one in driven}, f"MuJoCo {study.model.engine_version}"
     yield from acting_sentences(driven, engine)
@@ -61,7 +61,7 @@ def _other_forces_words(study: ModelStudy) -> Iterator[str]:
 
 
 def _identity_words(study: ModelStudy) -> str:
-    """Whether it is the machine, and may turn, in a sentence."""
+    """Say in a sentence whether the model is the machine, and whether limits stop it."""
     if not study.is_machine:
         return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
     if study.model.stops:
@@ -70,7 +70,7 @@ def _identity_words(study: ModelStudy) -> str:
 
 
 def _driven_words(study: ModelStudy) -> str:
-    """The verdict on its own settings where conrod drives it, in a sentence."""
+    """Say in a sentence whether the model's own settings suffice when conrod drives it."""
     own = study.own
     if own is None or own.outcome is not Outcome.COMPLETED:
         how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
@@ -79,14 +79,14 @@ def _driven_words(study: ModelStudy) -> str:
 
 
 def _judged_words(study: ModelStudy, run: JudgedRun) -> str:
-    """'out of tolerance: position 7.4e-4 > 1.0e-4', or that it is within, or that none was asked for."""
+    """Say whether a run is within tolerance: 'out of tolerance: position 7.4e-4 > 1.0e-4'."""
     if over := _exceeded_words(study, run):
         return f"out of tolerance: {over}"
     return "within tolerance" if study.tolerance else "measured, not judged"
 
 
 def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
-    """Quantities of a run that are out of tolerance, places in mm too: 'position 7.4e-4 (0.16 mm) > 1.0e-4'."""
+    """List a run's quantities out of tolerance: 'position 7.4e-4 (0.16 mm) > 1.0e-4'."""
     words, lengths = exceeded_words(study.exceeded(run)), study.scene.lengths
     sizes = {"loops open": in_mm(run.opening, {"": max(lengths.values())}), "position": _in_mm(study, run)}
     named = [(one, next((size for name, size in sizes.items() if one.startswith(f"{name} ")), "")) for one in words]
@@ -94,12 +94,12 @@ def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
 
 
 def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
-    """The verdict on the file as it is, in a sentence: 'Run as the file has it, from keyframe start, ..'."""
+    """Return the verdict on the file's own run: 'Run as the file has it, from keyframe start, ..'."""
     begin, crank = f"Run as the file has it, from {study.model.start},", study.crank
     if crank is None:
         return f"{begin} it ended as {run.outcome.slug}: {run.reason}."
     speed, quiet = f"{_rpm(study.scene.speed)} rpm of the scene", _missing_drive(study)
-    # What is less than a millionth of the scene's speed is none.
+    # A speed below a millionth of the scene's speed is zero.
     seen = [study.scene.speed * round(one / study.scene.speed, 6) for one in (crank.mean, crank.least, crank.most)]
     mean, least, most = map(_rpm, seen)
     steady = mean == least == most
@@ -131,7 +131,7 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
 
 
 def _missing_drive(study: ModelStudy) -> str:
-    """What a file lacks that would drive it, in words; empty where a control does."""
+    """Name the missing drive of the file's crank; empty if a control drives it."""
     if any(study.model.controls.values()):
         return ""
     actuators = "all controls at 0 (--ctrl NAME=VALUE)" if study.model.controls else "no actuator"
@@ -139,7 +139,7 @@ def _missing_drive(study: ModelStudy) -> str:
 
 
 def _not_judged(study: ModelStudy) -> Iterator[str]:
-    """What the verdict says nothing on, in words."""
+    """Yield the quantities that the verdict does not cover, in words."""
     observed = [point.name for point in study.scene.mechanism().observed]
     if missing := [name for name in observed if name not in study.identity.off_by]:
         yield f"{', '.join(missing)} (not given)"
@@ -170,7 +170,7 @@ def _why_not(study: ModelStudy) -> str:
 
 
 def findings(study: ModelStudy) -> dict[str, list[str]]:
-    """All that was found with the crank held, by subject, in sentences."""
+    """Return sentences on frame, wiring, paths and settings of the model, by subject."""
     return {
         "frame": list(_frame(study)),
         "wiring": list(_wiring(study)),
@@ -183,7 +183,7 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
 
 
 def _frame(study: ModelStudy) -> Iterator[str]:
-    """The frame, given or worked out."""
+    """Yield the model's frame, given or worked out, in sentences."""
     there = study.identity.frame
     yield (
         f"plane {there.view.name}, turned by "
@@ -198,7 +198,7 @@ def _degrees(angle: float) -> str:
 
 
 def _wiring(study: ModelStudy) -> Iterator[str]:
-    """Joints, closures and freedom."""
+    """Yield joints, closures and mobility of the model, in sentences."""
     has, contact = study.model, study.model.touching
     yield f"{_joint_counts(study)}; the machine has {_machine_joints(study.scene)}"
     yield (
@@ -208,7 +208,7 @@ def _wiring(study: ModelStudy) -> Iterator[str]:
 
 
 def _joint_counts(study: ModelStudy) -> str:
-    """Joints and closures of the model."""
+    """Count the joints and closures of the model, in words."""
     has = study.model
     named = {kind if kind in ("connect", "weld") else f"equality of {kind}s": n for kind, n in has.closures.items()}
     return _plural({**has.joints, **named})
@@ -226,7 +226,7 @@ def _plural(counts: Mapping[str, int]) -> str:
 
 
 def _paths(study: ModelStudy) -> Iterator[str]:
-    """Comparison of the points' paths with the exact ones, and what explains the difference."""
+    """Yield how far the points' paths are from the exact ones, and which points were not given."""
     identity, lengths = study.identity, study.scene.lengths
     off = ", ".join(f"{name} {with_mm({name: size}, lengths, OF_ITS_TRAVEL)}" for name, size in identity.off_by.items())
     yield f"largest distance from the exact path{' of the other branch' if identity.other_branch else ''}: {off}"
@@ -235,13 +235,13 @@ def _paths(study: ModelStudy) -> Iterator[str]:
 
 
 def explanation_words(found: Explanation) -> str:
-    """Lengths and places that are off, with their sizes."""
+    """Name the lengths and places that are off, with their sizes."""
     places = (f"{p.point} is {MM * p.away:.4g} mm from where it should be on its link" for p in found.misplaced)
     return " and ".join([*map(length_words, found.lengths), *places])
 
 
 def length_words(one: Length) -> str:
-    """'rod is 0.01 % too long: 325.0325 mm instead of 325 mm'."""
+    """Say how far a length is off: 'rod is 0.01 % too long: 325.0325 mm instead of 325 mm'."""
     excess = one.excess
     if excess is None:
         return f"{one.name} is {MM * one.found:.6g} mm instead of 0 mm"
@@ -256,7 +256,7 @@ def length_words(one: Length) -> str:
 
 
 def runs_table(study: ModelStudy) -> Table:
-    """A row for each run: its largest errors and what they are."""
+    """Return a row for each run: its largest errors and its verdict."""
     own_runs = [] if study.own_run is None else [study.own_run]
     rows = [
         (
@@ -295,7 +295,7 @@ def _run_verdict(study: ModelStudy, run: JudgedRun) -> str:
 
 
 def drive_lines(study: ModelStudy) -> Iterator[str]:
-    """Drive of the crank, and what the runs are compared with."""
+    """Yield sentences on the crank's drive and the reference of the runs."""
     own, identity = study.own, study.identity
     if own is None:
         yield "not driven: it is too far off the machine for its runs to say anything"
@@ -316,7 +316,7 @@ def _summary(study: ModelStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[ModelStudy]) -> Iterator[PrintedPart]:
-    """Verdict, runs, frame, wiring and paths of each model."""
+    """Yield the verdict, runs, frame, wiring and paths of each model."""
     for study in studies:
         yield verdict_line(f"{study.file}: {verdict(study)}", study.passed)
         yield runs_table(study)

@@ -18,7 +18,7 @@ from conrod.report.table import Cell, Table, Toned, table
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 
-GRID_SHARE = 1e-4  # of a span that is drawn: what cannot be seen
+GRID_SHARE = 1e-4  # of a curve's span: less cannot be seen in a figure
 ERROR_DIGITS, POSE_DIGITS = 4, 3
 
 
@@ -26,7 +26,7 @@ ERROR_DIGITS, POSE_DIGITS = 4, 3
 
 
 def _drawable_study(study: SceneStudy) -> SceneStudy:
-    """The study with its curves in as many digits as a figure can show."""
+    """Return the study with its curves rounded to the digits that a figure can show."""
     return replace(study, results=tuple(map(_drawable_result, study.results)))
 
 
@@ -40,7 +40,7 @@ def _drawable_result(result: ValidationResult) -> ValidationResult:
     }
     poses = result.poses
     if poses is not None:
-        # What is rounding is nothing, however magnified.
+        # Rounding noise is drawn as zero, however magnified.
         values = np.where(np.abs(poses.values) < numbers.ROUNDING, 0.0, poses.values)
         poses = PoseErrors(_round_to_span(poses.angle), _round_array(values, POSE_DIGITS))
     return replace(result, curves=curves, poses=poses)
@@ -51,7 +51,7 @@ def _round_array(values: Any, digits: int) -> Any:
 
 
 def _round_to_span(values: Any) -> Any:
-    """Values rounded to a power of ten that is `GRID` of their span or less."""
+    """Round values to a power of ten, at most `GRID_SHARE` of their span."""
     span = float(np.ptp(values)) if len(values) else 0.0
     return values if span == 0.0 else np.round(values, -int(np.floor(np.log10(GRID_SHARE * span))))
 
@@ -67,14 +67,14 @@ def _sizes(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, 
     return {"mode": result.mode, "largest": largest, "position_m": metres, "allowed": result.limits}
 
 
-tables = validation_tables  # that the page asks for
+tables = validation_tables  # for the page's template
 
 
 # -- a scene's page --------------------------------------------------------------------------------------------------
 
 
 def figures(study: SceneStudy) -> dict[str, Figure]:
-    """The figures of a page by name; those of the runs only where one completed."""
+    """Return the figures of a scene's page by name; error figures only if a run completed."""
     from conrod.report.charts.panels import error_figure, refinement_figure
     from conrod.report.drawing.drawing import mechanism_svg
     from conrod.report.html.moving import animated_svg, moving_machine
@@ -95,7 +95,7 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
 
 
 def breaks(scene: Scene) -> str:
-    """The crank angles [deg] at which an acceleration or a jerk jumps."""
+    """List the crank angles [deg] at which an acceleration or a jerk jumps."""
     return ", ".join(numbers.quantity(float(np.degrees(angle))) for angle in scene.break_angles())
 
 
@@ -109,7 +109,7 @@ def _live(part: Part[SceneStudy], anchor: str) -> str:
 
 
 def overview(index: Index[SceneStudy]) -> Figure:
-    """How far off all engines are on all machines."""
+    """Return the figure of the position errors of all engines on all machines."""
     from conrod.report.charts.panels import overview_figure
 
     scenes = {name: entry["summary"] for name, entry in index.entries.items()}
@@ -122,7 +122,7 @@ def _link(name: str, entry: Mapping[str, Any]) -> str:
 
 
 def errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """A row for each machine, a column for each engine and preset: the largest position error over L."""
+    """Return the largest position errors: a row for each machine, a column for each engine and preset."""
     runs = dict.fromkeys(_run(r) for entry in entries.values() for r in entry["summary"]["results"])
     rows = []
     for name, entry in entries.items():
@@ -145,7 +145,7 @@ def _error(result: Mapping[str, Any]) -> Cell:
 
 
 def reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """List of what did not pass, with reasons."""
+    """List the results that did not pass, with reasons."""
     return [
         f"{_link(name, entry)}, {' '.join(_run(r))}: {r['verdict']}"
         for name, entry in entries.items()
@@ -155,7 +155,7 @@ def reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Table of what an engine cannot do, with the reason."""
+    """Return a row for each machine that an engine does not support, with the reason."""
     found = dict.fromkeys(
         (_link(name, entry), engine_title(r["engine"]), r["reason"])
         for name, entry in entries.items()

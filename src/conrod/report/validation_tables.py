@@ -20,12 +20,12 @@ TITLE = "largest error over the run, normalised by L, ω L, ω² L"
 
 
 def dynamic_results(study: SceneStudy) -> list[ValidationResult]:
-    """The results of real time stepping."""
+    """Return the results of dynamic mode, which steps through time."""
     return [r for r in study.results if r.mode == "dynamic"]
 
 
 def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
-    """A row for each result: largest errors over the observed points, observed orders, verdict."""
+    """Return a row for each result: largest errors, observed orders, verdict."""
 
     def orders(run: ValidationResult) -> str:
         return "" if run.order is None else ", ".join(numbers.order(run.order[q]) for q in QUANTITIES)
@@ -42,13 +42,13 @@ def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
 
 
 def position_in_mm(run: ValidationResult, lengths: Mapping[str, float]) -> str:
-    """The largest position error of a run in mm."""
+    """Return the largest position error of a run in mm."""
     errors = {point: (sizes["position"] or {}).get("max") for point, sizes in (run.errors or {}).items()}
     return numbers.in_mm(errors, lengths)
 
 
 def added_words(study: SceneStudy) -> list[str]:
-    """Additions of the stock preset to the engine as it comes, and what drives the engine without it."""
+    """List the additions of the stock preset to the engine's defaults."""
     found = []
     for run in study.results:
         settings, engine = run.settings or {}, engine_style(run.engine).title
@@ -65,7 +65,7 @@ def _largest(run: ValidationResult, quantity: str) -> str:
 
 
 def points_table(study: SceneStudy) -> Table:
-    """The largest errors of each point, and of its position at the nominal time."""
+    """Return a row for each run and point: its largest errors."""
     rows = []
     for run in dynamic_results(study):
         for point, sizes in (run.errors or {}).items():
@@ -80,7 +80,7 @@ def points_table(study: SceneStudy) -> Table:
 
 
 def joints_table(study: SceneStudy) -> Table:
-    """Openings of the joints, the errors that they explain, and how the drive kept its angle and speed."""
+    """Return a row for each run: gaps of joints, the errors that they explain, phase and speed ripple."""
     lengths = study.scene.lengths
     rows = []
     for run in dynamic_results(study):
@@ -96,7 +96,7 @@ def joints_table(study: SceneStudy) -> Table:
 
 
 def tolerances_table(study: SceneStudy) -> Table:
-    """The errors allowed, and why."""
+    """Return a row for each result: its tolerances and their reason."""
     rows = []
     for r in study.results:
         unsupported = r.outcome == Outcome.UNSUPPORTED.slug
@@ -110,13 +110,13 @@ QUALIFICATION = "planted into these runs, and judged again: noticed or not, and 
 
 
 def qualification_table(study: SceneStudy) -> Table:
-    """Defects that the verdicts notice, a row for each and a column for each run; no row where it was not asked for."""
+    """Return a row for each planted defect: whether each run's verdict notices it; empty if not asked for."""
     runs = {" ".join(engine_and_preset(r)): r.qualified for r in study.results if r.qualified is not None}
     return noticed_table(study.name, runs)
 
 
 def noticed_table(name: str, runs: Mapping[str, Qualified]) -> Table:
-    """A row for each defect, a column for each verdict by its name."""
+    """Return a row for each planted defect, a column for each verdict."""
     by_run = [{(kind, one.defect): one for kind, some in vars(q).items() for one in some} for q in runs.values()]
     rows = [
         (
@@ -145,11 +145,11 @@ def _noticed_cell(found: Noticed | None) -> Cell:
 
 CONTACT_SETTINGS = {"contact_solref", "contact_solimp", "cam_vertices", "collision_bias", "collision_slop"}
 LOOP_SETTINGS = {"solref", "solimp", "hardening"}
-RUN_SETTINGS = {"preset", "steps_per_revolution", "rod"}  # named elsewhere; the last is "body" of all
+RUN_SETTINGS = {"preset", "steps_per_revolution", "rod"}  # printed elsewhere; `rod` is "body" for all
 
 
 def settings_tables(study: SceneStudy) -> list[Table]:
-    """A table for each engine, with a column for each preset."""
+    """Return a table of settings for each engine, with a column for each preset."""
     left_out = RUN_SETTINGS | (LOOP_SETTINGS if study.scene.mechanism().cam_contacts else CONTACT_SETTINGS)
     found = []
     for engine in dict.fromkeys(r.engine for r in dynamic_results(study)):
@@ -166,7 +166,7 @@ def settings_tables(study: SceneStudy) -> list[Table]:
 
 
 def results_to_print(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
-    """Largest errors over the observed points, observed order, verdict; why what is not judged is not."""
+    """Yield errors, orders and verdicts of all results, and why some are not judged."""
     yield from distrusted_scenes(studies)
     yield verdicts_table(studies)
     yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))

@@ -1,4 +1,4 @@
-"""The report on the releases of an engine: what changed when, on the console and as pages."""
+"""The report on the releases of an engine: which release changed which run."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from conrod.studies.versions import Change, VersionStudy
 
 
 def unsupported_lines(study: VersionStudy) -> list[str]:
-    """A line for each release that could not be had."""
+    """List the releases that could not be installed or run, with the reason."""
     return [f"{study.engine} {version} unsupported: {why}" for version, why in study.unsupported.items()]
 
 
 def size_words(change: Change) -> str:
-    """Change of a run: its outcome, the sizes of what is above rounding, or that last digits did."""
+    """Say how a run changed: its outcome, differences above rounding, or last digits only."""
     if change.outcomes[0] != change.outcomes[1]:
         return f"{change.outcomes[0]}, now {change.outcomes[1]}"
     if not change.size:
@@ -39,7 +39,7 @@ def size_words(change: Change) -> str:
 
 
 def headline(study: VersionStudy) -> str:
-    """The largest change of position, and how many changes the changelog does not name."""
+    """Say how many runs changed, how many without explanation, and which change is the largest."""
     changes = [(one, change) for version in study.measured for one, change in study.changes_at(version)]
     if not changes:
         return "No release changed a bit."
@@ -54,7 +54,7 @@ def headline(study: VersionStudy) -> str:
 
 
 def changes_table(study: VersionStudy) -> Table:
-    """A row for each change of a run from one release to the next, with what the changelog says that can be why."""
+    """Return a row for each changed run of a release, with the changelog entries that can explain it."""
     rows = []
     for version in study.measured:
         for one, change in study.changes_at(version):
@@ -70,7 +70,7 @@ def changes_table(study: VersionStudy) -> Table:
 
 ROW, COLUMN, LEFT, MARGINS = 0.19, 0.27, 2.7, 1.2  # [inch]
 SAME_BITS_COLOUR, OTHER_OUTCOME_COLOUR = "#f4f4f4", "#D55E00"
-# Sizes of a change of position over L, each up to its number: what is said of it, and its colour.
+# Upper bounds of a change of position over L: words and colour of changes up to there.
 SIZE_COLOURS = {
     0.0: ("last digits, other bits", "#bcd6ea"),
     1e-6: ("position up to 1e-6 L", "#6baed6"),
@@ -80,7 +80,7 @@ SIZE_COLOURS = {
 
 
 def colour_of(change: Change | None) -> str:
-    """Colour of a run in a release."""
+    """Return the colour of a run in a release by the size of its change."""
     if change is None:
         return SAME_BITS_COLOUR
     if change.outcomes[0] != change.outcomes[1]:
@@ -90,7 +90,7 @@ def colour_of(change: Change | None) -> str:
 
 
 def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
-    """A row for each scene with some settings, a column for each release but the first."""
+    """Draw the changes of runs: a row for each scene and settings, a column for each release but the first."""
     versions, rows = study.measured[1:], study.histories
     size = LEFT + COLUMN * max(len(versions), 16), MARGINS + ROW * len(rows)
     figure = matplotlib.figure.Figure(figsize=size)
@@ -113,7 +113,7 @@ def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
 
 
 def figure(study: VersionStudy) -> Figure:
-    """What changed with each release."""
+    """Return the figure of the runs that each release changed."""
     alt = f"Which runs changed with each release of {engine_style(study.engine).title}, and by how much"
     return Figure(study.engine, alt, partial(releases_figure, study))
 
@@ -123,7 +123,7 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
-    """What each release changed, in a table and in a sentence, and the releases that could not be had."""
+    """Yield the changes of each release in a table and a sentence, and the releases that were not run."""
     for study in studies:
         yield changes_table(study)
         yield headline(study)

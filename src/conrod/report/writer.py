@@ -1,4 +1,4 @@
-"""Reports written, or rendered again from what was saved: one way for every kind."""
+"""Write reports of every kind, or render them again from their saved findings."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from conrod.studies.frame.writing import Batch
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
-COMMAND_SEPARATOR = "; "  # from command to command
+COMMAND_SEPARATOR = "; "  # between commands
 SEVERAL_COMMANDS = "The parts were not all measured by one command: each page names its own."
 
 
@@ -39,18 +39,20 @@ def report_batch(
     command: Reproduction,
     draw: Draw = map,
 ) -> Batch:
-    """All files of a report, rendered; nothing is written yet, so that an error leaves an existing report as it was.
+    """Render all files of a report, without writing any, so that an error leaves an existing report as it was.
 
-    Parts that a report of the kind in the folder already has, and that are not among the findings, stay; what it has of
-    a part besides is merged with the findings, where the kind can.
+    Other parts of a report of the kind in the folder stay. Earlier findings of a part are merged with the new ones, if
+    the kind can merge.
 
     Args:
-        findings: by part.
-        command: what reproduces the report.
-        draw: as `map`; that of an executor makes several pages at a time.
+        kind: kind of the report.
+        findings: findings by part.
+        folder: folder of the report.
+        command: command that reproduces the report.
+        draw: `map`, or an executor's `map` to make several pages at a time.
 
     Raises:
-        InvalidInput: something in the folder is in the way.
+        InvalidInput: a file in the folder is in the way.
     """
     before = ReportFolder(folder, kind)
     merged = {name: _merge_with_earlier(before, name, one, command.command_for(name)) for name, one in findings.items()}
@@ -70,7 +72,7 @@ def report_batch(
 
 
 def _merge_with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tuple[F, str]:
-    """Findings with what the folder has of the same part besides, and the commands that find all of that."""
+    """Merge findings with the folder's earlier ones of the part, and return the commands that find them."""
     kind = before.kind
     if kind.merged is None or name not in before.entries:
         return new, command
@@ -86,7 +88,7 @@ def _merge_with_earlier(before: ReportFolder, name: str, new: F, command: str) -
 
 
 def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:
-    """The findings as one JSON document: as `results.json`, with the findings of each part in it."""
+    """Return findings as one JSON document: `results.json` with the findings of each part."""
     parts = {
         name: {
             "title": kind.title(one),
@@ -99,10 +101,12 @@ def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:
 
 
 def render_again(folder: Path, out: Path | None = None, draw: Draw = map) -> list[Batch]:
-    """The reports of a folder, made anew from their own JSON.
+    """Render the reports of a folder again from their own JSON.
 
     Args:
-        out: the folder to write; None for the same.
+        folder: folder of the reports.
+        out: folder to write; None for the same.
+        draw: as in `report_batch`.
 
     Raises:
         InvalidInput: there is no report, or it is of another version of conrod.
@@ -115,22 +119,22 @@ def render_again(folder: Path, out: Path | None = None, draw: Draw = map) -> lis
 
 @contextmanager
 def explain_unfit_findings(folder: Path) -> Iterator[None]:
-    """Say of findings that are shown again that they do not fit each other, if they are of the right shape.
+    """Turn an exception while saved findings are rendered into one line that names the folder.
 
     Raises:
-        InvalidInput: in one line; whether they were changed or conrod is at fault cannot be known.
+        InvalidInput: the findings were changed, or conrod is at fault; which of both cannot be known.
     """
     try:
         yield
     except (InvalidInput, OSError, MemoryError):
         raise
-    except Exception as error:  # pages ask for whatever conrod once wrote
+    except Exception as error:  # a template may fail in any way on changed findings
         said = f"{folder}: what it holds cannot be shown again ({text_of(error)})"
         raise InvalidInput(f"{said}: it was changed since conrod wrote it, or conrod is at fault") from error
 
 
 def reports_in(folder: Path) -> list[ReportFolder]:
-    """The reports that a folder has, of all kinds; raises InvalidInput where one is of another version of conrod."""
+    """Return a folder's reports of all kinds; raises InvalidInput if another version of conrod wrote one."""
     return [ReportFolder(folder, kind_named(name)) for name in _kinds_in(folder)]
 
 
@@ -141,7 +145,7 @@ def _document_head(kind: Kind[Any]) -> dict[str, Any]:
 
 
 def environment() -> dict[str, str]:
-    """Environment that the results are made in."""
+    """Return the versions of Python and packages, the machine and the system."""
     return {
         "python": platform.python_version(),
         "machine": platform.machine(),
@@ -179,9 +183,9 @@ def _render_folder(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
 def _render_parts(
     target: ReportFolder, head: Mapping[str, Any], entries: Mapping[str, Any], saved: Mapping[str, Any], draw: Draw
 ) -> Batch:
-    """The files of the parts that were saved anew, of the index and of the document.
+    """Render the parts with new findings, the index and the document.
 
-    Of a report whose writing was stopped all parts are made again.
+    If writing the report was stopped before, all its parts are rendered.
     """
     kind, files = target.kind, dict[str, str]()
     if target.unfinished:
@@ -208,7 +212,7 @@ def _render_parts(
 
 
 def kind_order(name: str) -> tuple[int, str]:
-    """Scenes that ship first, in their order; then by name."""
+    """Return a sort key for parts: shipped scenes first, in their order, then others by name."""
     from conrod.scenes import SCENES
 
     return (list(SCENES).index(name) if name in SCENES else len(SCENES), name)
@@ -217,7 +221,7 @@ def kind_order(name: str) -> tuple[int, str]:
 def part_files(
     kind_name: str, name: str, values: Any, entry: Mapping[str, Any]
 ) -> tuple[dict[str, str], Mapping[str, Any]]:
-    """A part's files, made of its saved findings, and its summary; for any process."""
+    """Render a part's files from its saved findings, and return its summary; may run in any process."""
     kind = kind_named(kind_name)
     part = Part(name, restore_findings(kind.findings, values), entry["command"], entry["conrod"])
     page = _page_files(kind.page_file(name), kind.page_of(part))

@@ -1,4 +1,4 @@
-"""Figures that come out the same, byte for byte, wherever and whenever they are made; axes, legends, looks of curves.
+"""Drawing style, axes and legends of figures that are the same, byte for byte, on every machine.
 
 Fonts are drawn as paths: GitHub shows an SVG as an image, in which text would be set in whatever font the reader's
 machine has, with other widths than those the labels were laid out for.
@@ -48,19 +48,19 @@ STYLE: dict[str, Any] = {
     "path.simplify": False,
 }
 
-# Round numbers, such as angles in degrees, would lie just between two grid points if these were round as well.
+# Share of a grid step. On a grid of round numbers, round values such as degrees could lie midway between two points.
 GRID_OFFSET = 0.137
 
 
 @contextmanager
 def drawing_style() -> Iterator[None]:
-    """matplotlib's own defaults and ours, whatever the user's matplotlibrc says."""
+    """Draw with matplotlib's defaults and `STYLE`, not with the user's matplotlibrc."""
     with matplotlib.style.context(["default", STYLE]):
         yield
 
 
 def svg_text(figure: Figure) -> str:
-    """The figure as SVG, without date, version or digits beyond a hundredth of a point."""
+    """Return a figure as SVG, without date, version or digits beyond a hundredth of a point."""
     stream = io.StringIO()
     for label in figure.findobj(Text):
         if label.get_text() != (shown := visible_text(label.get_text())):
@@ -70,19 +70,19 @@ def svg_text(figure: Figure) -> str:
 
 
 def round_to_grid(values: Array, span: float) -> Array:
-    """Values rounded to 1e-4 of the span of their axis, so that their last bits cannot be seen in the file."""
+    """Round values to 1e-4 of their axis's span, so that their last bits do not show in the file."""
     step = 10.0 ** np.floor(np.log10(span * 1e-4)) if span > 0.0 else 1.0
     return np.asarray(np.rint(values / step + GRID_OFFSET) * step)
 
 
 def round_to_log_grid(errors: Array) -> Array:
-    """Errors rounded to 0.01 in their decimal logarithm, with what is rounding noise raised to `ROUNDING`."""
+    """Round errors to 0.01 in their decimal logarithm, and raise smaller ones to `ROUNDING`."""
     logarithm = np.log10(np.maximum(np.asarray(errors, dtype=float), ROUNDING))
     return np.asarray(10.0 ** (np.rint(logarithm * 100.0) / 100.0))
 
 
 def set_decades(axes: Axes, errors: list[Array]) -> None:
-    """Log scale over whole decades that hold all the errors; shades where rounding noise is left out."""
+    """Give axes a log scale over whole decades that holds all errors, and shade rounding noise."""
     largest = max((float(e.max()) for e in errors if e.size), default=1.0)
     smallest = min((float(e.min()) for e in errors if e.size), default=ROUNDING)
     # A hair of tolerance keeps an error that lies on a decade from opening another one.
@@ -112,13 +112,13 @@ def set_decades(axes: Axes, errors: list[Array]) -> None:
 
 
 def add_legend_above(figure: Figure, handles: Sequence[Any], columns: int = 9, **style: Any) -> None:
-    """One legend for all panels above them, so many columns wide at most."""
+    """Add one legend above all panels of a figure, in at most some columns."""
     columns = min(len(handles), columns)
     figure.legend(handles=handles, loc="outside upper center", ncols=columns, **{"handlelength": 3.2, **style})
 
 
 def draw_tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | None, Mapping[str, Any]]]) -> None:
-    """Arrow heads at a place, in the styles of curves, for those tolerances that lie within the panel."""
+    """Draw an arrow head at each tolerance that lies within the panel, in its curve's style."""
     low, high = axes.get_ylim()
     for tolerance, style in allowed:
         if tolerance is not None and low < tolerance < high:
@@ -130,17 +130,17 @@ def draw_tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | 
 
 # -- parts that the charts of all reports share ------------------------------------------------------------------------
 
-# The divisors of the errors of a quantity, as labels of axes have them.
+# Divisors of the errors of each quantity, as printed in labels of axes.
 NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
 
 
 def preset_handles(presets: Iterable[tuple[str, str]], **changes: Any) -> list[Line2D]:
-    """Return legend entries of engines and presets, in the styles of their curves with some changes."""
+    """Return legend entries of engines and presets, in the styles of their curves."""
     return [Line2D([], [], label=preset_title(*one), **(preset_style(*one) | changes)) for one in presets]
 
 
 def set_rows(axes: Axes, names: Sequence[str], room: float = 0.5) -> None:
-    """Give the vertical axis a row for each name, from the top down."""
+    """Give the vertical axis a row for each name, from top to bottom."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - room, room - 1.0)
 
@@ -148,7 +148,7 @@ def set_rows(axes: Axes, names: Sequence[str], room: float = 0.5) -> None:
 def set_log_axis(
     axes: Axes, ends: tuple[float, float], ticks: Iterable[float] | None = None, names: Sequence[str] | None = None
 ) -> None:
-    """Give the horizontal axis a logarithmic scale between two ends, with ticks at some values alone."""
+    """Give the horizontal axis a logarithmic scale between two ends, with ticks only at some values."""
     axes.set_xscale("log")
     axes.set_xlim(*ends)
     if ticks is not None:

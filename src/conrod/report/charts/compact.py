@@ -1,4 +1,4 @@
-"""The SVG of matplotlib in a third of its letters: paths relative to where they are, and nothing that draws nothing."""
+"""Shrink the SVG of matplotlib to a third: relative paths, joined marks, and no invisible elements."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 SVG, LINK = "{http://www.w3.org/2000/svg}", "{http://www.w3.org/1999/xlink}href"
-# A tenth of a point cannot be seen; shapes of marks are small, and have hundredths.
-MARK_DIGITS, PATH_DIGITS = 2, 1  # digits
-# Of all that is drawn. Texts stay texts: they are laid out for the first of these fonts, the widest.
+# Decimals of a point. A tenth cannot be seen; shapes of marks are small, and have hundredths.
+MARK_DIGITS, PATH_DIGITS = 2, 1
+# Style of the whole drawing. Texts stay texts: they are laid out for the first of these fonts, the widest.
 ROOT_STYLE = "font:9px DejaVu Sans,Verdana,sans-serif;stroke-linejoin:round"
 DEFAULT_STYLES = ("font-family: 'DejaVu Sans'", "font-size: 9px", "text-anchor: start", "stroke-dashoffset: 0", "")
-MIN_JOINED_MARKS = 4  # marks that are a path
+MIN_JOINED_MARKS = 4  # joined into a path
 NUMBER_ATTRIBUTES = ("x", "y", "transform", "width", "height", "viewBox")
 REFERENCE = re.compile(r"#([^)\s]+)")
 NO_ROTATION = re.compile(r"rotate\(-?0 [^)]*\)")
@@ -24,13 +24,16 @@ NUMBER = re.compile(r"-?[\d.]+(?:e-?\d+)?")
 
 
 def compact_svg(text: str) -> str:
-    """The same drawing, for a file as matplotlib writes it."""
+    """Return the same drawing in fewer letters, from the SVG that matplotlib writes."""
     root = ElementTree.fromstring(text)
     for element in root.iter():
         element.tag = element.tag.removeprefix(SVG)
         if LINK in element.attrib:
             element.attrib["href"] = element.attrib.pop(LINK)
-    for needless in [*root.findall("metadata"), *root.findall("defs[style]")]:  # who made it, and what `LOOK` says
+    for needless in [
+        *root.findall("metadata"),
+        *root.findall("defs[style]"),
+    ]:  # the author, and the styles in `ROOT_STYLE`
         root.remove(needless)
     _shorten_ids(root)
     looks = {f"#{one.get('id')}": one.get("style", "").split("; ") for one in root.iter("path") if "id" in one.attrib}
@@ -47,7 +50,7 @@ def compact_svg(text: str) -> str:
 
 
 def _shorten_ids(root: Element) -> None:
-    """Short ids for what is referred to, none for all else."""
+    """Give short ids to elements that are referred to, and none to others."""
     used = {name for one in root.iter() for text in one.attrib.values() for name in REFERENCE.findall(text)}
     names = {one.get("id", ""): f"m{k}" for k, one in zip(count(), (e for e in root.iter() if e.get("id") in used))}
     for element in root.iter():
@@ -59,7 +62,7 @@ def _shorten_ids(root: Element) -> None:
 
 
 def _shorten_attributes(element: Element, known: list[str]) -> None:
-    """Numbers and styles in as few letters as they need; a style without what a mark's own says already."""
+    """Shorten an element's numbers and style, without the parts of the style that its mark has already."""
     given = element.attrib
     if "d" in given:
         given["d"] = _relative_path(given["d"], MARK_DIGITS if "id" in given else PATH_DIGITS)
@@ -79,7 +82,7 @@ def _shorten_attributes(element: Element, known: list[str]) -> None:
 
 
 def _unwrap_groups(element: Element) -> None:
-    """Put what is in groups that say nothing in their places."""
+    """Replace each group without attributes by its children."""
     for child in list(element):
         _unwrap_groups(child)
         if child.tag == "g" and not child.attrib:
@@ -88,7 +91,7 @@ def _unwrap_groups(element: Element) -> None:
 
 
 def _join_marks(group: Element, numbers: Iterator[int]) -> None:
-    """Make marks of one look, such as those of a curve, a path that has the mark at its places."""
+    """Replace marks of equal style, such as a curve's, by one path with a marker at each of its points."""
     alike = dict[str, list[Element]]()
     for element in group:
         if element.tag == "use" and {"x", "y"} <= element.attrib.keys():
@@ -101,7 +104,7 @@ def _join_marks(group: Element, numbers: Iterator[int]) -> None:
             marker = Element("marker", {"id": name, "overflow": "visible", "markerUnits": "userSpaceOnUse"})
             ElementTree.SubElement(marker, "use", dict(first.attrib))
             group.insert(list(group).index(first), marker)
-            # All but the ends have a mark, so that these are there twice.
+            # SVG marks no end of a path, so the ends are repeated.
             through = _relative_path(f"M {' L '.join([places[0], *places, places[-1]])}", PATH_DIGITS)
             first.tag, first.attrib = "path", {"d": through, "fill": "none", "marker-mid": f"url(#{name})"}
             for one in marks[1:]:
@@ -109,7 +112,7 @@ def _join_marks(group: Element, numbers: Iterator[int]) -> None:
 
 
 def _join_lines(group: Element) -> None:
-    """Make lines of one look one, such as those of a grid, where nothing but texts is between them."""
+    """Join lines of equal style, such as a grid's, into one path if only texts lie between them."""
     last = Element("")
     for element in list(group):
         look = {**element.attrib, "d": ""}
@@ -121,14 +124,14 @@ def _join_lines(group: Element) -> None:
 
 
 def _relative_path(data: str, digits: int) -> str:
-    """Path data in relative commands, from the absolute ones that matplotlib writes."""
+    """Turn path data from matplotlib's absolute commands into relative ones."""
     found, written, here, start = list[str](), "", (0, 0), (0, 0)
     for command, given in PATH_COMMAND.findall(data):
         numbers = [_scaled_integer(one, digits) for one in NUMBER.findall(given)]
         moves = [k - here[n % 2] for n, k in enumerate(numbers)]
         letter = command.lower()
         if letter == "m" and moves == [0, 0] and written not in ("", "z"):
-            continue  # a line goes on where the last one ended
+            continue  # a line that continues from the end of the last one
         if numbers:
             here = numbers[-2], numbers[-1]
         match letter, moves:
@@ -141,7 +144,7 @@ def _relative_path(data: str, digits: int) -> str:
             case "l", [0, along]:
                 letter, moves = "v", [along]
         texts = [_decimal_text(move, digits) for move in moves]
-        # A line goes on without its letter.
+        # A repeated command needs no letter.
         shown = "" if letter == written and letter not in "mz" else letter
         for text in texts:
             shown += text if shown[-1:].isalpha() or text[0] == "-" else f" {text}"
@@ -151,11 +154,11 @@ def _relative_path(data: str, digits: int) -> str:
 
 
 def _scaled_integer(text: str, digits: int) -> int:
-    """A number in units of the last of some digits."""
+    """Return a number in text as an integer, in units of its last kept decimal."""
     return round(10.0**digits * float(text))
 
 
 def _decimal_text(whole: int, digits: int) -> str:
-    """The number again, without zeros that say nothing."""
+    """Return an integer of `_scaled_integer` as a decimal number, without needless zeros."""
     text = repr(whole / 10**digits).removesuffix(".0")
     return text.replace("0.", ".", 1) if text.startswith(("0.", "-0.")) else text

@@ -1,4 +1,4 @@
-"""Errors in panels above each other, over angle, time or steps, and those of all machines on one scale."""
+"""Figures of errors: panels over angle, time or steps, and an overview of all machines."""
 
 from __future__ import annotations
 
@@ -35,16 +35,14 @@ from conrod.studies.free_motion.results import MotionStudy
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 MARKERS_PER_CURVE = 12  # of a curve
-HEIGHT, ROW, MARGINS = 2.8, 0.26, 1.05  # heights of a panel, of a machine's row, of all beside these [inch]
-MAX_ERROR_OVER_L = 10.0  # error / L that ends the scale: what is further off is no machine any more
-STEP_AXIS_MARGIN = 1.15  # beside the first and last number of steps
+HEIGHT, ROW, MARGINS = 2.8, 0.26, 1.05  # of a panel, of a machine's row, of legend and labels [inch]
+MAX_ERROR_OVER_L = 10.0  # end of the scale: a run with a larger error no longer moves like the machine
+STEP_AXIS_MARGIN = 1.15  # ratio of the axis's ends to the first and last number of steps
 STEPS_LABEL = "steps per revolution N (step of the crank angle h = 2π / N)"
 MAX_STEP_TICKS = 10  # named on an axis
-MIN_SHARE_OF_LARGEST = (
-    1e-5  # of the largest error of a table's panel: a run that begins without error squeezes no other
-)
+MIN_SHARE_OF_LARGEST = 1e-5  # of a table's panel, below which errors are not drawn: a run may begin with none
 
-# Places and values (N,) on the grid that is drawn, and arguments of `Axes.plot`.
+# Abscissae (N,) and errors (N,), rounded for drawing, and arguments of `Axes.plot`.
 ErrorCurve: TypeAlias = tuple[Array, Array, Mapping[str, Any]]
 
 
@@ -53,8 +51,10 @@ class Panel:
     """Curves of errors on a logarithmic scale.
 
     Attributes:
-        ends: of the horizontal axis.
-        allowed: tolerances with the style of their curves, arrow heads at the right edge.
+        label: label of the vertical axis.
+        curves: the curves.
+        ends: ends of the horizontal axis.
+        allowed: tolerances with the style of their curves, drawn as arrow heads at the right edge.
     """
 
     label: str
@@ -64,7 +64,12 @@ class Panel:
 
 
 def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], None] = lambda _: None) -> Figure:
-    """The panels over what the horizontal axis is and how it is divided, with one legend above them."""
+    """Draw panels above each other with one legend.
+
+    Args:
+        panels: from top to bottom.
+        along: label of the horizontal axis.
+        ticks: divides the horizontal axis."""
     figure = Figure(figsize=(10.5, HEIGHT * len(panels) + MARGINS))
     drawn = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
     named = dict[str, Any]()
@@ -85,7 +90,7 @@ def panels_figure(panels: Sequence[Panel], along: str, ticks: Callable[[Axes], N
 
 
 def draw_error_panel(axes: Axes, label: str, curves: Sequence[ErrorCurve]) -> None:
-    """Draw curves of errors, whose markers stand clear of each other, on a logarithmic axis that holds them all."""
+    """Draw curves of errors on a logarithmic axis, with markers that do not cover each other."""
     for place, (at, values, style) in enumerate(curves):
         every = max(1, len(at) // MARKERS_PER_CURVE)
         # The curves take turns, so that no marker covers another.
@@ -103,7 +108,7 @@ def _labelled_style(run: Result) -> dict[str, Any]:
 
 
 def error_figure(study: SceneStudy) -> Figure:
-    """Largest error over the observed points in each span of the crank angle, a panel for each quantity."""
+    """Draw the largest error over the observed points against the crank angle, a panel for each quantity."""
     runs = drawable_runs(study.results)
     ends = _crank_span(study.scene, max(run.revolutions for run in runs))
     panels = [
@@ -115,7 +120,7 @@ def error_figure(study: SceneStudy) -> Figure:
     ]  # fmt: skip
 
     def ticks(axes: Axes) -> None:
-        """Quarters of a turn, or of several; of less than half a turn whatever divides it well."""
+        """Divide the axis by quarter turns, or a span below half a turn by a round number of degrees."""
         degrees = abs(ends[1] - ends[0])
         whole = MultipleLocator(90.0 * max(1, round(degrees / 720.0)))
         axes.xaxis.set_major_locator(whole if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10]))
@@ -124,7 +129,7 @@ def error_figure(study: SceneStudy) -> Figure:
 
 
 def _crank_span(scene: Scene, revolutions: float) -> tuple[float, float]:
-    """Crank angles [deg] at which a run begins and ends; the end is on the right, also where the angle falls."""
+    """Return the crank angles [deg] at which a run begins and ends; the second may be the smaller."""
     if scene.kinematics.mechanism.driver.span is None:
         return 0.0, float(np.copysign(np.degrees(2.0 * np.pi * revolutions), scene.speed))
     low, high = (float(angle) for angle in np.degrees(scene.kinematics.span))
@@ -132,7 +137,7 @@ def _crank_span(scene: Scene, revolutions: float) -> tuple[float, float]:
 
 
 def _error_curve(run: ValidationResult, name: str) -> ErrorCurve:
-    """Crank angle [deg] and the largest error there over all observed points, on the grid that is drawn."""
+    """Return a run's curve of the largest error over all observed points against the crank angle [deg]."""
     assert run.curves is not None
     curves = [curves[name] for curves in run.curves.values()]
     error = np.max([curve.error for curve in curves], axis=0)
@@ -144,7 +149,7 @@ def _error_curve(run: ValidationResult, name: str) -> ErrorCurve:
 
 
 def refinement_figure(study: SceneStudy) -> Figure:
-    """Largest error over the observed points against steps per revolution, a panel for each quantity."""
+    """Draw the largest error over the observed points against steps per revolution, by quantity."""
     runs = [r for r in study.results if r.mode == "dynamic" and r.refinement]
     steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
     ends = (steps[0] / STEP_AXIS_MARGIN, steps[-1] * STEP_AXIS_MARGIN)
@@ -161,10 +166,10 @@ def refinement_figure(study: SceneStudy) -> Figure:
 
 
 def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """The errors of completed runs; those that ended otherwise are crosses at the right edge.
+    """Draw the position error of all runs in a row for each machine; failed runs are crosses at the right.
 
     Args:
-        scenes: summaries of a validation by machine.
+        scenes: summaries of validations by machine.
     """
     figure = Figure(figsize=(10.5, ROW * len(scenes) + MARGINS))
     axes = figure.subplots()
@@ -193,7 +198,7 @@ def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
 
 
 def free_motion_figure(study: MotionStudy) -> Figure:
-    """Errors of all runs that completed, over time."""
+    """Draw the errors of all completed runs of free motion over time."""
     runs = [(r, r.curves) for r in study.results if r.curves is not None]
     seconds = max(run.seconds for run, _ in runs)
     errors, energies = (
@@ -209,8 +214,8 @@ def free_motion_figure(study: MotionStudy) -> Figure:
 
 
 def table_figure(study: TableStudy) -> Figure:
-    """Largest error in each span of the run against the revolutions, a line for each point."""
-    # Without a crank angle the error at the angle reached is that at the time.
+    """Draw the largest error of each observed point of a table against revolutions."""
+    # Without a crank angle the errors `position` and `total` are the same.
     named = [q for q in ERRORS if q != "position" or study.phase is not None]
     hues = dict(zip(study.errors, cycle(CURVE_COLOURS), strict=False))
     panels = []

@@ -10,9 +10,9 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result
 from conrod.studies.validation.results import ValidationResult
 
-CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that are of no engine
+CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that belong to no engine
 
-# Mark of an outcome.
+# Marker of each outcome.
 OUTCOME_MARKS = {
     Outcome.DIVERGED.slug: "x",
     Outcome.EXPLODED.slug: "*",
@@ -31,32 +31,32 @@ OUTCOME_MARKS = {
 
 
 def engine_title(engine: str) -> str:
-    """The engine's name as its makers write it."""
+    """Return an engine's name as its makers write it."""
     return engine_style(engine).title
 
 
 def preset_title(engine: str, preset: str | None) -> str:
-    """Engine and preset, as a legend has it."""
+    """Return engine and preset as a legend's text."""
     return f"{engine_title(engine)} {preset or ''}".strip()
 
 
 def label(result: Result) -> str:
-    """Engine and preset of a result."""
+    """Return engine and preset of a result as a legend's text."""
     return preset_title(result.engine, result.preset)
 
 
 def colour(engine: str) -> str:
-    """The colour of an engine."""
+    """Return the colour of an engine."""
     return engine_style(engine).colour
 
 
 def curve_style(result: Result) -> dict[str, Any]:
-    """Arguments of `Axes.plot` for a result's curve."""
+    """Return arguments of `Axes.plot` for a result's curve."""
     return preset_style(result.engine, result.preset)
 
 
 def preset_style(engine: str, name: str | None) -> dict[str, Any]:
-    """Arguments of `Axes.plot` for the curve of an engine's preset."""
+    """Return arguments of `Axes.plot` for the curve of an engine's preset."""
     preset = line_style(engine, name)
     hue = colour(engine)
     return {
@@ -72,5 +72,5 @@ def preset_style(engine: str, name: str | None) -> dict[str, Any]:
 
 
 def drawable_runs(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
-    """Dynamic runs that have errors and curves to draw."""
+    """Return the dynamic runs with errors and curves to draw."""
     return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]

@@ -1,4 +1,4 @@
-"""The dimensions of a drawing, read off the mechanism: each on that side of its link where its text has room."""
+"""The dimensions of a drawing, read off the mechanism and placed where their texts have room."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.view import MM, View
 
 INK = "#8a2b2b"
-# Of a dimension line from its link, as shares of the drawing's size; negative on the right of the way along the link.
+# Distances of a dimension line from its link, as shares of the drawing's size; negative on the link's right side.
 LINE_OFFSETS = (-0.07, 0.07, -0.13, 0.13, -0.19, 0.19)
-TEXT_OFFSET = 0.03  # of a text from its dimension line
-RADIUS_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))  # of a wheel's radius, from its usual one
-ARC_SHARES = np.array([0.5, 0.35, 0.65])  # an arc, where the arrow of its radius may end
-MAX_LINKS_WITH_FRAME = 3  # moving links
+TEXT_OFFSET = 0.03  # of a text from its dimension line, as a share of the drawing's size
+RADIUS_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 30.0))  # of a wheel's radius [rad], from the first choice
+ARC_SHARES = np.array([0.5, 0.35, 0.65])  # of an arc, where the arrow of its radius may end
+MAX_LINKS_WITH_FRAME = 3  # moving links, up to which the frame's length is drawn
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,11 @@ class Dimension:
     """A dimension in one place.
 
     Attributes:
-        arrow: from where to where (2, 2) [mm], with heads as `style` says.
+        text: the text at the arrow.
+        arrow: start and end (2, 2) [mm].
+        style: matplotlib's name of the arrow's heads.
         at, turn: the text's centre (2,) [mm] and its angle [rad].
-        extensions: lines from what is measured to the arrow, each (2, 2) [mm].
+        extensions: lines from the measured points to the arrow, each (2, 2) [mm].
     """
 
     text: str
@@ -42,7 +44,7 @@ class Dimension:
     extensions: tuple[Array, ...] = ()
 
     def draw(self, view: View) -> None:
-        """The arrow, its extension lines and its text."""
+        """Draw the arrow, its extension lines and its text."""
         for extension in self.extensions:
             view.axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
         parts.draw_arrow(view.axes, self.arrow[0], self.arrow[1], INK, self.style, 0.8)
@@ -50,7 +52,7 @@ class Dimension:
 
 
 def draw_dimensions(view: View) -> None:
-    """Lengths of links and offsets, and radii of cams and wheels, each where it has room."""
+    """Draw lengths of links, offsets, and radii of cams and wheels, each where it has room."""
     for wishes in dimensions(view):
         places = []
         for wish in wishes:
@@ -65,7 +67,9 @@ def draw_dimensions(view: View) -> None:
 
 
 def dimensions(view: View) -> Iterator[Sequence[Dimension]]:
-    """Lengths of links between their pins, of the frame, offsets of slides, radii of cams and wheels; by preference."""
+    """Yield the possible places of each dimension: of links, frame, slides, cams and wheels.
+
+    The places of a dimension are in the order of preference."""
     mechanism = view.mechanism
     for body in mechanism.bodies:
         pins = [view.place_of(body.name, point) for point in dict.fromkeys(pin_points(mechanism, body.name))]
@@ -99,7 +103,13 @@ def dimensions(view: View) -> Iterator[Sequence[Dimension]]:
 def _length_dimensions(
     view: View, name: str, start: Array, stop: Array, seen_from: Array | None = None
 ) -> list[Dimension]:
-    """The length from `start` to `stop` [mm]; its second extension line begins at `seen_from` where it is given."""
+    """Return places of the length from `start` to `stop` [mm].
+
+    Args:
+        view: the drawing.
+        name: of the length.
+        start, stop: ends (2,) [mm].
+        seen_from: where the second extension line begins, instead of `stop`."""
     way = stop - start
     length = math.hypot(*way)
     turn = _readable_angle(math.atan2(way[1], way[0]))
@@ -115,7 +125,7 @@ def _length_dimensions(
 
 
 def _offset_dimensions(view: View, slide: Prismatic) -> Iterator[list[Dimension]]:
-    """The distance of a slide's line from the shaft, drawn at the slider; nothing where the line passes through it."""
+    """Yield places of the offset of a slide's line from the shaft; none if the offset is zero."""
     shaft = view.place_of(view.mechanism.crank, view.mechanism.driven_joint.point_b)
     slider = view.place_of(slide.b, slide.point_b)
     normal = parts.unit_vector(slide.direction + 0.5 * math.pi)
@@ -128,7 +138,7 @@ def _offset_dimensions(view: View, slide: Prismatic) -> Iterator[list[Dimension]
 
 
 def _radius_dimensions(view: View, text: str, centre: Array, radius: float, directions: Array) -> list[Dimension]:
-    """A radius [mm] from its centre [mm] in some directions [rad]; its text stands beyond one that is too short."""
+    """Return places of a radius [mm] in some directions [rad]; the text of a short arrow follows its tip."""
     width = view.labels.width(text, parts.TEXT_STYLE["fontsize"])
     found = []
     for direction in directions:
@@ -149,7 +159,7 @@ def _wheel_dimensions(view: View, body: str, centre: tuple[float, float], radius
 
 
 def _cam_dimensions(view: View, contact: CamContact) -> dict[str, list[Dimension]]:
-    """Radii of the arcs of a profile, or of a law's base circle; and the roller's."""
+    """Return places of the radii of a cam's arcs, or of its base circle, and of its roller."""
     turn, profile = view.poses[contact.a][2], contact.profile
     if isinstance(profile, LawProfile):
         lowest = profile.begin - profile.sense * profile.lowest_angle
@@ -169,5 +179,5 @@ def _mm(length: float) -> str:
 
 
 def _readable_angle(turn: float) -> float:
-    """The angle [rad] of the same line, read from the left or from below."""
+    """Return a line's angle [rad] so that text along it reads from the left or from below."""
     return math.remainder(turn - 1e-9, math.pi) + 1e-9

@@ -1,4 +1,4 @@
-"""A drawing of a scene's mechanism with its dimensions, made from its mechanism and its exact poses."""
+"""A drawing of a scene's mechanism with its dimensions, from its exact poses."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from conrod.report.drawing.machine_parts import Labels
 from conrod.report.drawing.view import MM, View, reached_points
 from conrod.scenes import Scene
 
-# Of a pass, because links often lie in line or over each other in its middle.
+# Share of a pass to draw the machine at: in its middle links often lie in line or over each other.
 TELLING_SHARE = 0.75
-EXTENT_POINTS = 450.0  # on paper for the extent of a mechanism, about: what is beside it takes a quarter of the paper
+EXTENT_POINTS = 450.0  # on paper for the extent of a mechanism, roughly: dimensions take a quarter of the paper
 MAX_SIDE, MIN_SIDE = 8.2, 4.6  # of the drawing [inch]
 TRACE, ANGLE = "#2a8c6a", "#5b4a9c"
 NAME_STYLE: dict[str, Any] = {"fontsize": 10.0, "fontweight": "bold"}
-NAME_SIDES = np.array([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])  # sides of a point where its name may stand
-# An angle as small as this is hidden by the crank itself.
+NAME_SIDES = np.array([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])  # of a point, where its name may stand
+# The crank itself hides a smaller angle.
 MIN_DRAWN_ANGLE = math.radians(5.0)
 
 
 def mechanism_svg(scene: Scene) -> str:
-    """The drawing as SVG text."""
+    """Draw a scene's mechanism as SVG text."""
     with drawing_style():
         return svg_text(mechanism_figure(scene))
 
 
 def mechanism_figure(scene: Scene) -> Figure:
-    """The mechanism at a telling crank angle, with the paths of the observed points over a turn."""
+    """Draw a scene's mechanism with dimensions and the paths of its observed points."""
     angle = telling_angle(scene)
     view = view_at(scene, angle)
     for path in view.paths.values():
@@ -53,7 +53,7 @@ def mechanism_figure(scene: Scene) -> Figure:
 
 
 def telling_angle(scene: Scene) -> float:
-    """The crank angle [rad] that a scene is drawn at."""
+    """Return the crank angle [rad] at which a scene is drawn."""
     span = scene.kinematics.mechanism.driver.span
     if span is not None:
         return span[0] + TELLING_SHARE * (span[1] - span[0])
@@ -61,7 +61,7 @@ def telling_angle(scene: Scene) -> float:
 
 
 def view_at(scene: Scene, angle: float) -> View:
-    """A view of a scene at a crank angle [rad], with nothing drawn yet."""
+    """Return an empty drawing of a scene at a crank angle [rad]."""
     mechanism = scene.mechanism()
     stacked = scene.kinematics.poses(np.array([angle]))[0].reshape(-1, 3)
     rounded = np.round(stacked * [MM, MM, 1.0], 9)
@@ -80,7 +80,7 @@ def view_at(scene: Scene, angle: float) -> View:
 
 
 def _fit_page(view: View) -> Figure:
-    """Equal scales, and a page that fits the drawing."""
+    """Give a drawing equal scales and a page that fits it."""
     axes, figure = view.axes, view.axes.figure
     assert isinstance(figure, Figure)
     axes.set_aspect("equal")
@@ -106,7 +106,7 @@ def _fit_page(view: View) -> Figure:
 
 
 def draw_observed(view: View) -> None:
-    """The observed points with their names."""
+    """Draw the observed points with their names."""
     for point in view.mechanism.observed:
         place = view.place_of(point.body, point.point)
         view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
@@ -116,7 +116,7 @@ def draw_observed(view: View) -> None:
 
 
 def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
-    """The crank angle from its zero, and the sense of rotation at the scene's speed."""
+    """Draw the crank angle from its zero, and the sense of rotation with the speed."""
     driver, joint = view.mechanism.driver, view.mechanism.driven_joint
     shaft = view.place_of(joint.b, joint.point_b)
     now = view.mechanism.crank_turn(angle)
@@ -135,7 +135,7 @@ def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
 
 
 def _draw_sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
-    """An arrow about the shaft in the sense of rotation, with the speed."""
+    """Draw an arrow about the shaft in the sense of rotation, with the speed."""
     sense = view.mechanism.driver.sense * (1.0 if scene.speed > 0.0 else -1.0)
     rpm = numbers.quantity(abs(scene.speed) * numbers.SHOWN_UNITS["rad/s"][1])
     # Opposite to the crank, if there is room.
@@ -148,7 +148,7 @@ def _draw_sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
 def _place_note(
     view: View, centres: Sequence[Array], text: str, colour: str, look: Mapping[str, Any] = parts.TEXT_STYLE
 ) -> int:
-    """A text at that of some places where it has room; which it is."""
+    """Draw a text at the place with most room, and return the index of the place."""
     boxes = [view.labels.box(centre, text, look["fontsize"]) for centre in centres]
     best = view.labels.best_place([(box, ()) for box in boxes])
     view.labels.add_text(boxes[best])
@@ -157,7 +157,7 @@ def _place_note(
 
 
 def draw_frame_axes(view: View) -> None:
-    """The document's axes x and y, from its origin."""
+    """Draw the axes x and y of the scene's frame from its origin."""
     for direction, name, aside in ((0.0, "x", 0.5 * math.pi), (0.5 * math.pi, "y", math.pi)):
         tip = 6.5 * view.size * parts.unit_vector(direction)
         parts.draw_arrow(view.axes, np.zeros(2), tip, "#888888")

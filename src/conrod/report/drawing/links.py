@@ -14,13 +14,13 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revo
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.view import MM, Slide, View, cam_outline, guide_and_block, pitch_lines, slide_displacements
 
-BAR_WIDTH = 6.0  # width of a link [pt]
-COLLINEAR_SHARE = 0.01  # how far places may lie off a line, of its length: less than a bar is wide
-PLACE_DIGITS = 6  # of places in the drawing's unit: those that joints share differ by rounding
+BAR_WIDTH = 6.0  # of a link [pt]
+COLLINEAR_SHARE = 0.01  # of a line's length, by which places may lie off it: less than a bar's width
+PLACE_DIGITS = 6  # decimals of places [mm]: places that joints share differ by rounding
 
 
 def draw_joints(view: View) -> None:
-    """Pins with their bearings on the ground, slides, cams with their rollers, and lines that roll on each other."""
+    """Draw pins with their bearings, slides, cams with their rollers, and pitch lines."""
     for joint in view.mechanism.joints:
         match joint:
             case Revolute():
@@ -46,7 +46,7 @@ def draw_joints(view: View) -> None:
 
 
 def draw_links(view: View) -> None:
-    """Every body as what its joints, slots and observed points make of it."""
+    """Draw every body as a bar or plate through its joints, slots and observed points."""
     slots: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
     blocks: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
     for joint in view.mechanism.joints:
@@ -66,14 +66,14 @@ def draw_links(view: View) -> None:
 
 
 def _slide_range(view: View, slide: Slide) -> tuple[float, float]:
-    """Ways of the block from where it is drawn, back and forth, over the turn."""
+    """Return the least and greatest displacement of a block from where it is drawn, over a turn [mm]."""
     gone = MM * slide_displacements(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
     now = MM * slide_displacements(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
     return float(min(gone.min() - now, 0.0)), float(max(gone.max() - now, 0.0))
 
 
 def _slot_ends(view: View, slide: Slide) -> Array:
-    """The ends of a slot in a moving link, as far as its block goes; (2, 2)."""
+    """Return the ends (2, 2) of a slot in a moving link, which holds its block over a turn [mm]."""
     back, forth = _slide_range(view, slide)
     block, room = view.place_of(slide.moving, slide.point), 2.0 * view.size
     along = parts.unit_vector(view.poses[slide.guide][2] + slide.direction)
@@ -101,7 +101,7 @@ def _draw_slide(view: View, joint: Prismatic) -> None:
 
 
 def _draw_rails(view: View, block: Array, reach: tuple[float, float], direction: float) -> None:
-    """A slide's two rails, with the frame's hatching beside them, along a direction [rad] through a block."""
+    """Draw a slide's two hatched rails along a direction [rad] through a block."""
     parts.draw_rails(view.axes_of(GROUND), block, reach, direction, view.size)
     ends = block + np.outer(reach, parts.unit_vector(direction))
     for aside in (-1.6, -1.15, 1.15, 1.6):
@@ -109,7 +109,7 @@ def _draw_rails(view: View, block: Array, reach: tuple[float, float], direction:
 
 
 def _draw_stem(view: View, follower: str, roller: Array, forth: float, direction: float) -> None:
-    """A follower between its rails above its roller, which still goes `forth`."""
+    """Draw a follower's stem in rails above its roller, which still rises by `forth`."""
     along = parts.unit_vector(direction)
     foot = roller + 5.0 * view.size * along
     view.axes_of(follower).plot(*np.array([foot, roller]).T, color=parts.LINK, linewidth=4)
@@ -142,13 +142,13 @@ def _draw_cam(view: View, contact: CamContact) -> None:
 
 
 def link_outline(places: Sequence[Array]) -> Array:
-    """The two ends of a bar through places in line, else the corners of a plate around them; (C, 2), none for one."""
+    """Return the ends of a bar or the corners of a plate through places, (C, 2); empty for one place."""
     own = list({tuple(np.round(place, PLACE_DIGITS)): place for place in reversed(places)}.values())[::-1]
     return _hull(own) if len(own) > 1 else np.empty((0, 2))
 
 
 def _in_line(places: Sequence[Array]) -> bool:
-    """True where places lie in the line through the two of them that are farthest apart."""
+    """True if places lie in one line."""
     ends = _farthest_pair(places)
     way = ends[1] - ends[0]
     arms = np.array(places) - ends[0]
@@ -157,14 +157,14 @@ def _in_line(places: Sequence[Array]) -> bool:
 
 
 def _farthest_pair(places: Sequence[Array]) -> Array:
-    """The two places that are farthest apart, in their order; (2, 2)."""
+    """Return the two places that are farthest apart, in their order, (2, 2)."""
     points = np.array(places)
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     return np.asarray(points[sorted(np.unravel_index(int(apart.argmax()), apart.shape))])
 
 
 def _hull(places: Sequence[Array]) -> Array:
-    """The two ends of places in a line; else the corners around all of them, counter-clockwise from the leftmost."""
+    """Return the ends of places in line, else the corners of their convex hull, counter-clockwise."""
     if _in_line(places):
         return _farthest_pair(places)
     points = np.array(places)
@@ -173,7 +173,7 @@ def _hull(places: Sequence[Array]) -> Array:
 
 
 def _draw_body(view: View, name: str, corners: Array) -> None:
-    """A link as a bar, or as a plate with its edges."""
+    """Draw a link as a bar, or as a plate with its edges."""
     edges = corners
     if len(corners) > 2:
         view.axes_of(name).add_patch(Polygon(corners, facecolor=parts.LINK, alpha=0.3, edgecolor="none", zorder=3))

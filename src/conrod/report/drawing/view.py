@@ -1,4 +1,4 @@
-"""A view of a mechanism to be drawn, and outlines of its parts: slides, cams, pitch lines."""
+"""A mechanism to be drawn at a crank angle, and outlines of its slides, cams and wheels."""
 
 from __future__ import annotations
 
@@ -34,13 +34,14 @@ class View:
     """A mechanism at a crank angle, to be drawn in mm.
 
     Attributes:
-        axes: what it is drawn on.
-        poses: of the bodies and the ground [m, m, rad].
-        turn: stacked poses over a turn or a pass, (T, 3 n) [m, m, rad]; or the one pose, (1, 3 n).
-        size: of a symbol.
+        axes: axes to draw on.
+        mechanism: the mechanism.
+        poses: poses of the bodies and the ground [m, m, rad].
+        turn: stacked poses over a turn or a pass, (T, 3 n) [m, m, rad]; or only one pose, (1, 3 n).
+        size: size of a symbol [mm].
         labels: texts and lines that are drawn already.
-        extent: of the mechanism.
-        paths: of the observed points over a turn or a pass, (T, 2).
+        extent: width or height of the mechanism, whichever is larger [mm].
+        paths: paths of the observed points over a turn or a pass, (T, 2) [mm].
     """
 
     axes: Axes
@@ -53,19 +54,19 @@ class View:
     paths: Mapping[str, Array]
 
     def axes_of(self, *bodies: str) -> Axes:
-        """Axes that the parts of some bodies are drawn on."""
+        """Return the axes on which parts of some bodies are drawn."""
         return self.axes
 
     def to_drawing(self, places: ArrayLike) -> Array:
-        """Return places (..., 2) [m] in the drawing."""
+        """Convert places (..., 2) from [m] to the drawing's [mm]."""
         return MM * np.asarray(places, dtype=float)
 
     def place_of(self, body: str, point: Point) -> Array:
-        """Return a point of a body, given in its own frame [m], in the drawing; (2,)."""
+        """Return the place (2,) [mm] of a point in a body's frame [m]."""
         return self.to_drawing(to_world(self.poses[body], point))
 
     def poses_over_turn(self, body: str) -> Array:
-        """Poses of a body or the ground over a turn or a pass, (T, 3) [m, m, rad]."""
+        """Return poses (T, 3) [m, m, rad] of a body or the ground over a turn or a pass."""
         if body == GROUND:
             return np.zeros((len(self.turn), 3))
         k = self.mechanism.body_index[body]
@@ -77,10 +78,10 @@ class Slide:
     """A block's point on its guide.
 
     Attributes:
-        guide: the body that the block slides on; the ground, if it is one of the two.
-        moving: the other body.
-        point: of `moving`, in its own frame [m].
-        direction: of the guide's line in the frame of `guide` [rad].
+        guide: body on which the block slides; the ground, if it is one of the joint's two.
+        moving: body of the block.
+        point: the block's point in the frame of `moving` [m].
+        direction: direction of the guide's line in the frame of `guide` [rad].
     """
 
     guide: str
@@ -90,23 +91,23 @@ class Slide:
 
 
 def guide_and_block(mechanism: Mechanism, joint: Prismatic) -> Slide:
-    """The guide and the block of a prismatic joint, as a course draws them."""
+    """Decide which body of a prismatic joint is drawn as guide, and which as block."""
     guide, moving, point = joint.a, joint.b, joint.point_b
     if joint.b == GROUND:
         guide, moving, point = joint.b, joint.a, joint.point_a
     elif joint.a != GROUND:
-        # What slides is the block on a pin, and the pin is its point.
+        # A body with only one more joint, a pin, is drawn as a block on that pin.
         for link, other in ((joint.a, joint.b), (joint.b, joint.a)):
             held = [one for one in mechanism.joints_on(other) if one is not joint]
             if len(held) == 1 and isinstance(held[0], Revolute):
                 guide, moving, point = link, other, joint_partner(held[0], other)[2]
                 break
-    # `b` is turned against `a` by the joint's angle.
+    # `b` is rotated against `a` by the joint's angle.
     return Slide(guide, moving, point, joint.direction - (joint.angle if guide == joint.b else 0.0))
 
 
 def slide_displacements(slide: Slide, guides: Array, movings: Array) -> Array:
-    """Ways (T,) of the block along its guide's line from the guide's origin, from poses (T, 3) of the two."""
+    """Return displacements (T,) [m] of a block along its guide, from poses (T, 3) of the two bodies."""
     cos, sin = np.cos(movings[:, 2]), np.sin(movings[:, 2])
     x, y = slide.point
     block = movings[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
@@ -115,11 +116,11 @@ def slide_displacements(slide: Slide, guides: Array, movings: Array) -> Array:
 
 
 OUTLINE_SAMPLES = 721
-RACK_REACH = 2.0  # radii of its wheel that a rack is drawn to, on either side of it
+RACK_REACH = 2.0  # wheel radii; length of a rack on either side of its wheel
 
 
 def reached_points(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
-    """Points (N, 2) [m] that the mechanism reaches: its pins, its cams' outlines, its wheels."""
+    """Return points (N, 2) [m] of the mechanism's pins, cams and wheels, which bound its extent."""
     points = [to_world(poses[j.b], j.point_b) for j in mechanism.joints if isinstance(j, Revolute)]
     for contact in mechanism.cam_contacts:
         points += cam_outline(contact, poses[contact.a])
@@ -127,12 +128,12 @@ def reached_points(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
 
 
 def cam_outline(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
-    """Points [m] of a cam's outline in a pose."""
+    """Return points [m] of a cam's outline in a pose."""
     return [to_world(pose, (float(x), float(y))) for x, y in contact.profile.outline(OUTLINE_SAMPLES)]
 
 
 def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
-    """The two lines that roll on each other, each with a radius that shows its turn; (N, 2) [m]."""
+    """Return two pitch lines (N, 2) [m] that roll on each other, each with a radius that shows its rotation."""
     if isinstance(mesh, Rolling):
         return (
             _circle(poses[mesh.a], mesh.point_a, abs(mesh.radius_a), spoke=mesh.radius_a > 0.0 and mesh.a != GROUND),
@@ -149,7 +150,7 @@ def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
 
 
 def _circle(pose: Pose, centre: Point, radius: float, spoke: bool) -> Array:
-    """A circle from the direction of the body's x-axis; with its radius in that direction."""
+    """Return a circle (N, 2) [m] of a body, with a radius along the body's x-axis if `spoke`."""
     turn = pose[2] + np.linspace(0.0, 2.0 * np.pi, OUTLINE_SAMPLES)
     middle = np.array(to_world(pose, centre))
     rim = middle + radius * np.column_stack([np.cos(turn), np.sin(turn)])

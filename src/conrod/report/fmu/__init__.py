@@ -1,4 +1,4 @@
-"""The exact motion as a functional mock-up unit, FMI 3.0: a model that any simulation tool loads."""
+"""The exact motion as a functional mock-up unit (FMI 3.0), which simulation tools load."""
 
 import hashlib
 import platform
@@ -22,18 +22,18 @@ from conrod.report.table import visible_text
 from conrod.scenes import Scene
 
 COMPILER = "cc"
-# A product and a sum stay two roundings, as in the check at export; nothing is exported but what FMI names.
+# No fused multiply-add, as in the check at export; only the functions of FMI are exported.
 FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-ffp-contract=off", "-fvisibility=hidden")
-ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}  # where FMI has another name
+ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}  # names in FMI, where they differ
 SUFFIXES = {"linux": ".so", "darwin": ".dylib"}
 PACKAGE_FILES = files("conrod.report.fmu")
 
 
 def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
-    """The FMU of a scene's exact motion; the same scene gives the same bytes, with the same compiler.
+    """Build the FMU of a scene's exact motion; the same scene and compiler give the same bytes.
 
     Returns:
-        The archive, and why it holds no binary; None where it does.
+        The archive, and the reason why it has no binary, or None.
 
     Raises:
         InvalidInput: names the machine whose motion cannot be tabulated, with the reason.
@@ -67,7 +67,7 @@ def fmu(name: str, scene: Scene) -> tuple[bytes, str | None]:
 
 
 def _render_xml(file: str, about: Mapping[str, object]) -> str:
-    """A file of XML, in which names stay names: all that is put in is escaped."""
+    """Render an XML template, with its variables escaped."""
     text = PACKAGE_FILES.joinpath(f"{file}.jinja").read_text(encoding="utf-8")
     return visible_text(
         jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text).render(about)
@@ -75,7 +75,7 @@ def _render_xml(file: str, about: Mapping[str, object]) -> str:
 
 
 def _table_header(table: MotionTable, speed: float) -> str:
-    """The table as C has it, each number in the fewest digits that are it."""
+    """Return the table of motion as a C header, each number in its shortest exact digits."""
     intervals, columns, terms = table.coefficients.shape
     return f"""/* Written by conrod: the exact motion of one machine, see motion.c. */
 #define INTERVALS {intervals}
@@ -90,14 +90,17 @@ static const double coefficients[INTERVALS][COLUMNS][ORDER + 1] = {_initializer(
 
 
 def _initializer(values: Array) -> str:
-    """Numbers of an array in C, rows without the zeros at their ends, which C adds."""
+    """Return an array as a C initialiser, without zeros at the ends of rows, which C adds."""
     if values.ndim > 1:
         return "{" + ",\n".join(map(_initializer, values)) + "}"
     return "{" + ", ".join(map(repr, (np.trim_zeros(values, "b") + 0.0).tolist() or [0.0])) + "}"
 
 
 def _build_binary(identifier: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], str | None]:
-    """The binary of this platform by its name in the archive, none if it cannot be built; and why not."""
+    """Compile the binary for this platform.
+
+    Returns:
+        The binary by its name in the archive, and None; or nothing, and the reason."""
     compiler, machine = shutil.which(COMPILER), platform.machine().lower()
     if sys.platform not in SUFFIXES:
         return {}, f"binaries are not built on {sys.platform}"

@@ -1,6 +1,6 @@
-"""The machine of a validation in motion: an engine's bodies over the exact ones, its error magnified; and curves.
+"""The moving machine of a validation: an engine's bodies over the exact ones, with magnified error, and curves.
 
-The curves stand against the crank angle, as small SVGs with a cursor that a page can move.
+Curves against the crank angle are small SVGs with a cursor that the page's script moves.
 """
 
 from __future__ import annotations
@@ -23,14 +23,20 @@ from conrod.report.kind import Part
 from conrod.report.numbers import ROUNDING
 from conrod.studies.validation.results import SceneStudy
 
-# Edges of the area in a drawing of 400 by 145; machine.js knows those at the sides.
+# Edges of the plot in an SVG of 400 by 145 units; machine.js knows LEFT and RIGHT too.
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 386.0, 24.0, 122.0
-MAX_DECADE_LABELS = 4  # that are named
-ANGLE_TICKS = 5  # of the angle
+MAX_DECADE_LABELS = 4  # on an axis
+ANGLE_TICKS = 5  # on the axis of the crank angle
 
 
 class PanelCurve(NamedTuple):
-    """A curve: values (K,) along parts (K,) of the stretch, its run or -1 for the exact motion, attributes of SVG."""
+    """A curve of a panel.
+
+    Attributes:
+        along: abscissae (K,), shares of the drawn range of the crank angle.
+        values: ordinates (K,).
+        run: number of the run; -1 for the exact motion.
+        look: SVG attributes."""
 
     along: Array
     values: Array
@@ -41,7 +47,14 @@ class PanelCurve(NamedTuple):
 def panel_svg(
     title: str, lines: Sequence[PanelCurve], ends: tuple[float, float], at: float, log: bool = False
 ) -> Markup:
-    """Curves over a stretch of the crank angle [deg] with a cursor at a part of it; errors on a logarithmic scale."""
+    """Draw curves against the crank angle as SVG, with a cursor.
+
+    Args:
+        title: title of the panel.
+        lines: the curves.
+        ends: first and last crank angle [deg].
+        at: place of the cursor, a share of the range.
+        log: True for a logarithmic scale."""
     if log:
         lines = [line._replace(values=np.log10(np.maximum(line.values, ROUNDING))) for line in lines]
     values = np.concatenate([line.values for line in lines] or [np.zeros(1)])
@@ -71,7 +84,7 @@ def panel_svg(
         marks += f'<text x="{place:.0f}" y="{BOTTOM + 16}" text-anchor="{anchor}">{degrees}{unit}</text>'
     drawn = "".join(_path(line, y(line.values)) for line in lines)
     cursor = f'<line class="cursor" x1="{_x(at):.1f}" x2="{_x(at):.1f}" y1="{TOP}" y2="{BOTTOM}"/>'
-    return Markup(  # of numbers and of texts that are escaped
+    return Markup(  # made of numbers and escaped texts
         f'<svg class="curves" viewBox="0 0 400 145" role="img" aria-label="{escape(title)}, against the crank angle in '
         f'degrees"><text x="0" y="12" class="title">{escape(title)}</text>{marks}{drawn}{cursor}</svg>'
     )
@@ -86,12 +99,12 @@ def _path(line: PanelCurve, heights: Array) -> str:
     return f'<path data-run="{line.run}" d="M{places}" {line.look}/>'
 
 
-DASHES = ("", "6 3", "2 3", "8 3 2 3")  # of the presets of an engine, in their order
+DASHES = ("", "6 3", "2 3", "8 3 2 3")  # of an engine's presets, in their order
 QUANTITIES = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration": ("m/s²", 1.0)}
 
 
 def machine_html(part: Part[SceneStudy], anchor: str) -> str:
-    """The machine in motion with its controls and curves, as a part of a page; empty where there is nothing to move."""
+    """Return the HTML of a moving machine with controls and curves; empty if no run has poses."""
     machine = moving_machine(part.findings)
     if machine is None:
         return ""
@@ -112,7 +125,7 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
 
 
 def _data(machine: MovingMachine) -> dict[str, Any]:
-    """Numbers that page.js moves the drawing by; units of the drawing, and degrees."""
+    """Return the numbers by which the page's script moves the drawing, in drawing units and degrees."""
     scene = machine.study.scene
     observed = next(point for point in scene.mechanism().observed if point.name == scene.output)
     x, y = (machine.drawing.scale * one for one in observed.point)
@@ -147,7 +160,7 @@ def _traces(machine: MovingMachine) -> list[str]:
 
 
 def _panels(machine: MovingMachine) -> list[Markup]:
-    """For each quantity of the output its exact curve, and the errors of all runs."""
+    """Draw for each quantity of the output its exact curve, and the errors of all runs."""
     scene, at, found = machine.study.scene, machine.still / POSES, list[Markup]()
     motion = scene.motion(machine.angles[::2], scene.speed).point(scene.output)
     along, ends = np.linspace(0.0, 1.0, len(machine.angles[::2])), machine.ends
@@ -161,7 +174,7 @@ def _panels(machine: MovingMachine) -> list[Markup]:
 
 
 def _error_curves(machine: MovingMachine, number: int, quantity: str) -> list[PanelCurve]:
-    """The errors of a run over the stretch; none of one whose curves are not kept."""
+    """Return the curve of a run's errors over the drawn range; empty if the run has no curves."""
     run, (first, last) = machine.runs[number], (machine.angles[0], machine.angles[-1])
     if not run.curves:
         return []

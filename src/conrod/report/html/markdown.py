@@ -1,4 +1,4 @@
-"""Pages in Markdown as parts of an HTML page: the same text, with figures in place and links within the page."""
+"""Render Markdown pages as sections of one HTML page, with inline figures and internal links."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from markdown_it.rules_core import StateCore
 from markdown_it.token import Token
 
 OUTWARD = ("https://", "http://")
-# The one markup that pages have, on lines of its own; names of users are escaped, and never look like it.
+# The only HTML in Markdown pages, on separate lines; names from users are escaped and cannot look like it.
 NUMBER_CELL = re.compile(r"\**[<-]?\s*\d")
 DETAILS = re.compile(r"<details>\s*<summary>([^<]+)</summary>|</details>")
 
 
 @dataclass
 class Place:
-    """A page within the document.
+    """A Markdown page's place in the HTML document, and the state of its rendering.
 
     Attributes:
-        anchor: its id, which the ids of its headings begin with.
-        shift: levels that its headings go down.
-        figure: returns the markup of a figure by the name of its file; None where it is not the report's.
-        target: returns where a link leads; None where nothing is there, and its text stands alone.
-        title: the text of its first heading.
-        level: of the heading that is open; a page has one of the first.
-        anchors: ids that are taken.
-        links: whether those links are open that close next.
-        command: id of the command that finds the page's numbers again; empty for none.
+        anchor: id of the page, and prefix of the ids of its headings.
+        shift: levels by which its headings are lowered.
+        figure: returns the markup of a figure by the name of its file; None if the report has no such file.
+        target: returns the address of a link; None if its page is missing, then only its text is shown.
+        title: text of its first heading.
+        level: level of the open heading.
+        anchors: ids in use.
+        links: stack that says of each open link or cell whether it has an <a> tag to close.
+        command: id of the command that reproduces the page's numbers; empty for none.
     """
 
     anchor: str
@@ -48,7 +48,7 @@ class Place:
 
 
 def render_html(text: str, place: Place) -> str:
-    """The page as HTML; nothing in it is markup but Markdown's own, and what opens and closes."""
+    """Render Markdown as HTML; no HTML in it is kept, except `<details>` on separate lines."""
     return str(_parser().render(text, {"place": place}))
 
 
@@ -65,7 +65,7 @@ def _find_details(state: StateCore) -> None:
 
 
 class _Renderer(RendererHTML):
-    """The rules that differ from markdown-it's own; each renders a token of the name."""
+    """Rendering rules that differ from markdown-it's; each renders the token of its name."""
 
     def heading_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         place, token = env["place"], tokens[idx]
@@ -116,7 +116,7 @@ class _Renderer(RendererHTML):
 
     def details(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
         found = DETAILS.fullmatch(tokens[idx].content)
-        # Open, so that paper has it and links lead into it.
+        # Open, so that it is printed on paper and links lead into it.
         words = found and found[1]
         return f"<details open><summary>{escapeHtml(words)}</summary>\n" if words else "</details>\n"
 
@@ -130,5 +130,5 @@ class _Renderer(RendererHTML):
 
 
 def _side(token: Token) -> str:
-    """The class of a cell that is set flush right; markdown-it says so by a style, which the page forbids."""
+    """Return the class of a right-aligned cell; markdown-it uses a style, which the page's policy forbids."""
     return ' class="right"' if "right" in str(token.attrs.get("style", "")) else ""

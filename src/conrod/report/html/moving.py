@@ -1,4 +1,4 @@
-"""A validated machine with the runs whose bodies are known over a turn: exact poses, errors, and how it is drawn."""
+"""A validated machine in motion: exact poses, errors of runs with poses, and its drawing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from conrod.report.drawing.drawing import telling_angle
 from conrod.report.html.parts import DRAWING_UNITS, MachineDrawing, drawing_of
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
-POSES = 360  # exact poses of a turn, between which nothing can be seen
-VISIBLE_SHARE = 0.06  # of the machine: what an error is magnified to, at most
+POSES = 360  # exact poses of a turn
+VISIBLE_SHARE = 0.06  # of the machine's extent: greatest size of a magnified error
 MAX_POWER = 12
-FRAMES = 48  # of a turn
-SECONDS = 6.0  # for a turn
+FRAMES = 48  # poses of an animation of a turn
+SECONDS = 6.0  # of an animation of a turn
 STYLE = """svg{--ink:#222;--faint:#777;--part:#dde6ec;--ground:#fff;--raised:#f2f2f2}.ghost{color:#8a949e;opacity:.4}
 .engine{color:#2673b8}@media(prefers-color-scheme:dark){svg{--ink:#e4e8ec;--faint:#a3adb8;--part:#2c3944;--ground:#14181c;
 --raised:#1e242a}.engine{color:#79b8f2}}"""
@@ -27,10 +27,11 @@ STYLE = """svg{--ink:#222;--faint:#777;--part:#dde6ec;--ground:#fff;--raised:#f2
 
 @dataclass(frozen=True)
 class MovingMachine:
-    """A machine with the runs whose bodies are known over a turn, and how it is drawn.
+    """A machine in motion, exact and as some runs have it.
 
     Attributes:
-        runs: that have errors of poses, one at least.
+        study: validation of the machine.
+        runs: runs with errors of poses, at least one.
     """
 
     study: SceneStudy
@@ -38,41 +39,41 @@ class MovingMachine:
 
     @cached_property
     def drawing(self) -> MachineDrawing:
-        """Shapes of the bodies."""
+        """Shapes of the bodies, as SVG."""
         return drawing_of(self.study.scene)
 
     @cached_property
     def angles(self) -> Array:
-        """Crank angles of the exact poses (`POSES` + 1,) [rad], over the stretch that the runs' last turn is."""
+        """Crank angles (`POSES` + 1,) [rad] of the exact poses, over the last turn of the runs."""
         first = self.runs[0].poses
         assert first is not None
         return np.linspace(first.angle[0], first.angle[-1], POSES + 1)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The stretch as it is shown [deg]: a turn begins within the first."""
+        """First and last crank angle as printed [deg]: full turns before are subtracted."""
         whole = 0.0 if self.study.scene.kinematics.mechanism.driver.span else 2.0 * math.pi
         first = self.angles[0] - (round(self.angles[0] / whole) * whole if whole else 0.0)
         return math.degrees(first), math.degrees(first + self.angles[-1] - self.angles[0])
 
     @property
     def still(self) -> int:
-        """Number of the pose at the angle that the machine is drawn at where nothing moves."""
+        """Number of the pose at which the machine is drawn where nothing moves."""
         first, last = np.radians(self.ends)
         return int(np.clip(round((telling_angle(self.study.scene) - first) / (last - first) * POSES), 0, POSES))
 
     @cached_property
     def exact(self) -> Array:
-        """Exact poses (`POSES` + 1, 3 n) of the drawing."""
+        """Exact poses (`POSES` + 1, 3 n) in drawing units."""
         return self.drawing.poses(self.study.scene.kinematics.poses(self.angles))
 
     def errors(self, run: ValidationResult) -> Array:
-        """Errors of a run's poses (K, 3 n) in the drawing, K evenly over the stretch."""
+        """Return errors (K, 3 n) of a run's poses in drawing units, at K equally spaced angles."""
         assert run.poses is not None
         return self.drawing.poses(run.poses.values)
 
     def power(self, run: ValidationResult) -> int:
-        """Power of ten that makes a run's error visible."""
+        """Return the power of ten by which to magnify a run's error to make it visible."""
         errors = np.abs(self.errors(run)).reshape(-1, 3) * [1.0, 1.0, math.radians(DRAWING_UNITS / 4.0)]
         largest = float(errors.max())
         return (
@@ -83,21 +84,21 @@ class MovingMachine:
 
 
 def moving_machine(study: SceneStudy) -> MovingMachine | None:
-    """The machine in motion; None where no run came to its end, or an earlier conrod kept no poses."""
+    """Return a study's machine in motion; None if no run has poses."""
     runs = tuple(run for run in study.results if run.poses is not None and len(run.poses.angle) > 1)
     return MovingMachine(study, runs) if runs else None
 
 
 def transforms(poses: Array) -> list[str]:
-    """Attributes that put each body in its place, from its pose in the drawing."""
+    """Return the SVG transform of each body from its pose in drawing units."""
     return [f"translate({x:.3f} {y:.3f}) rotate({turn:.4f})" for x, y, turn in poses.reshape(-1, 3)]
 
 
-# -- a picture that moves wherever pictures do -------------------------------------------------------------------------
+# -- an animated SVG ---------------------------------------------------------------------------------------------------
 
 
 def animated_svg(machine: MovingMachine) -> str:
-    """The first run's machine over the exact one, its error magnified to be visible."""
+    """Draw the first run over the exact machine as an animated SVG, with its error magnified."""
     run, bodies = machine.runs[0], list(machine.drawing.bodies.values())
     exact, errors = machine.exact[:: POSES // FRAMES], machine.errors(run)
     rows = np.round(np.linspace(0, len(errors) - 1, len(exact))).astype(int)
@@ -116,14 +117,19 @@ def animated_svg(machine: MovingMachine) -> str:
 
 
 def inline_svg(svg: str, prefix: str) -> str:
-    """A drawing of `animated_svg` as part of a page that has its styles, with ids that no other has."""
+    """Make an SVG of `animated_svg` part of a page with these styles; a prefix keeps its ids unique."""
     shapes = re.sub("<style>.*?</style>", "", svg, flags=re.DOTALL)
     shapes = shapes.replace("<svg ", '<svg aria-hidden="true" ', 1)
     return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')
 
 
 def _animated_bodies(poses: Array, still: int, order: Sequence[int]) -> str:
-    """Each body's shapes at its poses, one after the other, in an order; where nothing moves at one of them."""
+    """Return the bodies, animated through their poses.
+
+    Args:
+        poses: (K, 3 n), in drawing units.
+        still: number of the pose to show where nothing moves.
+        order: numbers of the bodies, the first one drawn at the bottom."""
     found = ""
     for k in order:
         body = poses[:, 3 * k : 3 * k + 3]

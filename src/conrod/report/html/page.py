@@ -1,4 +1,4 @@
-"""A report as one self-contained HTML file, made of the very pages and figures that its folder has."""
+"""A report as one self-contained HTML file, from the pages and figures of its folder."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
 PAGE_SUFFIX = ".md"
-# What a page has a script and styles for, beyond those of every page, where a tag says that it is there.
+# Names of further scripts and styles, by the tag whose presence on a page requires them.
 ASSET_MARKERS = {"machine": '<div class="machine"', "spots": '<span class="spots"'}
 
 
 @dataclass(frozen=True)
 class PageSection:
-    """A page of a report as a part of the document.
+    """A page of a report as a section of the HTML document.
 
     Attributes:
         anchor: its id.
-        title: as lists of pages have it.
+        title: its title in lists of pages.
         html: its markup.
-        command: what reproduces it; empty where that is not one command.
+        command: command that reproduces it; empty if it takes several.
     """
 
     anchor: str
@@ -48,15 +48,16 @@ class PageSection:
 
 
 def html_report(batches: Sequence[Batch]) -> str:
-    """The reports of a folder as one HTML file: their first pages, then the page of each part."""
+    """Return the reports of a folder as one HTML file, each report's first page before its parts."""
     return html_document([section for number, batch in enumerate(batches) for section in page_sections(batch, number)])
 
 
 def html_document(sections: Sequence[PageSection], home: str = "") -> str:
-    """A whole HTML file of some sections, the first of which gives it its title.
+    """Return an HTML file of some sections, with the title of the first.
 
     Args:
-        home: address of the page that this one belongs to; empty for none.
+        sections: at least one.
+        home: address of the entrance page; empty for none.
     """
     used = ["page", *(name for name, tag in ASSET_MARKERS.items() if any(tag in section.html for section in sections))]
     style, script = ("\n".join(_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
@@ -72,18 +73,19 @@ def html_document(sections: Sequence[PageSection], home: str = "") -> str:
 def page_sections(
     batch: Batch, number: int = 0, outside: Callable[[str], str | None] = lambda _: None
 ) -> list[PageSection]:
-    """The sections of one report, from the files that it consists of.
+    """Return the sections of one report.
 
     Args:
-        number: of the report, where several kinds are in one document.
-        outside: address of a page that is not in the document; None where it has none.
+        batch: files of the report.
+        number: number of the report in a document of several.
+        outside: returns the address of a page outside the document; None if it has none.
     """
     texts = {name: text for name, text in batch.files.items() if isinstance(text, str)}
     report = next(json.loads(text) for name, text in texts.items() if name.endswith(".json") and "/" not in name)
     kind, parts = kind_named(report["kind"]), report["parts"]
     pages = {entry["page"]: name for name, entry in parts.items() if entry["page"] in texts}
     first = [kind.index_file] if not kind.one_part and kind.index_file in texts else []
-    # What has one part is opened for that.
+    # A report with only one part begins with that part.
     anchors = _anchors([*pages, *first] if len(pages) == 1 else [*first, *pages], f"-{number}" if number else "")
     found = []
     for file in anchors:
@@ -99,7 +101,7 @@ def page_sections(
 
 
 def _add_live_part(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
-    """Tables and drawings of a part's page beside its text; figures that this makes needless are then left out."""
+    """Return a part's interactive HTML, and make its page leave out the figures that this replaces."""
     findings, shown = restore_findings(kind.findings, json.loads(texts[entry["data"]])), place.figure
     part = Part(name, findings, entry["command"], entry["conrod"])
     live = kind.live(part, place.anchor) if kind.live else ""
@@ -116,8 +118,8 @@ def _add_live_part(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: 
 
 
 def image_html(svg: str, alt: str) -> str:
-    """A figure as an image, which runs, loads and styles nothing beside itself."""
-    # What an address or the attribute would end at, and line ends, which an address loses.
+    """Return a figure as an HTML image, whose content can neither run scripts nor load files."""
+    # Characters that would end the address or the attribute, and line ends, which an address loses.
     address = svg.strip().replace(">\n<", "><")
     for letter, written in {"%": "%25", "#": "%23", "\n": " ", "&": "&amp;", "'": "&#39;"}.items():
         address = address.replace(letter, written)
@@ -125,7 +127,10 @@ def image_html(svg: str, alt: str) -> str:
 
 
 def tiles_html(pictures: Iterable[tuple[str, str, str]]) -> str:
-    """Small moving pictures that lead somewhere: address, name and SVG of each; empty where there are none."""
+    """Return an HTML list of small animated links, empty without pictures.
+
+    Args:
+        pictures: address, name and SVG of each."""
     found = [
         Markup('<li><a href="{}">{} {}</a></li>').format(where, Markup(inline_svg(svg, f"tile{k}-")), name)
         for k, (where, name, svg) in enumerate(pictures)
@@ -141,7 +146,7 @@ def _tile_pictures(kind: Kind[Any], parts: Mapping[str, Any], texts: Mapping[str
 
 
 def _anchors(names: Sequence[str], end: str) -> dict[str, str]:
-    """An id for each file of a page, that is its name where that can be one."""
+    """Return a unique id for each file of a page, made from its name."""
     found: dict[str, str] = {}
     for name in names:
         anchor = re.sub(r"[^\w.]+", "-", name.removesuffix(PAGE_SUFFIX)).strip("-") + end
@@ -172,12 +177,12 @@ def _asset(name: str) -> str:
 
 
 def _policy_hash(text: str) -> str:
-    """The hash by which a page's policy allows a script or a style."""
+    """Return the hash by which a page's security policy allows a script or a style."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def html_template(name: str) -> Template:
-    """A template of HTML; what it is given is escaped unless it is `Markup`."""
+    """Return an HTML template, which escapes its variables unless they are `Markup`."""
     return _environment().get_template(name)
 
 

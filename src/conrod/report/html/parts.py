@@ -1,4 +1,4 @@
-"""A machine's drawing as shapes that its bodies carry, taken from the static drawing."""
+"""A machine's drawing as movable shapes of its bodies, taken from the static drawing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.view import View, guide_and_block
 from conrod.scenes import Scene
 
-DRAWING_UNITS = 1000.0  # of the drawing, for the extent of the machine
+DRAWING_UNITS = 1000.0  # SVG units for the extent of the machine
 MAX_OUTLINE_POINTS = 120  # of an outline
 
 
@@ -27,10 +27,10 @@ class Shape:
     """A line, a surface or a circle of the drawing.
 
     Attributes:
-        places: (N, 2) in the drawing's units, y up; of a circle its centre.
-        look: attributes of SVG.
-        radius: of a circle.
-        above: what is drawn later has more.
+        places: points (N, 2) in drawing units, y up; of a circle its centre.
+        look: SVG attributes.
+        radius: radius of a circle; 0 for other shapes.
+        above: height in the stack of shapes.
     """
 
     places: Array
@@ -39,7 +39,7 @@ class Shape:
     above: float = 0.0
 
     def outline(self, pose: Pose) -> str:
-        """The shape's path, or a circle's place and size, in the frame of a body that has a pose in the drawing."""
+        """Return the shape in the frame of a body with a pose: SVG path data, or a circle's attributes."""
         places = _local(pose, self.places)
         if self.radius:
             return f'cx="{places[0, 0]:.5g}" cy="{-places[0, 1]:.5g}" r="{self.radius:.4g}"'
@@ -48,7 +48,7 @@ class Shape:
 
 
 def _svg(shapes: Sequence[Shape], pose: Pose) -> str:
-    """Shapes as elements of SVG, the lowest first; lines that look alike are one path."""
+    """Return shapes as SVG elements, the lowest first; lines of equal style are joined."""
     ordered = sorted(shapes, key=lambda one: one.above)
     found = []
     for (look, radius, _), some in groupby(ordered, key=lambda one: (one.look, one.radius, one.above)):
@@ -61,7 +61,7 @@ def _svg(shapes: Sequence[Shape], pose: Pose) -> str:
 
 
 class _Sketch:
-    """Takes what is drawn on matplotlib's axes, as shapes of some bodies."""
+    """A substitute for matplotlib's axes that records drawn shapes as parts of bodies."""
 
     def __init__(self, carried: Sequence[list[Shape]], scale: float, point: float) -> None:
         self._carried, self._scale, self._point = carried, scale, point
@@ -96,7 +96,7 @@ class _Sketch:
 
 @dataclass(frozen=True)
 class _PartedView(View):
-    """A view of which each body's parts are kept; a pin moves with all bodies whose it is."""
+    """A view that records the shapes of each body; a pin belongs to all its bodies."""
 
     carried: Mapping[str, list[Shape]]
 
@@ -105,7 +105,7 @@ class _PartedView(View):
         return _Sketch(moving or [self.carried[GROUND]], DRAWING_UNITS / self.extent, DRAWING_UNITS / EXTENT_POINTS)
 
 
-# Colours of the drawing on paper, as a page has them in the light and in the dark.
+# CSS colours for a light and a dark page, by the colour on paper.
 INKS = {
     "#222222": "var(--ink)", "#777777": "var(--faint)", "#7d97ab": "currentColor", "#dde6ec": "var(--part)",
     "#ffffff": "var(--ground)", "white": "var(--ground)", "#f2f2f2": "var(--raised)",
@@ -117,10 +117,10 @@ class MachineDrawing:
     """A machine's drawing.
 
     Attributes:
-        bodies: SVG of what each body carries, in its own frame; the ground last.
-        order: places of the moving bodies in the order that they are drawn in: a slot lies under the block in it.
-        scale: of the drawing, units for a metre.
-        box: left, top, width and height of what the machine reaches, in SVG's sense.
+        bodies: SVG of each body in its own frame; the ground last.
+        order: numbers of the moving bodies from bottom to top: a slot lies under its block.
+        scale: drawing units per metre.
+        box: left, top, width and height of the area that the machine reaches, y down.
     """
 
     bodies: Mapping[str, str]
@@ -129,13 +129,13 @@ class MachineDrawing:
     box: tuple[float, float, float, float]
 
     def poses(self, stacked: Array) -> Array:
-        """Poses or their errors (K, 3 n) [m, m, rad] as SVG has them: units and degrees, y down."""
+        """Convert poses or errors (K, 3 n) from [m, m, rad] to drawing units and degrees, y down."""
         factors = [self.scale, -self.scale, -180.0 / np.pi]
         return np.asarray(stacked * np.tile(factors, stacked.shape[1] // 3))
 
 
 def drawing_of(scene: Scene) -> MachineDrawing:
-    """The drawing of a scene's machine."""
+    """Draw a scene's machine as movable shapes."""
     view = view_at(scene, telling_angle(scene))
     scale = 1e3 * DRAWING_UNITS / view.extent
     before = {name: (scale * x, scale * y, turn) for name, (x, y, turn) in view.poses.items()}

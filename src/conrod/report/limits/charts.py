@@ -1,4 +1,4 @@
-"""Figures of limits: errors along an axis; scales and marks, which maps have too."""
+"""Figures of errors along an axis of limits; scales and marks, which maps use too."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.records import ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
 
-FINE_TICKS_DECADES = 4.5  # in which one, two and five have a tick each
+FINE_TICKS_DECADES = 4.5  # up to which one, two and five of each decade have a tick
 MAX_TICKS = 13
-UNDETECTED_COLOUR = "#d40000"  # of runs that are wrong and undetected
+UNDETECTED_COLOUR = "#d40000"  # of wrong and undetected runs
 
 
 def axis_places(axis: Axis, values: Iterable[float]) -> Array:
-    """Places (N,) of values along an axis: themselves, of nearness what is left to one."""
+    """Return places (N,) of values along an axis: the values, or 1 - value on a scale of nearness."""
     places = np.array(list(values), dtype=float)
     if axis.scale is Scale.LISTED:
         return canvas.round_to_grid(places, max(1.0, float(np.ptp(places))))
@@ -36,15 +36,19 @@ def axis_places(axis: Axis, values: Iterable[float]) -> Array:
 
 
 def axis_label(axis: Axis) -> str:
-    """Label for what `axis_places` gives."""
+    """Return an axis's label for the places of `axis_places`."""
     return f"1 - {axis.label}" if axis.scale is Scale.NEARNESS else axis.label
 
 
 def set_scale(axes: Axes, which: Literal["x", "y"], axis: Axis, begin: float, end: float, room: float = 0.0) -> None:
-    """Give one of two axes the scale of an axis of limits, from one place to another, with ticks.
+    """Give the x or y axis of a chart the scale of an axis of limits, with ticks.
 
     Args:
-        room: beside both ends, of the whole length.
+        axes: the chart's axes.
+        which: `x` or `y`.
+        axis: the axis of limits.
+        begin, end: places of the first and last value.
+        room: margin at both ends, as a share of the length.
     """
     if axis.listed:
         beside = room * (end - begin)
@@ -60,7 +64,7 @@ def set_scale(axes: Axes, which: Literal["x", "y"], axis: Axis, begin: float, en
 
 
 def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, Any]:
-    """Return arguments of `Axes.plot` for the mark of a way of ending; red where nothing shows it."""
+    """Return arguments of `Axes.plot` for an outcome's mark; red if the run is undetected."""
     return {
         "linestyle": "none",
         "marker": styles.OUTCOME_MARKS.get(outcome, "."),
@@ -71,16 +75,16 @@ def mark_style(outcome: str, undetected: bool, size: float = 4.4) -> dict[str, A
 
 
 def outcome_handles(outcomes: set[str]) -> list[Line2D]:
-    """Return legend entries of ways of ending, in the order of the list of outcomes."""
+    """Return legend entries of outcomes, in the order of `Outcome`."""
     known = [one.slug for one in Outcome if one.slug in outcomes and one.slug in styles.OUTCOME_MARKS]
     return [Line2D([], [], label=one, **mark_style(one, undetected=False, size=5.0)) for one in known]
 
 
-WIDTH, PANEL, MARGINS = 9.5, 3.0, 1.0  # of a figure, of a panel, beside the panels [inch]
+WIDTH, PANEL, MARGINS = 9.5, 3.0, 1.0  # of a figure, of a panel, of legend and labels [inch]
 LEGEND_COLUMNS = 5
-LANE_HEIGHT = 0.17  # of a run that did not complete [inch]
-LANE_OFFSET = 0.06  # of the panel's top [inch]
-AXIS_MARGIN = 0.02  # beside the ends, of the whole length
+LANE_HEIGHT = 0.17  # of failed runs of a preset [inch]
+LANE_OFFSET = 0.06  # of the lowest lane above the panel [inch]
+AXIS_MARGIN = 0.02  # at both ends, as a share of the length
 UNDETECTED_RING: dict[str, Any] = {
     "linestyle": "none",
     "color": UNDETECTED_COLOUR,
@@ -92,14 +96,17 @@ UNDETECTED_RING: dict[str, Any] = {
 }
 
 
-# A quantity of a run, None where it has none; and the label of the vertical axis, with what it is divided by.
+# Returns a quantity of a run, or None; and the label of its axis, with the divisor.
 PanelQuantity = tuple[Callable[[Probe], float | None], str]
 POSITION: PanelQuantity = (lambda probe: probe.position, "position error, max / L")
 TORQUE: PanelQuantity = (lambda probe: probe.torque, "drive torque error, max / peak")
 
 
 def error_chart(walks: Sequence[Walk]) -> Figure:
-    """Draw torque and position errors of all runs of some walks of an axis, of which one has errors at least."""
+    """Draw torque and position errors of all runs on some walks along one axis.
+
+    Args:
+        walks: along the same axis; at least one run has errors."""
     walks = [walk for walk in walks if walk.probes]
     panels = [panel for panel in (TORQUE, POSITION) if _values(walks, panel)]
     axis = AXES[walks[0].axis]
@@ -138,7 +145,7 @@ def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: PanelQuant
 
 
 def _line_style(axis: Axis) -> dict[str, Any]:
-    """Between values of a list there is no line."""
+    """Return arguments of `Axes.plot` that leave out lines between listed values."""
     return {"linestyle": "none"} if axis.listed else {}
 
 
@@ -149,7 +156,7 @@ def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: PanelQuantity,
 
 
 def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
-    """A mark for each run without errors, above the panel, a lane for each engine and preset."""
+    """Draw a mark for each run without errors above the panel, a lane for each engine and preset."""
     for lane, key in enumerate(lanes):
         up = 1.0 + (LANE_OFFSET + LANE_HEIGHT * (len(lanes) - lane - 0.5)) / PANEL
         failed = [p for w in walks if (w.engine, w.preset) == key for p in w.probes if p.errors is None]

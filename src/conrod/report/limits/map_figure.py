@@ -1,4 +1,4 @@
-"""Heat map of a pair of axes: how large the error is, where runs fail and how, and where that is undetected."""
+"""Heat map of a pair of axes: the error of each run, where runs fail and how, and where they are undetected."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap, MapRun, standing
 from conrod.studies.limits.records import GOOD, ROUGH_ERROR, SAFE_ERROR, Level
 
-SIZE, SCALE = (9.5, 5.3), 46  # of the figure [inch], and of the map by the width of the scale
+SIZE, SCALE = (9.5, 5.3), 46  # of the figure [inch], and width of the map over the width of the scale
 LEGEND_COLUMNS = 5
 LABEL_WIDTH = 44  # letters
 BOUNDARY: dict[str, Any] = {"color": "#111111", "linewidth": 1.1}
 UNCLIPPED: dict[str, Any] = {"joinstyle": "round", "clip_on": False}
-# Colours: of safe runs by the decade of their error, and of the others.
+# Colours of safe runs by the decade of their error, and of other runs.
 FIRST_DECADE, LAST_DECADE = round(math.log10(ROUNDING)), round(math.log10(SAFE_ERROR))
 DECADES = LAST_DECADE - FIRST_DECADE
 SHADES = tuple(map(to_hex, np.linspace(to_rgb("#fbfefc"), to_rgb("#9ad2b3"), DECADES)))
 ROUGH, WRONG, FAILED = "#ecd060", "#e6862a", "#c4bcc8"
-DECADES_PER_LABEL = 2  # every so-many-th decade has its number
+DECADES_PER_LABEL = 2  # on the scale of colours
 
 
 def map_figure(found: LimitMap) -> Figure:
-    """Draw the map of one preset of one engine on one scene."""
+    """Draw a map of limits."""
     figure = Figure(figsize=SIZE)
     axes, scale = figure.subplots(1, 2, width_ratios=(SCALE, 1))
     _draw(axes, found)
@@ -69,7 +69,7 @@ def _draw(axes: Axes, found: LimitMap) -> None:
         area = cells_path(colours == colour, *edges)
         axes.add_patch(PathPatch(area, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1, **UNCLIPPED))
     axes.add_patch(PathPatch(borders_path(standings, *edges), fill=False, zorder=3, **BOUNDARY, **UNCLIPPED))
-    # What a run shows that completed within ten per cent is said by its colour.
+    # A run within ten per cent has only a colour, and no mark.
     marked = [run for run in found.runs if run.level not in GOOD]
     for outcome, undetected in dict.fromkeys((run.outcome, run.undetected) for run in marked):
         runs = [run for run in marked if (run.outcome, run.undetected) == (outcome, undetected)]
@@ -83,7 +83,7 @@ def _draw(axes: Axes, found: LimitMap) -> None:
 
 
 def error_colour(run: MapRun) -> str:
-    """Return the colour of what a run shows."""
+    """Return the colour of a run by its error or level."""
     if run.error is None:
         return FAILED
     if run.level != Level.SAFE.slug:
@@ -93,7 +93,7 @@ def error_colour(run: MapRun) -> str:
 
 
 def _draw_scale(axes: Axes) -> None:
-    """Draw all shades above each other, with the errors at which they change."""
+    """Draw the scale of colours, with the errors at which they change."""
     colours = (*SHADES, ROUGH, WRONG)
     for k, colour in enumerate(colours):
         axes.add_patch(Rectangle((0.0, k), 1.0, 1.0, facecolor=colour, edgecolor="#888888", linewidth=0.3))
@@ -110,7 +110,7 @@ def _draw_scale(axes: Axes) -> None:
 
 
 def _legend(found: LimitMap) -> list[Any]:
-    """Only what occurs."""
+    """Return legend entries for the kinds of runs on the map."""
     handles: list[Any] = [
         Line2D([], [], label="boundary, run on both sides", **BOUNDARY),
     ]
@@ -126,7 +126,7 @@ def _legend(found: LimitMap) -> list[Any]:
 
 
 def cell_edges(places: Array) -> Array:
-    """Edges (n + 1,) of cells about places (n,): half-way between them by ratios, the outer ones as far out."""
+    """Return edges (n + 1,) of cells about places (n,): geometric means, and equal ratios at both ends."""
     logs = np.log10(places)
     middles = 0.5 * (logs[:-1] + logs[1:])
     edges = np.concatenate([[2.0 * logs[0] - middles[0]], middles, [2.0 * logs[-1] - middles[-1]]])
@@ -134,7 +134,11 @@ def cell_edges(places: Array) -> Array:
 
 
 def cells_path(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
-    """Some cells (columns, rows), those above each other in a column as one rectangle; x and y are edges."""
+    """Return the outline of the cells that are True, joined along columns.
+
+    Args:
+        inside: cells (columns, rows).
+        x, y: edges of columns and rows."""
     rectangles = []
     for i in range(inside.shape[0]):
         turns = np.flatnonzero(np.diff(np.pad(inside[i].astype(int), 1)))
@@ -145,7 +149,11 @@ def cells_path(inside: NDArray[np.bool_], x: Array, y: Array) -> Path:
 
 
 def borders_path(kinds: NDArray[Any], x: Array, y: Array) -> Path:
-    """The sides between cells (columns, rows) of different kinds; x and y are edges."""
+    """Return the edges between cells of different kinds.
+
+    Args:
+        kinds: kind of each cell (columns, rows).
+        x, y: edges of columns and rows."""
     upright = [[(x[i + 1], y[j]), (x[i + 1], y[j + 1])] for i, j in np.argwhere(kinds[1:] != kinds[:-1])]
     level = [[(x[i], y[j + 1]), (x[i + 1], y[j + 1])] for j, i in np.argwhere((kinds[:, 1:] != kinds[:, :-1]).T)]
     return Path.make_compound_path(*(Path(side) for side in (*upright, *level)))

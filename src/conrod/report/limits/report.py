@@ -1,4 +1,4 @@
-"""The report of limits: a page for each machine, and an index."""
+"""The report on limits: a page for each machine, and an index."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
 from conrod.studies.limits.results import PARTS, LimitStudy, Walk
 
-# In a folder all else that is a fraction was measured; inputs are kept as they are.
+# Given values, which a folder keeps in all digits; other fractions were measured.
 EXACT_FIELDS = ("value", "last_good", "first_bad", "good_again", "x", "y", "speed", "held", "flown")
 DIGITS = dict.fromkeys(EXACT_FIELDS)
 
-MAX_VALUES_WITHOUT_FIGURE = 2  # values that need no figure
+MAX_VALUES_WITHOUT_FIGURE = 2  # of an axis; the table suffices
 Walks = Sequence[Walk]
 
 
@@ -36,7 +36,7 @@ Walks = Sequence[Walk]
 
 
 def axis_figure(axis: str, walks: Walks) -> Figure | None:
-    """Return the errors along an axis; None where no run has any, or of two values, which the table has."""
+    """Return the figure of errors along an axis; None without errors, or for only two values."""
     no_errors = all(probe.position is None for walk in walks for probe in walk.probes)
     if no_errors or max(len(walk.probes) for walk in walks) <= MAX_VALUES_WITHOUT_FIGURE:
         return None
@@ -44,14 +44,14 @@ def axis_figure(axis: str, walks: Walks) -> Figure | None:
 
 
 def figure_of_map(found: LimitMap) -> Figure:
-    """Return the figure of a map."""
+    """Return the figure of a map of limits."""
     name = f"{found.scene}-{found.x_axis}-x-{found.y_axis}-{found.engine}-{found.preset}"
     title = f"{AXES[found.x_axis].title} x {AXES[found.y_axis].title}, {engine_title(found.engine)} {found.preset}"
     return Figure(name, title, partial(map_figure, found), partial(_map_spots, found))
 
 
 def _map_spots(one: LimitMap, drawn: Drawing) -> list[Spot]:
-    """Outcome at each node of a map that was run."""
+    """Return a spot with the outcome for each run of a map."""
     across, upwards = AXES[one.x_axis], AXES[one.y_axis]
     x, y = axis_places(across, one.x), axis_places(upwards, one.y)
     places = []
@@ -63,24 +63,24 @@ def _map_spots(one: LimitMap, drawn: Drawing) -> list[Spot]:
 
 
 def axis_figures(study: LimitStudy) -> list[Figure]:
-    """The errors along each axis that was walked."""
+    """Return a figure of errors for each axis that was walked."""
     walked = [(axis, [walk for walk in study.walks if walk.axis == axis and walk.probes]) for axis in AXES]
     return [figure for axis, walks in walked if (figure := axis_figure(axis, walks))]
 
 
 def map_figures(study: LimitStudy) -> list[Figure]:
-    """The figures of all maps."""
+    """Return the figures of all maps of a study."""
     return [figure_of_map(found) for found in study.maps]
 
 
 def first_figure(studies: Iterable[LimitStudy]) -> Figure | None:
-    """The errors along the axis of steps, of the first machine that has some."""
+    """Return the figure of errors along the axis of steps, of the first machine with such runs."""
     steps = [walk for study in studies for walk in study.walks if walk.axis == "steps" and walk.probes]
     return axis_figure("steps", [walk for walk in steps if walk.scene == steps[0].scene]) if steps else None
 
 
 def machines_table(index: Index[LimitStudy]) -> Table:
-    """A row for each machine: what is undetected, and when its follower lets go."""
+    """Return a row for each machine: undetected runs, and the speed at which its follower floats."""
     rows = []
     for name, study in index.studies.items():
         onsets = [
@@ -101,13 +101,13 @@ def _summary(study: LimitStudy) -> dict[str, Any]:
 
 # -- merged with what a folder already holds --------------------------------------------------------------------------
 
-TOPIC_FIELDS = ("engine", "preset", "axis", "x_axis", "y_axis")  # of a part of a study, besides the scene
+TOPIC_FIELDS = ("engine", "preset", "axis", "x_axis", "y_axis")  # which tell the parts of a study apart
 
 
 def merge_studies(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
-    """Return the earlier study with all that the new one studied again replaced, and with what it adds.
+    """Add a new study's parts to an earlier study, replacing parts on the same topic.
 
-    Nothing is kept of another machine, or of another version of an engine: figures that no run would give again.
+    Earlier parts with other parameters or another version of an engine are dropped: no run would reproduce them.
     """
     if (earlier.kind, dict(earlier.parameters)) != (new.kind, dict(new.parameters)):
         return new
@@ -116,7 +116,7 @@ def merge_studies(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
     parts: dict[str, Any] = {}
     for name in PARTS:
         kept = [part for part in getattr(earlier, name) if part.engine not in changed]
-        # New parts stand where earlier ones about the same stood.
+        # A new part takes the place of the earlier one on its topic.
         parts[name] = tuple(chain.from_iterable((_by_topic(kept) | _by_topic(getattr(new, name))).values()))
     order = list(AXES), list(engines)
     walks = sorted(parts["walks"], key=lambda walk: (order[0].index(walk.axis), order[1].index(walk.engine)))
@@ -131,7 +131,7 @@ def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
 
 
 def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
-    """For each scene and axis, how far each engine and preset can be relied on, and how it fails beyond."""
+    """Yield for each scene how far each engine and preset can be relied on, and how it fails beyond."""
     for study in studies:
         title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
         yield tables.limits_table(study.walks, title)

@@ -1,4 +1,4 @@
-"""Tables of a report of limits, and what they say of walks, of single runs and of neighbours that ended alike."""
+"""Tables of a report on limits, and the words on walks and runs in them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
 
 WHO = ("engine", "preset")
-# Criterion -> the heading of its column.
+# Headings of columns by criterion.
 BOUNDARIES = {"safe": f"within {100 * SAFE_ERROR:g} %", "rough": f"within {100 * ROUGH_ERROR:g} %"}
 BEYOND_ROUGH = f"beyond {100 * ROUGH_ERROR:g} %"
 EVERYWHERE, NOWHERE, NONE = "all of it", "none of it", "-"
@@ -27,12 +27,12 @@ LARGEST_ERROR = "largest position error / L"
 
 
 def engine_and_preset(finding: Any) -> tuple[str, str]:
-    """Return engine and preset, for the first cells of a row."""
+    """Return engine and preset, the first cells of a row."""
     return engine_title(finding.engine), finding.preset
 
 
 def boundary_text(walk: Walk, criterion: str) -> str:
-    """Return the last value at which a criterion holds, coming from the safe end; of a list how many keep it."""
+    """Return the last value from the safe end that keeps a criterion; on a list, how many values do."""
     if not walk.boundaries:
         good = LEVELS[: LEVELS.index(criterion) + 1]
         return f"{sum(probe.level in good for probe in walk.probes)} of {len(walk.probes)}"
@@ -43,13 +43,13 @@ def boundary_text(walk: Walk, criterion: str) -> str:
 
 
 def ending_words(probe: Probe) -> str:
-    """Return how a run ended, and whether undetected."""
+    """Say how a run ended, and whether undetected."""
     name = "wrong" if probe.outcome == "completed" else probe.outcome
     return f"{name} (undetected)" if probe.undetected else name
 
 
 def span_text(probes: Sequence[Probe]) -> str:
-    """Return the first and the last value of some runs, as `199 .. 31 steps`, or the only one."""
+    """Return the first and last value of some runs, `199 .. 31 steps`, or the only value."""
     first, last = probes[0].text, probes[-1].text
     if first == last:
         return first
@@ -59,7 +59,7 @@ def span_text(probes: Sequence[Probe]) -> str:
 
 
 def undetected_words(walks: Iterable[Walk]) -> str:
-    """Return how many runs are wrong and undetected, and on how many walks."""
+    """Say how many runs are wrong and undetected, and on how many walks."""
     walked = [walk for walk in walks if walk.probes]
     runs = [probe for walk in walked for probe in walk.probes]
     affected = sum(any(probe.undetected for probe in walk.probes) for walk in walked)
@@ -67,7 +67,7 @@ def undetected_words(walks: Iterable[Walk]) -> str:
 
 
 def refusal_lines(walks: Iterable[Walk]) -> list[str]:
-    """Return why axes were not walked, each reason once, with those that it is for."""
+    """List the reasons why axes were not walked, each with its engines and presets."""
     refused: dict[str, list[str]] = {}
     for walk in walks:
         if walk.refusal:
@@ -76,7 +76,7 @@ def refusal_lines(walks: Iterable[Walk]) -> list[str]:
 
 
 def repeated_words(found: Sequence[Determinism]) -> list[str]:
-    """Return a line on the runs that were made again and came out the same to the last bit, and one for each other."""
+    """List which engines and presets repeat runs to the last bit, and which runs differ."""
     same = [" ".join(engine_and_preset(one)) for one in found if one.identical and all(one.identical.values())]
     lines = [f"The same to the last bit: {join_words(same)}."] if same else []
     for one in found:
@@ -92,7 +92,7 @@ def repeated_words(found: Sequence[Determinism]) -> list[str]:
 
 
 def limits_table(walks: Iterable[Walk], title: str = "") -> Table:
-    """Return a row for each walk: how far each criterion holds, and how the runs beyond ten per cent ended."""
+    """Return a row for each walk: how far each criterion holds, and how runs beyond 10 % ended."""
     rows = [
         (
             *(
@@ -110,9 +110,9 @@ def limits_table(walks: Iterable[Walk], title: str = "") -> Table:
 
 
 def undetected_table(walks: Iterable[Walk]) -> Table:
-    """Return a row for each axis and way of being wrong and undetected, with who is so and where.
+    """Return a row for each axis and kind of wrong, undetected run: engines, presets and values.
 
-    A motion in one piece comes first: it is the hardest to distinguish from a right one.
+    Runs that stay in one piece come first: they are the hardest to distinguish from a right motion.
     """
     groups: dict[tuple[str, str, str], list[tuple[Walk, tuple[Probe, ...]]]] = {}
     for walk in walks:
@@ -132,12 +132,12 @@ def undetected_table(walks: Iterable[Walk]) -> Table:
 
 
 def probes_by_ending(walk: Walk) -> list[tuple[Probe, ...]]:
-    """Return neighbouring probes that ended alike, from the safe end on: level, outcome, undetected or not."""
+    """Group neighbouring runs of equal level, outcome and detection, from the safe end on."""
     return [tuple(probes) for _, probes in groupby(walk.probes, lambda p: (p.level, p.outcome, p.undetected))]
 
 
 def onset_table(floats: Iterable[FollowerFloat]) -> Table:
-    """Return a row for each engine and preset: the speed at which the follower lets go, over the theory's."""
+    """Return a row for each engine and preset: the measured float speed over the theory's."""
     rows = []
     for found in floats:
         near = found.onset is not None and abs(found.onset - 1.0) <= WITHIN

@@ -22,13 +22,13 @@ from conrod.report.writer import environment
 from conrod.scenes import Scene
 from conrod.studies.limits.results import LimitStudy
 
-EXAMPLE_UNCERTAINTY = 1e-3  # of a length, its standard uncertainty where none is given
-MEASUREMENTS = "measured"  # among uncertainties, that of the measurements
-COVERAGE_FACTOR = 2.0  # standard uncertainties that an error may be, about 95 %
+EXAMPLE_UNCERTAINTY = 1e-3  # standard uncertainty of a length where none is given, as a share of the length
+MEASUREMENTS = "measured"  # name of the measurements among uncertainties
+COVERAGE_FACTOR = 2.0  # standard uncertainties that cover an error, about 95 %
 
 
 def inputs_section(files: Sequence[Path], scene: Scene | None) -> VerificationSection:
-    """Each input with its SHA-256 and what it says of its source."""
+    """Return the section on input files: SHA-256 and stated source of each."""
     contents = [(path.name, path.read_bytes()) for path in files]
     rows = [(name, sha256(content), stated_source(content) or "not stated") for name, content in contents]
     if scene is not None:
@@ -37,7 +37,7 @@ def inputs_section(files: Sequence[Path], scene: Scene | None) -> VerificationSe
 
 
 def software_section(study: Any) -> VerificationSection:
-    """Packages with their hashes, and the platform; nothing that names a machine or a user."""
+    """Return the section on software: packages with hashes, and the platform, but no name of a user."""
     runs_fmu = isinstance(study, TableStudy) and study.form.startswith("FMI")
     used = ("conrod", *engine_packages(), *(["FMPy"] if runs_fmu else []), "numpy", "scipy")
     rows = [(name, *package_hash(name)) for name in used]
@@ -48,11 +48,15 @@ def software_section(study: Any) -> VerificationSection:
 def parameters_section(
     scene: Scene | None, given: Mapping[str, float], off: Mapping[str, float]
 ) -> tuple[VerificationSection, list[str], float | None]:
-    """Contributions of the lengths; open deviations; the standard uncertainty of a place that they make together [m].
+    """Return the section on uncertain lengths, open deviations, and their joint uncertainty of a place.
 
     Args:
-        given: standard uncertainties [m]; the last of what is returned is None where there are none.
-        off: by which lengths of the model are too long [m].
+        scene: the machine; None for a model without one.
+        given: standard uncertainties of lengths [m].
+        off: deviations of the model's lengths [m].
+
+    Returns:
+        The section; open deviations; standard uncertainty of a point's position [m], None if `given` is empty.
     """
     if scene is None:
         return (
@@ -92,11 +96,15 @@ def parameters_section(
 def validation_section(
     study: Any, found: TableStudy | None, parts: tuple[float | None, float | None]
 ) -> tuple[VerificationSection, list[str]]:
-    """The comparison error E with measurements and the validation uncertainty of ASME V&V 20; its open deviations.
+    """Return the section on validation by ASME V&V 20, and open deviations.
+
+    The comparison error E is the largest distance of measured from exact positions [m]. The validation uncertainty is
+    u_val = sqrt(u_num^2 + u_input^2 + u_D^2); an error of the model stands out if E > 2 u_val.
 
     Args:
-        found: the measurements held against the exact motion; None where there are none.
-        parts: standard uncertainties of the parameters' and of the measurements' making [m]; None where not known.
+        study: validation of the model, which gives u_num.
+        found: measurements compared with the exact motion; None where there are none.
+        parts: u_input and u_D [m]; None where not known.
     """
     if found is None:
         return VerificationSection(
@@ -128,14 +136,14 @@ def validation_section(
 
 
 def _numerical(study: Any) -> float:
-    """Largest position error of the runs that are judged, over L."""
+    """Return the largest position error of the judged runs, over L."""
     if isinstance(study, ModelStudy):
         return 0.0 if study.own is None else study.own.worst("position") or 0.0
     return max((r.largest("position") or 0.0 for r in getattr(study, "results", ()) if r.limits), default=0.0)
 
 
 def validity_section(study: LimitStudy | None, scene: Scene | None) -> tuple[VerificationSection, list[str]]:
-    """Extent to which the error stays within 10 % along each axis of `conrod limits`."""
+    """Return the section on the domain of validity from `conrod limits`, and open deviations."""
     if study is None or scene is None:
         return VerificationSection((), ("missing: no results of `conrod limits` were given (`--limits DIR`)",)), []
     engines = ", ".join(f"{name} {version}" for name, version in study.engines.items())
@@ -145,7 +153,7 @@ def validity_section(study: LimitStudy | None, scene: Scene | None) -> tuple[Ver
 
 
 def invariances_section(study: InvarianceStudy | str) -> tuple[VerificationSection, list[str]]:
-    """Changes that must not matter, or why there are none."""
+    """Return the section on invariances, or on the reason for their absence, and open deviations."""
     if isinstance(study, str):
         return VerificationSection((), (f"missing: {study}",)), []
     words = invariances.finding(study)

@@ -1,6 +1,6 @@
-"""A verification report: its contents, what differs between two of them, and its page.
+"""A verification report: its contents, its differences from an earlier one, and its HTML page.
 
-The page is one HTML file with its own data in it, sealed by a hash over all of it.
+The page contains its own data, and a hash over the whole file.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from conrod.report.table import Table, cell_text, safe_html
 from conrod.report.template import page
 
 CRITERIA, SETTINGS, VALIDATION, OPEN, ABSENT = "criteria", "settings", "validation", "deviations", "absent"
-Statements: TypeAlias = dict[str, dict[str, str]]  # by section and row
+Statements: TypeAlias = dict[str, dict[str, str]]  # statements by section and row
 REPORT_MARK = "conrod-verification"
 UNSEALED = b"0" * 64
-# The one place where the hash stands; names of users have no tag in them.
+# The only place of the hash; names from users contain no tags.
 SEAL = re.compile(rb"SHA-256 of this file[^<]*<code>([0-9a-f]{64})</code>")
-# Of earlier versions, whose hash stood at two places.
+# Of earlier versions, which wrote the hash at two places.
 EARLIER_SEAL = re.compile(rf'<meta name="{REPORT_MARK}" content="sha256:([0-9a-f]{{64}})">'.encode())
 DATA_SCRIPT = re.compile(rf'<script type="application/json" id="{REPORT_MARK}-data">(.*?)</script>', re.DOTALL)
 
 
 @dataclass(frozen=True)
 class VerificationSection:
-    """Tables and sentences under one heading; where it does not apply, a sentence says why."""
+    """Tables and sentences under one heading; if it does not apply, a sentence says why."""
 
     tables: tuple[Table, ...] = ()
     sentences: tuple[str, ...] = ()
@@ -41,7 +41,12 @@ class VerificationSection:
 
 @dataclass(frozen=True)
 class ChangeRecord:
-    """Differences from the report that this one replaces, named by its hash, a sentence each."""
+    """Differences from an earlier report, a sentence each.
+
+    Attributes:
+        since: hash of the earlier report.
+        made: date and time of the later one.
+        changes: the differences."""
 
     since: str
     made: str
@@ -54,10 +59,12 @@ class Verification:
 
     Attributes:
         subject: name of the machine or file.
-        made: date and time (UTC) at which it was first found so.
-        sections: by the names that the template has for them.
-        deviations: what is open, a sentence each.
-        record: the oldest first.
+        verdict: the verdict in a sentence.
+        made: date and time (UTC) of the first report with these contents.
+        command: command that makes the report again.
+        sections: sections by their names in the template.
+        deviations: open deviations, a sentence each.
+        record: changes between reports, the oldest first.
     """
 
     subject: str
@@ -70,7 +77,7 @@ class Verification:
 
 
 def statement_changes(before: Verification, after: Verification) -> tuple[str, ...]:
-    """Each statement that is another now, with what it was; criteria that were loosened are called so."""
+    """List the statements that changed between two reports, and mark loosened criteria."""
     return tuple(_changes_by_row(_statements(before), _statements(after)))
 
 
@@ -88,19 +95,19 @@ def _changes_by_row(before: Statements, after: Statements) -> Iterator[str]:
 
 
 def _is_loosened(was: str, now: str) -> bool:
-    """True if a criterion, the first of its row's cells, allows more."""
+    """True if a criterion, the first of its row's cells, allows more than before."""
     return was != ABSENT and (now == ABSENT or float(re.split("[ ;]", now)[0]) > float(re.split("[ ;]", was)[0]))
 
 
 def _statements(of: Verification) -> Statements:
-    """All that a reader may rely on, row by row, by names that stay from report to report."""
+    """Return all statements of a report, by section and by names of rows that stay the same."""
     found = {
         "report": {"on": of.subject, "verdict": of.verdict, "command": of.command},
         OPEN: dict.fromkeys(of.deviations, "open"),
     }
     for name, section in of.sections.items():
         rows = [(one, [cell_text(cell) for cell in row]) for one in section.tables for row in one.rows]
-        of_engine = name == SETTINGS  # which have a table each
+        of_engine = name == SETTINGS  # these have a table for each engine
         found[name] = {
             " ".join([*([one.title] if of_engine else []), *cells[: one.names]]): "; ".join(cells[one.names :])
             for one, cells in rows
@@ -114,7 +121,7 @@ def _statements(of: Verification) -> Statements:
 
 
 def sealed_page(found: Verification) -> bytes:
-    """The report as a file, in which stands, at one place, the SHA-256 of the file with zeros at that place."""
+    """Return the report's HTML with the SHA-256 of the file, computed with zeros in place of the hash."""
     measured = len(found.sections["validation"].sentences) > 1
     text = page(
         "verification", sys.modules[__name__], found=found, digest=UNSEALED.decode(), measured=measured
@@ -123,7 +130,7 @@ def sealed_page(found: Verification) -> bytes:
     html = html_page.html_document(
         [html_page.PageSection("verification", f"Verification report: {found.subject}", render_html(text, place))]
     )
-    # In a script nothing but its end is markup.
+    # In a script only its end tag is markup.
     data = json.dumps(plain_findings(found), ensure_ascii=False).replace("<", "\\u003c")
     data = "".join(letter if letter == safe_html(letter) else json.dumps(letter)[1:-1] for letter in data)
     html = html.replace("</head>", f'<meta name="{REPORT_MARK}" content="2">\n</head>', 1)
@@ -135,10 +142,10 @@ def sealed_page(found: Verification) -> bytes:
 
 
 def valid_seal(page: bytes) -> str | None:
-    """The hash that a page is sealed by; None where it is not as it was written, to the last byte.
+    """Return the hash of a verification report; None if a byte of it was changed.
 
     Raises:
-        InvalidInput: it is no verification report.
+        InvalidInput: the page is no verification report.
     """
     if REPORT_MARK.encode() not in page:
         raise InvalidInput("it is no verification report of conrod")
@@ -158,10 +165,10 @@ def _replace_hash(page: bytes, field: re.Match[bytes], digest: bytes) -> bytes:
 
 
 def read_verification(page: bytes) -> Verification:
-    """The contents of an unchanged report.
+    """Read the contents of an unchanged report.
 
     Raises:
-        InvalidInput: it is of another version of conrod.
+        InvalidInput: another version of conrod wrote it.
     """
     found = DATA_SCRIPT.search(page.decode())
     if found is None:

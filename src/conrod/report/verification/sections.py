@@ -1,4 +1,4 @@
-"""Criteria, code and solution verification of a scene, a model, its closed loops or a table."""
+"""Sections of a verification report that are read off its study: criteria, code, solution, settings."""
 
 from __future__ import annotations
 
@@ -31,34 +31,41 @@ ONE_RUN = "no numerical uncertainty: there are no runs at other steps"
 
 
 class Refinement(NamedTuple):
-    """Errors of a run at increasing numbers of steps per run or revolution; None where one did not complete."""
+    """Errors of a run at increasing numbers of steps.
+
+    Attributes:
+        run: name of the run.
+        quantity: quantity of the errors.
+        steps: number of steps of the judged run, per run or revolution.
+        path: numbers of steps with errors; None where a run did not complete.
+        formal: order that the scheme is to have; None where none is claimed."""
 
     run: str
     quantity: str
     steps: int
     path: tuple[tuple[int, float | None], ...]
-    formal: int | None  # order that its code is to have; None where none is claimed
+    formal: int | None
 
     @property
     def finest(self) -> float:
-        """Error of the finest run that completed; infinite where none did."""
+        """Error of the finest completed run; infinite if none completed."""
         return next((size for _, size in reversed(self.path) if size is not None), math.inf)
 
     @property
     def order(self) -> float | None:
-        """Observed order; of the three finest runs where they lead to no error at a step of zero."""
+        """Observed order; taken from the three finest runs if their error vanishes at a step of zero."""
         order, limit, _ = numerical_uncertainty(self.path, self.steps, self.formal) or (None, math.inf, 0.0)
         return claimed_order(self.path) or (order if limit <= VANISHING_SHARE * self.finest else None)
 
     @property
     def is_off(self) -> bool:
-        """True if a formal order is claimed and not shown, by errors that are more than rounding."""
+        """True if a formal order is claimed but not observed, at errors above rounding."""
         off = self.formal is not None and abs((self.order or 0.0) - self.formal) > ORDER_TOLERANCE
         return off and self.finest > MIN_ERROR_WITH_ORDER
 
 
 def all_refinements(study: Any) -> Iterator[Refinement]:
-    """All runs of a study that were refined, quantity by quantity."""
+    """Yield the refinements of all runs of a study, quantity by quantity."""
     match study:
         case TableStudy():
             return
@@ -101,7 +108,7 @@ def _formal_orders(engine: str, preset: str | None) -> Mapping[str, int]:
 
 
 def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str]]:
-    """The sections that a study itself fills, and its open deviations."""
+    """Return the sections that a study itself fills, by name, and its open deviations."""
     refined, lengths = list(all_refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
     judged = _criteria(study)
     rows = [
@@ -133,14 +140,14 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
 
 
 def _size(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
-    """An error as people read it, in SI where no lengths normalise it."""
+    """Return an error as text, in SI if no lengths normalise it."""
     if lengths or size is None:
         return numbers.error(name, size, lengths)
     return f"{numbers.measured_text(size)} {unit_in_prose(UNITS[name])}"
 
 
 def _in_digits(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
-    """A criterion in all digits that anybody gives."""
+    """Return a criterion as text in six digits."""
     if name == "phase":
         return f"{math.degrees(allowed):.6g} deg"
     return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {unit_in_prose(UNITS[name])}"
@@ -152,7 +159,7 @@ def _agreement(one: Refinement) -> tuple[str, Cell]:
 
 
 def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str], float | None], str]]:
-    """By run: what is allowed by quantity, what was found, and where it comes from."""
+    """List the criteria of each run: name, tolerances, errors by quantity, and reason."""
     match study:
         case ModelStudy():
             paths = {"position": study.kinematic_tolerance}
@@ -170,7 +177,7 @@ def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str]
 
 
 def _kind_sections(study: Any) -> tuple[tuple[Table, ...], VerificationSection, tuple[str, ...]]:
-    """Results that no other section has, settings, and what proves the model before any run."""
+    """Return tables of results, the section on settings, and proofs of the model before any run."""
     match study:
         case ModelStudy():
             frame, wiring, paths, settings = user_model.findings(study).values()
