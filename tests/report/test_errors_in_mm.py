@@ -109,7 +109,7 @@ def test_a_wrong_factor_is_caught(
     tables_of: Callable[[str], Iterator[Table]], wrong: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     right = numbers.scaled_text
-    monkeypatch.setattr(numbers, "scaled", lambda value, factor: right(value, wrong * factor))
+    monkeypatch.setattr(numbers, "scaled_text", lambda value, factor: right(value, wrong * factor))
     with pytest.raises(AssertionError):
         check(tables_of, "saw-500rpm")
 

@@ -158,7 +158,7 @@ def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: st
     file = ROOT / "reports" / name.replace("/", "/data/")
     findings = restore_findings(kind.findings, json.loads(file.with_suffix(".json").read_text()))
     figures = kind.page_of(Part("", findings, "", "")).figures
-    known = {(*words.split("\n", 1), "")[:2] for figure in figures for *_, words in figure.places()}
+    known = {(*words.split("\n", 1), "")[:2] for figure in figures for *_, words in figure.laid_out_spots()}
     (tmp_path / "p.html").write_text(html_document(page_sections(dict(site.reports())[f"reports/{name}.md"])))
     with browser() as page:
         opened(page, tmp_path / "p.html")

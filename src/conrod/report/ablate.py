@@ -116,7 +116,7 @@ def _summary(study: AblationStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
-    """Yield for each scene and engine the costs and changes of all ingredients, and the speed-up."""
+    """Yield costs, changes and verdicts of all ingredients, and the speed-up of each engine."""
     for study in studies:
         for found in study.engines:
             if found.ingredients:

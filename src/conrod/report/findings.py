@@ -71,7 +71,7 @@ class Findings(Mapping[str, F], Generic[F]):
 
     @property
     def passed(self) -> bool | None:
-        """True if everything judged is within tolerance and as in the baseline; None if nothing was judged."""
+        """True if everything judged is within tolerance and as in the baseline; None if unjudged."""
         if self.baseline is None or self.within_tolerance is False:
             return self.within_tolerance
         return self.baseline.passed
@@ -100,7 +100,7 @@ class Findings(Mapping[str, F], Generic[F]):
         return document_text(self.kind, self.parts)
 
     def write(self, place: str | Path, command: Reproduction | None = None) -> Path:
-        """Write the report: a folder of pages, figures and data, or one page where the name ends in .html.
+        """Write the report as a folder, or as one page if the name ends in .html.
 
         Args:
             command: command that makes the report again, printed in it; None for the Python call.

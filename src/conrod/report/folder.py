@@ -173,7 +173,7 @@ class ReportFolder:
     def _recovered_document(
         self, found: Mapping[str, Any], before: Mapping[str, Any], data: Mapping[str, str]
     ) -> dict[str, Any]:
-        """Return the document that fits the data in the folder, part by part the new or the earlier one.
+        """Return the document that fits the data in the folder after a write was stopped.
 
         Args:
             found: the document that was being written.
@@ -283,12 +283,12 @@ EXACT_FIELDS: dict[str, int | None] = dict.fromkeys(("parameters", "given_anew",
 
 
 def plain_findings(findings: Any) -> Any:
-    """Return findings as plain values for JSON; raises TypeError where they could not be restored."""
+    """Convert findings to plain values; raises TypeError if they could not be restored."""
     return plain_values(findings, DRAWN_DIGITS)
 
 
 def restore_findings(wanted: type[T], values: Any) -> T:
-    """Restore findings of a type from their plain values; raises InvalidInput where these do not fit."""
+    """Restore findings from plain values; raises InvalidInput where these do not fit the type."""
     return restore(wanted, values, {Scene: _restore_scene})
 
 

@@ -34,7 +34,7 @@ def reasons(results: Iterable[ForceResult]) -> list[str]:
 
 
 def lacking(result: ForceResult) -> list[str]:
-    """List the quantities that the engine does not report, by reason; empty if the run did not complete."""
+    """List the quantities of a completed run that the engine does not report, by reason."""
     reasons: dict[str, dict[str, None]] = {}
     for name, reason in (result.unsupported or {}).items() if result.completed else ():
         reasons.setdefault(reason, {})[name.rpartition(".")[0] or name] = None
@@ -88,7 +88,7 @@ def _judged_sizes(result: ForceResult) -> dict[str, Any]:
 
 
 def results_to_print(found: Sequence[ForceStudy]) -> Iterator[PrintedPart]:
-    """Yield the largest errors of forces, observed orders, verdicts and the reasons of tolerances."""
+    """Yield the errors of forces, observed orders, verdicts and reasons of tolerances."""
     yield from distrusted_scenes(found)
     yield verdicts_table(found)
     yield from (f"tolerance: {reason}" for reason in reasons(result for one in found for result in one.results))

@@ -31,7 +31,7 @@ def loads_words(study: MotionStudy) -> str:
 
 
 def exact_words(study: MotionStudy) -> str:
-    """Say how well the exact motion balances its energy, and how it continued where branches cross."""
+    """Say how well the exact motion keeps its energy, and how it crosses branches."""
     drift = study.exact.drift
     compared = "<=" if drift <= EXACT_DRIFT else "above"
     seconds, turn = study.results[0].seconds, study.exact.turn
@@ -50,7 +50,7 @@ def _capitalise(words: str) -> str:
 
 
 def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
-    """Return a row for each result: errors, time of departure from the exact motion, order, verdict."""
+    """Return a row for each result: errors, departure from the exact motion, order, verdict."""
     lengths = {study.name: study.scene.lengths for study in studies}
     leaving = next((r.leaving for study in studies for r in study.results), plan.LENGTH_ERROR)
     columns: dict[str, Callable[[MotionResult], str]] = {

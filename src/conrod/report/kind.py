@@ -112,7 +112,7 @@ class Index(Generic[F]):
 
     @property
     def versions(self) -> Table:
-        """Table of all versions of conrod in the report, and the environment of the last measurement."""
+        """Table of all versions of conrod in the report, and of the last environment."""
         conrod = "; ".join(sorted({entry["conrod"] for entry in self.entries.values()}))
         title = "versions of what was measured last; each page names its own"
         return table(["what", "which"], [("conrod", conrod), *self.environment.items()], title=title)
@@ -169,13 +169,13 @@ class Kind(Generic[F]):
         return kind_named, (self.name,)
 
     def page_of(self, part: Part[F]) -> Page:
-        """Render the page of a part; its template knows `part`, `study` (the findings) and `report` (the module)."""
+        """Render the page of a part from `part`, `study` (its findings) and `report` (the module)."""
         from conrod.report.template import page  # loaded late: it loads jinja2
 
         return page(self.name, import_module(KINDS[self.name]), part=part, study=part.findings)
 
     def index_of(self, index: Index[F]) -> Page:
-        """Render the first page of several parts; its template knows `index` and `report` (the kind's module)."""
+        """Render the first page of several parts from `index` and `report` (the kind's module)."""
         from conrod.report.template import page
 
         return page(f"{self.name}-index", import_module(KINDS[self.name]), index=index)

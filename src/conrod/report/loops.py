@@ -64,7 +64,7 @@ def finding(study: LoopStudy) -> str:
 
 
 def _other_forces_words(study: LoopStudy) -> Iterator[str]:
-    """Yield sentences on forces other than the loops', of the driven run and of the file's own run."""
+    """Yield sentences on forces other than those of the loops, in the driven and the own run."""
     driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
     named = {one.title for one in driven}
     yield from acting_sentences(driven, engine)
@@ -169,7 +169,7 @@ def _size_text(name: str, size: float) -> str:
 
 
 def runs_table(study: LoopStudy) -> Table:
-    """Return a row for each run at the model's own step, and for the cheapest run within tolerance."""
+    """Return a row for each run at the model's own step, and for the cheapest sufficient run."""
     runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
     rows = [(run.label, *_sizes(run), order(run.order), measured_text(run.cost), _verdict(study, run)) for run in runs]
     title = "driven along the exact motion: largest errors"
@@ -192,7 +192,7 @@ def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
 
 
 def what_moves(study: LoopStudy) -> Iterator[str]:
-    """Yield drives, mobility, redundant equations, idle joints and the nearest singular configuration."""
+    """Yield drives, mobility, redundant equations, idle joints, nearest singular configuration."""
     one, drives = study.mobility, ", ".join(f"`{name}={law}`" for name, law in study.question.drives.items())
     yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
     taken = f"{one.rows} equations of its closures take {one.rank}"
@@ -213,7 +213,7 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
 
 
 def how_exact(study: LoopStudy) -> Iterator[str]:
-    """Yield how MuJoCo's kinematics, the closed form and the forces agree with the exact motion."""
+    """Yield the differences of MuJoCo's kinematics, closed form and forces from the exact ones."""
     off = ", ".join(f"{name} {measured_text(size)}" for name, size in study.kinematic.items())
     yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
     if study.compared is not None and study.compared.closed_form is not None:

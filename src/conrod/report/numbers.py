@@ -52,7 +52,7 @@ ErrorsOverL: TypeAlias = float | Mapping[str, float | None] | None
 
 
 def in_mm(errors: ErrorsOverL, lengths: Mapping[str, float]) -> str:
-    """Return the largest of errors over L in mm; `<= 7.9` where L differs and the point is unknown.
+    """Return the largest of errors over L in mm; `<= 7.9` where its point is not known.
 
     Args:
         lengths: L of each point [m].
@@ -81,7 +81,7 @@ def with_mm(errors: ErrorsOverL, lengths: Mapping[str, float], of: str = "") -> 
 
 
 def error(name: str, size: ErrorsOverL, lengths: Mapping[str, float] = MappingProxyType({})) -> str:
-    """Return the largest error of a quantity; positions also in mm if L [m] is given, the phase in deg."""
+    """Return the largest error of a quantity: positions also in mm if L is given, phase in deg."""
     if name in QUANTITIES_OVER_L:
         return with_mm(size, lengths)
     assert not isinstance(size, Mapping)
@@ -96,7 +96,7 @@ def allowed_text(name: str, size: float | None, lengths: Mapping[str, float] = M
 
 
 def lengths(travels: Mapping[str, float]) -> str:
-    """Return the travels [m] of points to end a sentence that names L; a full stop if none is known."""
+    """Return the travels L [m] of points as the end of a sentence, at least a full stop."""
     known = ", ".join(f"{point} {quantity(1e3 * length, 6)} mm" for point, length in travels.items())
     return f", which is of {known}." if known else "."
 
@@ -138,7 +138,7 @@ def duration(seconds: float | None) -> str:
 
 
 def percent(share: float | None) -> str:
-    """Return a share as a whole percentage; `< 1 %` or `> 99 %` rather than rounding to 0 or 100."""
+    """Return a share as a whole percentage, or as `< 1 %` or `> 99 %`."""
     if share is None:
         return MISSING
     whole = round(100.0 * share)

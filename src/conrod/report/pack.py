@@ -98,7 +98,7 @@ def _drive_words(scene: Scene) -> str:
 
 
 def _command(name: str, scene: Scene) -> str:
-    """Return the command that judges a table of the scene, with the parameters that were changed."""
+    """Return the command that judges a table of the scene, with its changed parameters."""
     usual = (DescribedScene(scene.document) if isinstance(scene, DescribedScene) else SCENES[name]).parameters
     changed = [f"--set {shlex.quote(f'{p}={value!r}')}" for p, value in scene.parameters.items() if value != usual[p]]
     machine = name if scene.closed_form else MACHINE

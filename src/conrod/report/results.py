@@ -31,7 +31,7 @@ def engine_and_preset(result: Result) -> tuple[str, str]:
 
 
 def verdict_words(result: Result) -> str:
-    """Say whether a result is within tolerance, and if not why; or why its run did not complete."""
+    """Say whether a result is within tolerance, or why not, or why its run did not complete."""
     if not result.completed:
         failed = "" if result.passed is not False else "failed, "
         return f"{failed}{result.outcome}: {result.reason or Outcome.from_slug(result.outcome).meaning}"

@@ -31,7 +31,7 @@ RATIO_NOTE = "ratio: a revolution costs as much as so many steps of the engine's
 
 @dataclass(frozen=True)
 class PresetCurve:
-    """The points of a preset of an engine, at increasing numbers of steps, failed runs included."""
+    """The points of an engine's preset at increasing numbers of steps, failed runs included."""
 
     engine: str
     preset: str
@@ -57,14 +57,14 @@ def preset_curves(study: SweepStudy) -> tuple[PresetCurve, ...]:
 
 
 def cheapest_within(points: Iterable[SweptPoint], quantity: str, allowed: float, engine: str) -> SweptPoint | None:
-    """Return an engine's cheapest point whose error of a quantity is within a tolerance, or None."""
+    """Return an engine's cheapest point with an error within a tolerance, or None."""
     timed = (p for p in points if p.engine == engine and p.completed and p.cost is not None)
     within = [p for p in timed if (p.error(quantity) or 0.0) <= allowed]
     return min(within, key=lambda p: (p.cost or 0.0, p.error(quantity) or 0.0), default=None)
 
 
 def least_error(study: SweepStudy, quantity: str, engine: str, preset: str | None = None) -> float | None:
-    """Return the least error of a quantity among an engine's completed runs, or None without runs."""
+    """Return the least error of a quantity among an engine's completed runs, or None."""
     runs = [p for p in study.points if p.completed and p.engine == engine and preset in (None, p.preset)]
     return min((p.error(quantity) or 0.0 for p in runs), default=None)
 
@@ -152,7 +152,7 @@ def cheapest_table(study: SweepStudy) -> Table:
 
 
 def findings(study: SweepStudy) -> list[str]:
-    """Say for each timed engine the cheapest setting within 1e-6 L, and whether stock settings reach it."""
+    """Say for each timed engine which setting is the cheapest within 1e-6 L."""
     found = []
     for engine in timed_engines(study):
         best = cheapest_within(study.points, COMPARED_QUANTITY, COMPARED_ERROR, engine)
@@ -206,7 +206,7 @@ def end_words(study: SweepStudy) -> str:
 
 
 def outcome_ranges(points: Sequence[SweptPoint]) -> Iterator[str]:
-    """Yield the outcome of each range of steps: `20 to 100: diverged`; empty where runs completed."""
+    """Yield the outcome of each range of steps, `20 to 100: diverged`, empty if completed."""
     for outcome, group in groupby(points, lambda point: point.outcome):
         own = list(group)
         steps = dict.fromkeys(point.steps_per_revolution for point in (own[0], own[-1]))

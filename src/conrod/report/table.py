@@ -64,7 +64,7 @@ VERDICT = "verdict"  # heading of the column of verdicts
 
 @dataclass(frozen=True)
 class Toned:
-    """A coloured cell: `good` within tolerance, `bad` out of it, `odd` for a run that did not complete."""
+    """A coloured cell: `good` within tolerance, `bad` out of it, `odd` for a failed run."""
 
     text: str
     tone: Tone

@@ -51,7 +51,7 @@ def verdict(study: ModelStudy) -> str:
 
 
 def _other_forces_words(study: ModelStudy) -> Iterator[str]:
-    """Yield sentences on forces other than the loops', of the driven run and of the file's own run."""
+    """Yield sentences on forces other than those of the loops, in the driven and the own run."""
     driven = () if study.own is None else study.own.acting
     named, engine = {one.title for one in driven}, f"MuJoCo {study.model.engine_version}"
     yield from acting_sentences(driven, engine)
@@ -94,7 +94,7 @@ def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
 
 
 def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
-    """Return the verdict on the file's own run: 'Run as the file has it, from keyframe start, ..'."""
+    """Return the verdict on the file's own run: 'Run as the file has it, ..'."""
     begin, crank = f"Run as the file has it, from {study.model.start},", study.crank
     if crank is None:
         return f"{begin} it ended as {run.outcome.slug}: {run.reason}."

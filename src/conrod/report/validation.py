@@ -122,7 +122,7 @@ def _link(name: str, entry: Mapping[str, Any]) -> str:
 
 
 def errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return the largest position errors: a row for each machine, a column for each engine and preset."""
+    """Return the largest position error of each machine, by engine and preset."""
     runs = dict.fromkeys(_run(r) for entry in entries.values() for r in entry["summary"]["results"])
     rows = []
     for name, entry in entries.items():

@@ -80,7 +80,7 @@ def points_table(study: SceneStudy) -> Table:
 
 
 def joints_table(study: SceneStudy) -> Table:
-    """Return a row for each run: gaps of joints, the errors that they explain, phase and speed ripple."""
+    """Return a row for each run: gaps of joints, errors predicted from them, phase, ripple."""
     lengths = study.scene.lengths
     rows = []
     for run in dynamic_results(study):
@@ -110,7 +110,7 @@ QUALIFICATION = "planted into these runs, and judged again: noticed or not, and 
 
 
 def qualification_table(study: SceneStudy) -> Table:
-    """Return a row for each planted defect: whether each run's verdict notices it; empty if not asked for."""
+    """Return a row for each planted defect: whether each run's verdict notices it."""
     runs = {" ".join(engine_and_preset(r)): r.qualified for r in study.results if r.qualified is not None}
     return noticed_table(study.name, runs)
 

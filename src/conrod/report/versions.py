@@ -54,7 +54,7 @@ def headline(study: VersionStudy) -> str:
 
 
 def changes_table(study: VersionStudy) -> Table:
-    """Return a row for each changed run of a release, with the changelog entries that can explain it."""
+    """Return a row for each changed run, with the changelog's entries that can explain it."""
     rows = []
     for version in study.measured:
         for one, change in study.changes_at(version):
@@ -90,7 +90,7 @@ def colour_of(change: Change | None) -> str:
 
 
 def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
-    """Draw the changes of runs: a row for each scene and settings, a column for each release but the first."""
+    """Draw the changes of runs, a row for each scene and settings, a column for each release."""
     versions, rows = study.measured[1:], study.histories
     size = LEFT + COLUMN * max(len(versions), 16), MARGINS + ROW * len(rows)
     figure = matplotlib.figure.Figure(figsize=size)
@@ -123,7 +123,7 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
 
 
 def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
-    """Yield the changes of each release in a table and a sentence, and the releases that were not run."""
+    """Yield a table and a sentence on the changes, and the releases that were not run."""
     for study in studies:
         yield changes_table(study)
         yield headline(study)

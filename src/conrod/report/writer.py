@@ -39,7 +39,7 @@ def report_batch(
     command: Reproduction,
     draw: Draw = map,
 ) -> Batch:
-    """Render all files of a report, without writing any, so that an error leaves an existing report as it was.
+    """Render all files of a report without writing any: an error leaves the folder as it was.
 
     Other parts of a report of the kind in the folder stay. Earlier findings of a part are merged with the new ones, if
     the kind can merge.
@@ -72,7 +72,7 @@ def report_batch(
 
 
 def _merge_with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tuple[F, str]:
-    """Merge findings with the folder's earlier ones of the part, and return the commands that find them."""
+    """Merge findings with the part's earlier ones, and join the commands of both."""
     kind = before.kind
     if kind.merged is None or name not in before.entries:
         return new, command
@@ -134,7 +134,7 @@ def explain_unfit_findings(folder: Path) -> Iterator[None]:
 
 
 def reports_in(folder: Path) -> list[ReportFolder]:
-    """Return a folder's reports of all kinds; raises InvalidInput if another version of conrod wrote one."""
+    """Return a folder's reports of all kinds; raises InvalidInput for another version's report."""
     return [ReportFolder(folder, kind_named(name)) for name in _kinds_in(folder)]
 
 
@@ -221,7 +221,11 @@ def kind_order(name: str) -> tuple[int, str]:
 def part_files(
     kind_name: str, name: str, values: Any, entry: Mapping[str, Any]
 ) -> tuple[dict[str, str], Mapping[str, Any]]:
-    """Render a part's files from its saved findings, and return its summary; may run in any process."""
+    """Render a part's files from its saved findings, in any process.
+
+    Returns:
+        Files by name, and the part's summary.
+    """
     kind = kind_named(kind_name)
     part = Part(name, restore_findings(kind.findings, values), entry["command"], entry["conrod"])
     page = _page_files(kind.page_file(name), kind.page_of(part))

@@ -70,7 +70,7 @@ def svg_text(figure: Figure) -> str:
 
 
 def round_to_grid(values: Array, span: float) -> Array:
-    """Round values to 1e-4 of their axis's span, so that their last bits do not show in the file."""
+    """Round values to 1e-4 of their axis's span, which hides their last bits."""
     step = 10.0 ** np.floor(np.log10(span * 1e-4)) if span > 0.0 else 1.0
     return np.asarray(np.rint(values / step + GRID_OFFSET) * step)
 
@@ -148,7 +148,7 @@ def set_rows(axes: Axes, names: Sequence[str], room: float = 0.5) -> None:
 def set_log_axis(
     axes: Axes, ends: tuple[float, float], ticks: Iterable[float] | None = None, names: Sequence[str] | None = None
 ) -> None:
-    """Give the horizontal axis a logarithmic scale between two ends, with ticks only at some values."""
+    """Give the horizontal axis a logarithmic scale between two ends, with given ticks."""
     axes.set_xscale("log")
     axes.set_xlim(*ends)
     if ticks is not None:

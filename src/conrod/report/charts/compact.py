@@ -62,7 +62,7 @@ def _shorten_ids(root: Element) -> None:
 
 
 def _shorten_attributes(element: Element, known: list[str]) -> None:
-    """Shorten an element's numbers and style, without the parts of the style that its mark has already."""
+    """Shorten an element's numbers, and its style by the parts that its mark already has."""
     given = element.attrib
     if "d" in given:
         given["d"] = _relative_path(given["d"], MARK_DIGITS if "id" in given else PATH_DIGITS)
@@ -91,7 +91,7 @@ def _unwrap_groups(element: Element) -> None:
 
 
 def _join_marks(group: Element, numbers: Iterator[int]) -> None:
-    """Replace marks of equal style, such as a curve's, by one path with a marker at each of its points."""
+    """Replace marks of equal style, such as a curve's, by one path with markers."""
     alike = dict[str, list[Element]]()
     for element in group:
         if element.tag == "use" and {"x", "y"} <= element.attrib.keys():
@@ -112,7 +112,7 @@ def _join_marks(group: Element, numbers: Iterator[int]) -> None:
 
 
 def _join_lines(group: Element) -> None:
-    """Join lines of equal style, such as a grid's, into one path if only texts lie between them."""
+    """Join lines of equal style, such as a grid's, into one path."""
     last = Element("")
     for element in list(group):
         look = {**element.attrib, "d": ""}

@@ -108,7 +108,7 @@ def _labelled_style(run: Result) -> dict[str, Any]:
 
 
 def error_figure(study: SceneStudy) -> Figure:
-    """Draw the largest error over the observed points against the crank angle, a panel for each quantity."""
+    """Draw the largest error over the observed points against the crank angle."""
     runs = drawable_runs(study.results)
     ends = _crank_span(study.scene, max(run.revolutions for run in runs))
     panels = [
@@ -120,7 +120,7 @@ def error_figure(study: SceneStudy) -> Figure:
     ]  # fmt: skip
 
     def ticks(axes: Axes) -> None:
-        """Divide the axis by quarter turns, or a span below half a turn by a round number of degrees."""
+        """Divide the axis by quarter turns, or a short span by a round number of degrees."""
         degrees = abs(ends[1] - ends[0])
         whole = MultipleLocator(90.0 * max(1, round(degrees / 720.0)))
         axes.xaxis.set_major_locator(whole if degrees >= 180.0 else MaxNLocator(8, steps=[1, 2, 3, 5, 10]))
@@ -129,7 +129,7 @@ def error_figure(study: SceneStudy) -> Figure:
 
 
 def _crank_span(scene: Scene, revolutions: float) -> tuple[float, float]:
-    """Return the crank angles [deg] at which a run begins and ends; the second may be the smaller."""
+    """Return the crank angles [deg] at which a run begins and ends."""
     if scene.kinematics.mechanism.driver.span is None:
         return 0.0, float(np.copysign(np.degrees(2.0 * np.pi * revolutions), scene.speed))
     low, high = (float(angle) for angle in np.degrees(scene.kinematics.span))
@@ -137,7 +137,7 @@ def _crank_span(scene: Scene, revolutions: float) -> tuple[float, float]:
 
 
 def _error_curve(run: ValidationResult, name: str) -> ErrorCurve:
-    """Return a run's curve of the largest error over all observed points against the crank angle [deg]."""
+    """Return the largest error over all observed points against the crank angle [deg]."""
     assert run.curves is not None
     curves = [curves[name] for curves in run.curves.values()]
     error = np.max([curve.error for curve in curves], axis=0)
@@ -149,7 +149,7 @@ def _error_curve(run: ValidationResult, name: str) -> ErrorCurve:
 
 
 def refinement_figure(study: SceneStudy) -> Figure:
-    """Draw the largest error over the observed points against steps per revolution, by quantity."""
+    """Draw the largest error over the observed points against steps per revolution."""
     runs = [r for r in study.results if r.mode == "dynamic" and r.refinement]
     steps = sorted({p.steps_per_revolution for r in runs for p in r.refinement})
     ends = (steps[0] / STEP_AXIS_MARGIN, steps[-1] * STEP_AXIS_MARGIN)
@@ -166,7 +166,7 @@ def refinement_figure(study: SceneStudy) -> Figure:
 
 
 def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draw the position error of all runs in a row for each machine; failed runs are crosses at the right.
+    """Draw position errors in a row for each machine; failed runs are crosses at the right.
 
     Args:
         scenes: summaries of validations by machine.

@@ -138,7 +138,7 @@ def _offset_dimensions(view: View, slide: Prismatic) -> Iterator[list[Dimension]
 
 
 def _radius_dimensions(view: View, text: str, centre: Array, radius: float, directions: Array) -> list[Dimension]:
-    """Return places of a radius [mm] in some directions [rad]; the text of a short arrow follows its tip."""
+    """Return places of a radius [mm] in some directions [rad], with its text on it or beyond."""
     width = view.labels.width(text, parts.TEXT_STYLE["fontsize"])
     found = []
     for direction in directions:

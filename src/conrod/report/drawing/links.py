@@ -66,14 +66,14 @@ def draw_links(view: View) -> None:
 
 
 def _slide_range(view: View, slide: Slide) -> tuple[float, float]:
-    """Return the least and greatest displacement of a block from where it is drawn, over a turn [mm]."""
+    """Return the range of a block's displacement over a turn from where it is drawn [mm]."""
     gone = MM * slide_displacements(slide, view.poses_over_turn(slide.guide), view.poses_over_turn(slide.moving))
     now = MM * slide_displacements(slide, np.array([view.poses[slide.guide]]), np.array([view.poses[slide.moving]]))[0]
     return float(min(gone.min() - now, 0.0)), float(max(gone.max() - now, 0.0))
 
 
 def _slot_ends(view: View, slide: Slide) -> Array:
-    """Return the ends (2, 2) of a slot in a moving link, which holds its block over a turn [mm]."""
+    """Return the ends (2, 2) [mm] of a slot as long as its block's displacement over a turn."""
     back, forth = _slide_range(view, slide)
     block, room = view.place_of(slide.moving, slide.point), 2.0 * view.size
     along = parts.unit_vector(view.poses[slide.guide][2] + slide.direction)
@@ -142,7 +142,7 @@ def _draw_cam(view: View, contact: CamContact) -> None:
 
 
 def link_outline(places: Sequence[Array]) -> Array:
-    """Return the ends of a bar or the corners of a plate through places, (C, 2); empty for one place."""
+    """Return the ends of a bar or the corners of a plate through places, (C, 2)."""
     own = list({tuple(np.round(place, PLACE_DIGITS)): place for place in reversed(places)}.values())[::-1]
     return _hull(own) if len(own) > 1 else np.empty((0, 2))
 
@@ -164,7 +164,7 @@ def _farthest_pair(places: Sequence[Array]) -> Array:
 
 
 def _hull(places: Sequence[Array]) -> Array:
-    """Return the ends of places in line, else the corners of their convex hull, counter-clockwise."""
+    """Return the ends of places in line, else the corners of their convex hull."""
     if _in_line(places):
         return _farthest_pair(places)
     points = np.array(places)

@@ -59,7 +59,7 @@ def draw_hatching(axes: Axes, start: Array, stop: Array, size: float) -> None:
 
 
 def draw_rails(axes: Axes, centre: Array, reach: tuple[float, float], direction: float, size: float) -> None:
-    """Draw a slide's two rails from reach[0] to reach[1] along a direction [rad] through a point."""
+    """Draw two rails from reach[0] to reach[1] along a direction [rad] through a point."""
     along = unit_vector(direction)
     left = np.array([-along[1], along[0]])
     near, far = centre + reach[0] * along, centre + reach[1] * along
@@ -112,7 +112,7 @@ NEXT_WISH_COST = 1.0  # of the next place in the list of wishes
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle in the drawing: its centre (2,), half its width and height, and its angle [rad]."""
+    """A rectangle in the drawing: centre (2,), half its width and height, angle [rad]."""
 
     centre: Array
     half: tuple[float, float]
@@ -145,7 +145,7 @@ class Labels:
         return LETTER_WIDTH * size * len(text) * self.point
 
     def box(self, centre: Array, text: str, size: float, turn: float = 0.0) -> Box:
-        """Return the rectangle of a text in a font size [pt] about its centre (2,), at an angle [rad]."""
+        """Return the rectangle of a text, for its font size [pt], centre (2,) and angle [rad]."""
         return Box(centre, (0.5 * self.width(text, size), 0.5 * LINE_HEIGHT * size * self.point), turn)
 
     def add_text(self, box: Box) -> None:

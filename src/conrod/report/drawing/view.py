@@ -107,7 +107,7 @@ def guide_and_block(mechanism: Mechanism, joint: Prismatic) -> Slide:
 
 
 def slide_displacements(slide: Slide, guides: Array, movings: Array) -> Array:
-    """Return displacements (T,) [m] of a block along its guide, from poses (T, 3) of the two bodies."""
+    """Return displacements (T,) [m] of a block along its guide, from both bodies' poses (T, 3)."""
     cos, sin = np.cos(movings[:, 2]), np.sin(movings[:, 2])
     x, y = slide.point
     block = movings[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y])
@@ -120,7 +120,7 @@ RACK_REACH = 2.0  # wheel radii; length of a rack on either side of its wheel
 
 
 def reached_points(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
-    """Return points (N, 2) [m] of the mechanism's pins, cams and wheels, which bound its extent."""
+    """Return points (N, 2) [m] of the pins, cams and wheels, which bound the mechanism."""
     points = [to_world(poses[j.b], j.point_b) for j in mechanism.joints if isinstance(j, Revolute)]
     for contact in mechanism.cam_contacts:
         points += cam_outline(contact, poses[contact.a])
@@ -133,7 +133,7 @@ def cam_outline(contact: CamContact, pose: Pose) -> list[tuple[float, float]]:
 
 
 def pitch_lines(mesh: Mesh, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
-    """Return two pitch lines (N, 2) [m] that roll on each other, each with a radius that shows its rotation."""
+    """Return two pitch lines (N, 2) [m], each with a radius that shows its rotation."""
     if isinstance(mesh, Rolling):
         return (
             _circle(poses[mesh.a], mesh.point_a, abs(mesh.radius_a), spoke=mesh.radius_a > 0.0 and mesh.a != GROUND),

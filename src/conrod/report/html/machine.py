@@ -125,7 +125,7 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
 
 
 def _data(machine: MovingMachine) -> dict[str, Any]:
-    """Return the numbers by which the page's script moves the drawing, in drawing units and degrees."""
+    """Return the numbers by which the page's script moves the drawing."""
     scene = machine.study.scene
     observed = next(point for point in scene.mechanism().observed if point.name == scene.output)
     x, y = (machine.drawing.scale * one for one in observed.point)

@@ -130,5 +130,5 @@ class _Renderer(RendererHTML):
 
 
 def _side(token: Token) -> str:
-    """Return the class of a right-aligned cell; markdown-it uses a style, which the page's policy forbids."""
+    """Return a right-aligned cell's class; the page's policy forbids markdown-it's style."""
     return ' class="right"' if "right" in str(token.attrs.get("style", "")) else ""

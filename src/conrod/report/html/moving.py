@@ -117,7 +117,7 @@ def animated_svg(machine: MovingMachine) -> str:
 
 
 def inline_svg(svg: str, prefix: str) -> str:
-    """Make an SVG of `animated_svg` part of a page with these styles; a prefix keeps its ids unique."""
+    """Prepare an SVG of `animated_svg` for a page, with a prefix that keeps its ids unique."""
     shapes = re.sub("<style>.*?</style>", "", svg, flags=re.DOTALL)
     shapes = shapes.replace("<svg ", '<svg aria-hidden="true" ', 1)
     return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')

@@ -48,7 +48,7 @@ class PageSection:
 
 
 def html_report(batches: Sequence[Batch]) -> str:
-    """Return the reports of a folder as one HTML file, each report's first page before its parts."""
+    """Return the reports of a folder as one HTML file."""
     return html_document([section for number, batch in enumerate(batches) for section in page_sections(batch, number)])
 
 
@@ -101,7 +101,7 @@ def page_sections(
 
 
 def _add_live_part(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: Mapping[str, str], place: Place) -> str:
-    """Return a part's interactive HTML, and make its page leave out the figures that this replaces."""
+    """Return a part's interactive HTML, and drop the figures that it replaces from the page."""
     findings, shown = restore_findings(kind.findings, json.loads(texts[entry["data"]])), place.figure
     part = Part(name, findings, entry["command"], entry["conrod"])
     live = kind.live(part, place.anchor) if kind.live else ""

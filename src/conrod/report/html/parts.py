@@ -39,7 +39,7 @@ class Shape:
     above: float = 0.0
 
     def outline(self, pose: Pose) -> str:
-        """Return the shape in the frame of a body with a pose: SVG path data, or a circle's attributes."""
+        """Return SVG path data, or a circle's attributes, in the frame of a body with a pose."""
         places = _local(pose, self.places)
         if self.radius:
             return f'cx="{places[0, 0]:.5g}" cy="{-places[0, 1]:.5g}" r="{self.radius:.4g}"'

@@ -27,7 +27,7 @@ UNDETECTED_COLOUR = "#d40000"  # of wrong and undetected runs
 
 
 def axis_places(axis: Axis, values: Iterable[float]) -> Array:
-    """Return places (N,) of values along an axis: the values, or 1 - value on a scale of nearness."""
+    """Return places (N,) of values along an axis: value, or 1 - value on a nearness scale."""
     places = np.array(list(values), dtype=float)
     if axis.scale is Scale.LISTED:
         return canvas.round_to_grid(places, max(1.0, float(np.ptp(places))))
@@ -156,7 +156,7 @@ def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: PanelQuantity,
 
 
 def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[tuple[str, str]]) -> None:
-    """Draw a mark for each run without errors above the panel, a lane for each engine and preset."""
+    """Draw marks of runs without errors above the panel, a lane for each engine and preset."""
     for lane, key in enumerate(lanes):
         up = 1.0 + (LANE_OFFSET + LANE_HEIGHT * (len(lanes) - lane - 0.5)) / PANEL
         failed = [p for w in walks if (w.engine, w.preset) == key for p in w.probes if p.errors is None]

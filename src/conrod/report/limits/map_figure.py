@@ -126,7 +126,7 @@ def _legend(found: LimitMap) -> list[Any]:
 
 
 def cell_edges(places: Array) -> Array:
-    """Return edges (n + 1,) of cells about places (n,): geometric means, and equal ratios at both ends."""
+    """Return edges (n + 1,) of cells about places (n,), at their geometric means."""
     logs = np.log10(places)
     middles = 0.5 * (logs[:-1] + logs[1:])
     edges = np.concatenate([[2.0 * logs[0] - middles[0]], middles, [2.0 * logs[-1] - middles[-1]]])

@@ -80,7 +80,7 @@ def first_figure(studies: Iterable[LimitStudy]) -> Figure | None:
 
 
 def machines_table(index: Index[LimitStudy]) -> Table:
-    """Return a row for each machine: undetected runs, and the speed at which its follower floats."""
+    """Return a row for each machine: undetected runs, and the float speed of its follower."""
     rows = []
     for name, study in index.studies.items():
         onsets = [
@@ -131,7 +131,7 @@ def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
 
 
 def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
-    """Yield for each scene how far each engine and preset can be relied on, and how it fails beyond."""
+    """Yield how far each engine and preset can be relied on, and how it fails beyond."""
     for study in studies:
         title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
         yield tables.limits_table(study.walks, title)

@@ -32,7 +32,7 @@ def engine_and_preset(finding: Any) -> tuple[str, str]:
 
 
 def boundary_text(walk: Walk, criterion: str) -> str:
-    """Return the last value from the safe end that keeps a criterion; on a list, how many values do."""
+    """Return the last value that keeps a criterion; on a list of values, how many do."""
     if not walk.boundaries:
         good = LEVELS[: LEVELS.index(criterion) + 1]
         return f"{sum(probe.level in good for probe in walk.probes)} of {len(walk.probes)}"
@@ -110,7 +110,7 @@ def limits_table(walks: Iterable[Walk], title: str = "") -> Table:
 
 
 def undetected_table(walks: Iterable[Walk]) -> Table:
-    """Return a row for each axis and kind of wrong, undetected run: engines, presets and values.
+    """Return a row for each axis and kind of wrong, undetected run, with its values.
 
     Runs that stay in one piece come first: they are the hardest to distinguish from a right motion.
     """

@@ -37,7 +37,7 @@ def inputs_section(files: Sequence[Path], scene: Scene | None) -> VerificationSe
 
 
 def software_section(study: Any) -> VerificationSection:
-    """Return the section on software: packages with hashes, and the platform, but no name of a user."""
+    """Return the section on software: packages with hashes, and the platform."""
     runs_fmu = isinstance(study, TableStudy) and study.form.startswith("FMI")
     used = ("conrod", *engine_packages(), *(["FMPy"] if runs_fmu else []), "numpy", "scipy")
     rows = [(name, *package_hash(name)) for name in used]
@@ -48,7 +48,7 @@ def software_section(study: Any) -> VerificationSection:
 def parameters_section(
     scene: Scene | None, given: Mapping[str, float], off: Mapping[str, float]
 ) -> tuple[VerificationSection, list[str], float | None]:
-    """Return the section on uncertain lengths, open deviations, and their joint uncertainty of a place.
+    """Return the section on uncertain lengths, open deviations, and the uncertainty of places.
 
     Args:
         scene: the machine; None for a model without one.
@@ -153,7 +153,7 @@ def validity_section(study: LimitStudy | None, scene: Scene | None) -> tuple[Ver
 
 
 def invariances_section(study: InvarianceStudy | str) -> tuple[VerificationSection, list[str]]:
-    """Return the section on invariances, or on the reason for their absence, and open deviations."""
+    """Return the section on invariances, and open deviations."""
     if isinstance(study, str):
         return VerificationSection((), (f"missing: {study}",)), []
     words = invariances.finding(study)

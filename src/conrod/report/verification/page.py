@@ -121,7 +121,7 @@ def _statements(of: Verification) -> Statements:
 
 
 def sealed_page(found: Verification) -> bytes:
-    """Return the report's HTML with the SHA-256 of the file, computed with zeros in place of the hash."""
+    """Return the report's HTML with the SHA-256 of the same file with zeros in that place."""
     measured = len(found.sections["validation"].sentences) > 1
     text = page(
         "verification", sys.modules[__name__], found=found, digest=UNSEALED.decode(), measured=measured

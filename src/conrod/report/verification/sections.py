@@ -53,7 +53,7 @@ class Refinement(NamedTuple):
 
     @property
     def order(self) -> float | None:
-        """Observed order; taken from the three finest runs if their error vanishes at a step of zero."""
+        """Observed order of the runs, or of the three finest if these converge to no error."""
         order, limit, _ = numerical_uncertainty(self.path, self.steps, self.formal) or (None, math.inf, 0.0)
         return claimed_order(self.path) or (order if limit <= VANISHING_SHARE * self.finest else None)
 
@@ -177,7 +177,7 @@ def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str]
 
 
 def _kind_sections(study: Any) -> tuple[tuple[Table, ...], VerificationSection, tuple[str, ...]]:
-    """Return tables of results, the section on settings, and proofs of the model before any run."""
+    """Return tables of results, the section on settings, and checks of the model before runs."""
     match study:
         case ModelStudy():
             frame, wiring, paths, settings = user_model.findings(study).values()
