@@ -50,7 +50,7 @@ def test_an_undetected_failure_has_a_red_mark(undetected: bool) -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any("undetected" in text for text in legend) is undetected
     said = f"10 steps per revolution, mass of slider : rod 1, broken, opened, {'un' if undetected else ''}detected"
-    assert said in {words for *_, words in figure_of_map(found).places()}
+    assert said in {words for *_, words in figure_of_map(found).laid_out_spots()}
 
 
 Kind = Callable[[float, float], Hashable]  # class at x, y from 0 to 1
