@@ -59,6 +59,12 @@ VERDICTS = {
     **dict.fromkeys(("validate", "forces", "check_model", "check_table", "check_loops", "invariances"), True),
     "recommend": True,
 }
+GIVEN = {
+    "validate": {*QUICK}, "forces": {*QUICK, "quantities"}, "free_motion": {"seconds", "engines", "preset"},
+    "check_model": {*ON_MODEL, "tolerance"}, "check_table": {"tolerance"}, "invariances": {"seconds"},
+    "check_loops": {"drives", "seconds", "tolerance"}, "sweep": {"grid", "engines"}, "recommend": {"engines"},
+    "limits": {"axes", "engines", "preset"}, "ablate": {"steps_per_rev", "rounds", "engines"},
+}  # fmt: skip
 NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CALLS]
 
 
@@ -168,7 +174,10 @@ def test_the_call_that_a_report_prints_is_one_of_the_api(name: str, found: Any) 
     assert isinstance(function, ast.Attribute)
     assert ast.unparse(function) == f"conrod.{name}"
     taken = inspect.signature(getattr(conrod, name)).parameters
-    assert {str(one.arg) for one in statement.value.keywords} <= set(taken)
+    given = {str(one.arg): one.value for one in statement.value.keywords}
+    assert set(given) <= set(taken)
+    # All that was given and changes the answer stands there.
+    assert GIVEN.get(name, set()) <= set(given)
 
 
 # -- what is judged otherwise, and what cannot be used -----------------------------------------------------------------

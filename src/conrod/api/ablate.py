@@ -12,7 +12,14 @@ from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
 from conrod.studies.ablate_findings import AblationStudy
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.case import Case, Measurement, pursue
-from conrod.studies.frame.resolve_arguments import Engines, Scenes, check_table, choose_engines, scenes_by_name
+from conrod.studies.frame.resolve_arguments import (
+    Engines,
+    Scenes,
+    check_table,
+    choose_engines,
+    engine_names_given,
+    scenes_by_name,
+)
 from conrod.studies.frame.run import REVOLUTIONS
 
 ROUNDS = 200
@@ -56,4 +63,6 @@ def ablate(
     parts = {
         name: ablation_study(name, scene, [next(found) for _ in taken], unsupported) for name, scene in chosen.items()
     }
-    return Findings(KIND, parts, text_of_call("ablate", list(chosen), steps_per_rev=steps_per_rev, rounds=rounds))
+    given = engine_names_given(engines)
+    call = text_of_call("ablate", list(chosen), steps_per_rev=steps_per_rev, rounds=rounds, engines=given)
+    return Findings(KIND, parts, call)

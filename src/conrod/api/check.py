@@ -26,7 +26,7 @@ from conrod.own.tables.columns import request
 from conrod.own.tables.estimation import check_estimated
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory, user_model
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
 from conrod.studies.execution.local import confined
@@ -166,7 +166,20 @@ def check_model(
         ((found,),) = find([{name: machine}])
         compared = check.compare([found], find) if check else None
     part = path.stem if shown is None else shown
-    call = f"conrod.check_model({shown or str(path)!r}, {name!r}, crank={crank!r}, points={points!r})"
+    call = text_of_call(
+        "check_model",
+        shown or str(path),
+        name,
+        crank=crank,
+        points=dict(points),
+        plane=plane,
+        rotation=rotation,
+        crank_zero=crank_zero,
+        keyframe=keyframe,
+        controls=controls,
+        revolutions=words["revolutions"],
+        tolerance=tolerance,
+    )
     parts = {part: replace(found, file=shown or found.file)}
     return Findings(user_model.KIND, parts, call, typed={part: str(path)}, baseline=compared)
 
@@ -228,7 +241,9 @@ def check_table(
         allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
         check_estimated(estimate)
         words: dict[str, Any] = {"column": _texts(columns), "unit": units, "estimate": ",".join(estimate)}
-        return _table_findings(judge, path, shown, (name, machine), words, (baseline, accept))
+        given = {"columns": columns, "units": units, "estimate": estimate, "tolerance": tolerance}
+        call = text_of_call("check_table", shown or str(path), name, **given)
+        return _table_findings(judge, path, shown, (name, machine), words, (baseline, accept), call)
 
 
 def check_fmu(
@@ -280,7 +295,10 @@ def check_fmu(
     }
     words |= {"steps-per-rev": None if steps_per_rev == STEPS else steps_per_rev}
     words |= {"revolutions": None if revolutions == TURNS else revolutions}
-    return _table_findings(judge, path, None, (name, machine), words, (baseline, accept))
+    given = {"columns": columns, "units": units, "estimate": estimate, "preset": preset, "tolerance": tolerance}
+    given |= {"steps_per_rev": words["steps-per-rev"], "revolutions": words["revolutions"]}
+    call = text_of_call("check_fmu", str(path), name, **given)
+    return _table_findings(judge, path, None, (name, machine), words, (baseline, accept), call)
 
 
 def _table_findings(
@@ -290,6 +308,7 @@ def _table_findings(
     scene: tuple[str, Scene],
     words: Mapping[str, Any],
     baseline: tuple[str | Path | None, bool],
+    call: str,
 ) -> Findings[TableStudy]:
     """Judge a table, and compare it with its baseline."""
     check = BaselineCheck.prepare(baseline[0], dict([scene]), words, accept=baseline[1])
@@ -301,8 +320,8 @@ def _table_findings(
     ((found,),) = find([dict([scene])])
     compared = check.compare([found], find) if check else None
     return Findings(
-        trajectory.KIND, {trajectory.PART: replace(found, file=shown or found.file)},
-        f"conrod.check({shown or str(path)!r}, {scene[0]!r})", typed={trajectory.PART: str(path)}, baseline=compared,
+        trajectory.KIND, {trajectory.PART: replace(found, file=shown or found.file)}, call,
+        typed={trajectory.PART: str(path)}, baseline=compared,
     )  # fmt: skip
 
 

@@ -79,7 +79,16 @@ def forces(
 
     (found,) = find([chosen])
     compared = check.compare(found, find) if check else None
-    call = text_of_call("forces", list(chosen), quantities=asked, engines=engine_names_given(engines), preset=preset)
+    call = text_of_call(
+        "forces",
+        list(chosen),
+        quantities=asked,
+        engines=engine_names_given(engines),
+        preset=preset,
+        steps_per_rev=steps_per_rev,
+        revolutions=words["revolutions"],
+        tolerance=tolerance,
+    )
     return Findings(KIND, {study.name: study for study in found}, call, baseline=compared)
 
 

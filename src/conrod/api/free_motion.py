@@ -69,5 +69,6 @@ def free_motion(
         step=step,
         engines=engine_names_given(engines),
         preset=preset,
+        tolerance=tolerance,
     )
     return Findings(KIND, {study.name: study for study in found}, call)

@@ -16,7 +16,7 @@ from conrod.mechanism.units import check_number
 from conrod.mjcf.results import Invariance, InvarianceStudy
 from conrod.own.files import check_readable
 from conrod.own.models.request import Controls, controls_of
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.invariances import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
@@ -67,7 +67,9 @@ def invariances(
     for name, scene in scenes.items():
         _check_free(name, name, found)
         found[name] = invariances_of_scene(name, scene, seconds, keyframe)
-    return Findings(KIND, found, f"conrod.invariances({list(found)!r})", typed=typed)
+    asked = [*(str(one) if isinstance(one, str | Path) else "the model" for one in models), *scenes]
+    call = text_of_call("invariances", asked, keyframe=keyframe, controls=controls, seconds=seconds)
+    return Findings(KIND, found, call, typed=typed)
 
 
 def is_model(subject: Any) -> bool:

@@ -9,7 +9,14 @@ from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.limits.report import KIND
 from conrod.studies.execution.runner import Runner, Runs
-from conrod.studies.frame.resolve_arguments import Engines, Scenes, choose_engines, scenes_by_name, select_presets
+from conrod.studies.frame.resolve_arguments import (
+    Engines,
+    Scenes,
+    choose_engines,
+    engine_names_given,
+    scenes_by_name,
+    select_presets,
+)
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, measure_of
 from conrod.studies.limits.plan import ITEMS, check_asked, plan_limits, pursue_plans
@@ -49,7 +56,9 @@ def limits(
     check_asked(plans)
     with Runner.of(runs or Runs()) as runner, runner.answering() as run:
         studies = pursue_plans(plans, run)
-    call = text_of_call("limits", list(chosen), axes=items, span=span, preset=preset)
+    call = text_of_call(
+        "limits", list(chosen), axes=items, span=span, engines=engine_names_given(engines), preset=preset
+    )
     return Findings(KIND, {study.name: study for study in studies}, call)
 
 

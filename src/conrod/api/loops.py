@@ -14,7 +14,7 @@ from conrod.mechanism.units import check_number
 from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
 from conrod.own.files import check_readable
 from conrod.own.models.request import controls_of
-from conrod.report.findings import Findings
+from conrod.report.findings import Findings, text_of_call
 from conrod.report.loops import KIND
 from conrod.scenes.space import MACHINES
 from conrod.studies.execution.local import confined
@@ -76,7 +76,19 @@ def check_loops(
                 raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
             study = check_model_loops(path, question, part)
             found[part], typed[part] = (study if shown is None else replace(study, file=shown)), str(one)
-    return Findings(KIND, found, f"conrod.check_loops({list(found)!r}, drives={laws!r})", typed=typed)
+    asked = [str(one) if isinstance(one, str | Path) else "the model" for one in several]
+    call = text_of_call(
+        "check_loops",
+        asked,
+        drives=laws or None,
+        points=tuple(points),
+        keyframe=keyframe,
+        controls=controls,
+        seconds=seconds,
+        tolerance=tolerance,
+        machine=machine,
+    )
+    return Findings(KIND, found, call, typed=typed)
 
 
 def check_machine(name: str, question: Question) -> LoopStudy:

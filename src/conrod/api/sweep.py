@@ -17,6 +17,7 @@ from conrod.studies.frame.resolve_arguments import (
     OneScene,
     Scenes,
     choose_engines,
+    engine_names_given,
     scene_by_name,
     scenes_by_name,
 )
@@ -43,7 +44,8 @@ def sweep(
     plans = [plan_sweep(name, scene, able, swept) for name, scene in chosen.items()]
     with Runner.of(runs or Runs()) as runner:
         studies = runner.pursue([sweep_scene(plan, runner.time) for plan in plans])
-    return Findings(KIND, {study.name: study for study in studies}, text_of_call("sweep", list(chosen), grid=grid))
+    call = text_of_call("sweep", list(chosen), grid=grid, engines=engine_names_given(engines))
+    return Findings(KIND, {study.name: study for study in studies}, call)
 
 
 def recommend(
@@ -64,7 +66,7 @@ def recommend(
     """
     named = scene_by_name(scene)
     answers = cheapest_settings(named, tolerance, engines=engines, runs=runs)
-    return findings_of(named, tolerance, answers)
+    return findings_of(named, tolerance, answers, engine_names_given(engines))
 
 
 def cheapest_settings(
@@ -79,9 +81,13 @@ def cheapest_settings(
 
 
 def findings_of(
-    scene: tuple[str, Scene], tolerance: Mapping[str, float | None], answers: Sequence[Answer]
+    scene: tuple[str, Scene],
+    tolerance: Mapping[str, float | None],
+    answers: Sequence[Answer],
+    engines: tuple[str, ...] = (),
 ) -> Findings[Advice]:
     """Answers of engines as findings that a report shows."""
     allowed = check_tolerances(tolerance)
     found = advice_of(*scene, allowed, answers)
-    return Findings(recommendation.KIND, {scene[0]: found}, text_of_call("recommend", scene[0], tolerance=allowed))
+    call = text_of_call("recommend", scene[0], tolerance=allowed, engines=engines)
+    return Findings(recommendation.KIND, {scene[0]: found}, call)

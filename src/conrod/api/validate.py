@@ -86,7 +86,9 @@ def validate(
         engines=engine_names_given(engines),
         preset=preset,
         steps_per_rev=steps_per_rev,
+        revolutions=words["revolutions"],
         tolerance=tolerance,
+        qualify=qualify,
     )
     return Findings(KIND, {study.name: study for study in found}, call, baseline=compared)
 

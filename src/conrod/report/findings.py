@@ -144,10 +144,11 @@ def findings_passed(findings: Any) -> bool | None:
     return passed
 
 
-def text_of_call(function: str, subject: object, **arguments: object) -> str:
+def text_of_call(function: str, *subjects: object, **arguments: object) -> str:
     """Return a call of the API as Python text, with the arguments that were given."""
-    given = {name: value for name, value in arguments.items() if value not in (None, (), False)}
-    return f"conrod.{function}({', '.join([repr(subject), *(f'{name}={value!r}' for name, value in given.items())])})"
+    given = {name: value for name, value in arguments.items() if not (value is None or value is False or value == ())}
+    words = [*map(repr, subjects), *(f"{name}={value!r}" for name, value in given.items())]
+    return f"conrod.{function}({', '.join(words)})"
 
 
 def _html_table(table: Table) -> str:
