@@ -206,6 +206,14 @@ def test_several_scenes_are_findings_by_name(folder: Path) -> None:
     assert len(answer.verdict.splitlines()) == 2
 
 
+def test_scenes_of_one_kind_have_findings_each(tmp_path: Path) -> None:
+    done = typed("invariances", "saw-40rpm", "saw-500rpm", "--seconds", "0.01", "--json", str(tmp_path / "found.json"))
+    assert done.returncode == 0, done.stderr
+    parts = json.loads((tmp_path / "found.json").read_text(encoding="utf-8"))["parts"]
+    assert list(parts) == ["saw-40rpm", "saw-500rpm"]
+    assert [f"{name}: None of" in done.stdout for name in parts] == [True, True]
+
+
 def test_a_model_is_linted_and_hardened_as_the_commands_do(tmp_path: Path) -> None:
     report = conrod.lint(MODEL, seconds=0.01, ignore=("soft-closure",))
     assert report.model == str(MODEL)
@@ -278,6 +286,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "harden": (lambda: conrod.harden("none.xml"), "none.xml: there is no such file"),
     "audit": (lambda: conrod.audit("none.csv"), "none.csv"),
     "export": (lambda: conrod.export("saw-40rpm", "mjfc"), "did you mean 'mjcf'"),
+    "validate, two of a name": (lambda: conrod.validate([SAW, SCENES["saw-40rpm"]]), "two scenes are called 'saw'"),
     "scene": (lambda: conrod.scene("saw-40rpm", crnk="1 m"), "did you mean 'crank'"),
 }  # fmt: skip
 

@@ -37,7 +37,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     from conrod.own.files import as_outputs_must_not_be, check_readable
     from conrod.report.invariances import KIND
     from conrod.studies.execution.local import FILE_TIMEOUT
-    from conrod.studies.frame.resolve_arguments import select_scenes
+    from conrod.studies.frame.resolve_arguments import select_scenes, typed_names
 
     models = [name for name in subjects if name.lower().endswith(MODELS)]
     named, inputs = [name for name in subjects if name not in models], dict[str, Path]()
@@ -56,11 +56,11 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
             under_way.enter_context(waiting(name, FILE_TIMEOUT))
 
         found = invariances(
-            [*models, *scenes.values()],
+            [*models, *scenes.items()],
             keyframe=asked.keyframe,
             controls=controls_in(asked.controls),
             seconds=asked.seconds,
             progress=begin,
         )
-    files.answer(found, "invariances", dict(zip(parts, [*models, *(named or scenes)], strict=True)))
+    files.answer(found, "invariances", {Path(name).stem: name for name in models} | typed_names(named))
     exit_with_verdict(found)

@@ -44,15 +44,15 @@ def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
     if isinstance(scenes, Mapping):
         return dict(scenes)
     given = [scenes] if is_one(scenes) else list(scenes)  # type: ignore[arg-type] # is_one tells both apart
-    objects, names = dict[str, Scene](), list[str]()
+    names = [str(one) for one in given if isinstance(one, str | Path)]
+    found = select_scenes(names, ()) if names or not given else {}
     for one in given:
-        if isinstance(one, tuple):
-            objects[one[0]] = one[1]
-        elif isinstance(one, Scene):
-            objects[one.kind] = one
-        else:
-            names.append(str(one))
-    return {**(select_scenes(names, ()) if names or not objects else {}), **objects}
+        if not isinstance(one, str | Path):
+            name, scene = (one.kind, one) if isinstance(one, Scene) else one
+            if name in found:
+                raise InvalidInput(f"two scenes are called {name!r}: give them as a mapping, by names of your own")
+            found[name] = scene
+    return found
 
 
 def is_one(scenes: object) -> bool:
