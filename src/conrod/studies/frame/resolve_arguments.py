@@ -43,15 +43,16 @@ def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
     """
     if isinstance(scenes, Mapping):
         return dict(scenes)
-    given = [scenes] if is_one(scenes) else list(scenes)  # type: ignore[arg-type] # is_one tells both apart
+    given: list[OneScene] = [scenes] if is_one(scenes) else list(scenes)  # type: ignore[list-item, arg-type] # told apart
     names = [str(one) for one in given if isinstance(one, str | Path)]
     found = select_scenes(names, ()) if names or not given else {}
     for one in given:
-        if not isinstance(one, str | Path):
-            name, scene = (one.kind, one) if isinstance(one, Scene) else one
-            if name in found:
-                raise InvalidInput(f"two scenes are called {name!r}: give them as a mapping, by names of your own")
-            found[name] = scene
+        if isinstance(one, str | Path):
+            continue
+        name, machine = one if isinstance(one, tuple) else (one.kind, one)
+        if name in found:
+            raise InvalidInput(f"two scenes are called {name!r}: give them as a mapping, by names of your own")
+        found[name] = machine
     return found
 
 
