@@ -226,7 +226,7 @@ def measured(folder: Path, text: str) -> TableStudy:
     path = folder / "encoder.csv"
     path.write_text(text)
     scene = SCENES["saw-40rpm"]
-    return study_table("encoder.csv", "saw-40rpm", scene, read_table(path, tuple(scene.lengths), request((), (), ())))
+    return study_table("encoder.csv", "saw-40rpm", scene, read_table(path, tuple(scene.lengths), request({}, (), ())))
 
 
 def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_where_a_part_is_missing(
